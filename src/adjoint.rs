@@ -1,0 +1,294 @@
+//! The backward sweep: the exact discrete adjoint of the step equations, and the gradient (Eq. 5–12).
+//!
+//! The Lagrangian Σ ℓ_i + Σ (aᵀE1 + bᵀE2 + cᵀE3 + dᵀE4 + eᵀE5)_i is stationary in all y_i. With half steps h into the
+//! node and h₊ out of it (0 at the end), J_x the cost's partials at the node, and a₊, b₊ of the next node:
+//!
+//! ```text
+//!   ∂p*:  c = b − b₊ + J_p*                      ∂ṗ*:  d = −h b − h₊ b₊ + J_ṗ*
+//!   ∂σ :  Φ_q c + (dΦ/dt)_q d + J_σ = 0
+//!   ∂v :  −h a − h₊ a₊ + 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e + J_v = 0
+//!   ∂q :  a − a₊ + 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e + J_q = 0
+//! ```
+//!
+//! ∂v + h ∂q and ∂σ are n + m equations for (b, e) with the matrix K(h)ᵀ. At node 0 they are the same with h = 0 and
+//! c in the place of b.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::simulate::Forward;
+use crate::system::{CostRows, Covector, InputRows, Rows};
+use crate::trajectory::{Report, column, column_mut, weights};
+use crate::trapezoid::Newton;
+use crate::{Error, Settings, Start, System};
+
+/// The cost and its derivatives with respect to everything a motion follows from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient {
+    /// J.
+    pub value: f64,
+    /// dJ/du_i in column i = 0 … N (k × (N + 1)), Eq. (11) without the factor Δt.
+    pub controls: DMatrix<f64>,
+    /// dJ/db, Eq. (12).
+    pub design: DVector<f64>,
+    /// dJ/dq₀ and dJ/dv₀ (or dJ/dp*₀, if the motion was started with p*₀).
+    pub start: Start,
+    /// dJ/dΔt_i of the steps i = 1 … N; their sum weighted with the steps' shares is the derivative with respect to a free final time.
+    pub steps: Vec<f64>,
+}
+
+/// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdjointVariables {
+    /// Of E1, q − q₋ − h (v + v₋).
+    pub a: DMatrix<f64>,
+    /// Of E2, p* − p*₋ − h (ṗ* + ṗ*₋).
+    pub b: DMatrix<f64>,
+    /// Of E3, 𝓛_v − p*.
+    pub c: DMatrix<f64>,
+    /// Of E4, 𝓛_q + Q − ṗ*.
+    pub d: DMatrix<f64>,
+    /// Of E5, dΦ/dt.
+    pub e: DMatrix<f64>,
+}
+
+/// Adjoint variables of one node.
+#[derive(Clone, Default)]
+struct Node {
+    a: Vec<f64>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+    d: Vec<f64>,
+    e: Vec<f64>,
+}
+
+/// The backward sweep and its memory.
+pub(crate) struct Sweep {
+    pub(crate) gradient: Gradient,
+    pub(crate) report: Report,
+    variables: Option<AdjointVariables>,
+    /// The node at hand and, in a and b, the one after it.
+    node: Node,
+    next: Node,
+    cost: CostRows,
+    rows: Rows,
+    x: Vec<f64>,
+    /// Σ of explicit derivatives with respect to t over the nodes done.
+    time: f64,
+}
+
+impl Newton {
+    /// The adjoint rows of all elements, from second derivatives.
+    pub(crate) fn pull_back(&self, system: &System, blocks: Option<&[f64]>, with: &Covector, rows: &mut Rows) {
+        rows.clear();
+        self.constants.pull_back(with, rows);
+        let mut rest = blocks.unwrap_or(&self.blocks);
+        for batch in system.batches() {
+            let (own, after) = rest.split_at(batch.block_len());
+            batch.pull_back(own, with, rows);
+            rest = after;
+        }
+    }
+}
+
+impl Sweep {
+    pub(crate) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let zeros = |len| vec![0.0; len];
+        let node = Node { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
+        let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
+        let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
+        Sweep {
+            gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new() },
+            report: Report::default(),
+            variables: None,
+            next: node.clone(),
+            node,
+            cost: CostRows::new(n, m, system.k(), system.designs()),
+            rows: Rows::new(n, m),
+            x: zeros(n + m),
+            time: 0.0,
+        }
+    }
+
+    /// Drops what belonged to another motion.
+    pub(crate) fn forget(&mut self) {
+        self.variables = None;
+    }
+
+    pub(crate) fn variables(&self) -> Option<&AdjointVariables> {
+        self.variables.as_ref()
+    }
+
+    pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
+        let nodes = forward.inputs.grid.nodes();
+        let computed = forward.trajectory.computed;
+        if computed != nodes {
+            return Err(Error::Incomplete { expected: nodes, computed });
+        }
+        self.prepare(system, forward, settings);
+        for i in (0..nodes).rev() {
+            self.cost_rows(system, forward, i);
+            self.solve_node(system, forward, i)?;
+            self.input_rows(system, forward, i);
+            if i > 0 {
+                self.step_row(forward, i);
+            } else {
+                self.start_rows(system, forward);
+            }
+            if let Some(variables) = &mut self.variables {
+                variables.store(&self.node, i);
+            }
+            std::mem::swap(&mut self.node, &mut self.next);
+        }
+        Ok(&self.gradient)
+    }
+
+    fn prepare(&mut self, system: &System, forward: &Forward, settings: &Settings) {
+        let inputs = &forward.inputs;
+        let nodes = inputs.grid.nodes();
+        let gradient = &mut self.gradient;
+        if gradient.controls.ncols() != nodes {
+            gradient.controls = DMatrix::zeros(system.k(), nodes);
+        }
+        gradient.steps.resize(nodes - 1, 0.0);
+        if std::mem::discriminant(&gradient.start) != std::mem::discriminant(&inputs.start) {
+            gradient.start = inputs.start.clone();
+        }
+        gradient.value = 0.0;
+        gradient.design.fill(0.0);
+        self.report = Report::default();
+        self.time = 0.0;
+        self.next.a.fill(0.0);
+        self.next.b.fill(0.0);
+        self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, nodes));
+    }
+
+    /// J's terms at node `i` and their partials.
+    fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) {
+        self.cost.clear();
+        let steps = &forward.inputs.grid.steps;
+        if i < steps.len() && !system.has_running_cost() {
+            return;
+        }
+        let (at, weights) = (forward.trajectory.cost_at(&forward.inputs, i), weights(steps, i));
+        system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
+        self.gradient.value += self.cost.value;
+    }
+
+    /// Solves the adjoint equations of node `i`.
+    fn solve_node(&mut self, system: &System, forward: &mut Forward, i: usize) -> Result<(), Error> {
+        let (n, steps) = (system.n(), &forward.inputs.grid.steps);
+        let h = if i > 0 { 0.5 * steps[i - 1] } else { 0.0 };
+        let h_next = steps.get(i).map_or(0.0, |dt| 0.5 * dt);
+        let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
+        // c and d without the part that the unknown b contributes.
+        for k in 0..n {
+            node.c[k] = if i > 0 { cost.p_star[k] - next.b[k] } else { 0.0 };
+            node.d[k] = cost.p_star_dot[k] - h_next * next.b[k];
+        }
+        node.e.fill(0.0);
+        let blocks = column(&forward.blocks, i);
+        let known = Covector { c: &node.c, d: &node.d, e: &node.e };
+        forward.newton.pull_back(system, Some(blocks), &known, &mut self.rows);
+        let (v, sigma) = self.x.split_at_mut(n);
+        for k in 0..n {
+            v[k] = (h + h_next) * next.a[k] - cost.v[k] - self.rows.v[k] - h * (cost.q[k] + self.rows.q[k]);
+        }
+        for (j, x) in sigma.iter_mut().enumerate() {
+            *x = -(cost.sigma[j] + self.rows.sigma[j]);
+        }
+        let factored = forward.newton.factor(system, h, Some(blocks), &mut self.report);
+        factored.map_err(|breakdown| Error::SingularStep {
+            step: i,
+            time: forward.trajectory.times[i],
+            unknown: system.unknown_name(breakdown.unknown),
+            pivot: breakdown.pivot / breakdown.scale,
+        })?;
+        forward.newton.solve_transposed(system, &mut self.x);
+        let (b, e) = self.x.split_at(n);
+        for k in 0..n {
+            node.b[k] = if i > 0 { b[k] } else { 0.0 };
+            node.c[k] += b[k];
+            node.d[k] -= h * b[k];
+        }
+        node.e.copy_from_slice(e);
+        let full = Covector { c: &node.c, d: &node.d, e: &node.e };
+        forward.newton.pull_back(system, Some(blocks), &full, &mut self.rows);
+        for k in 0..n {
+            node.a[k] = next.a[k] - self.rows.q[k] - cost.q[k];
+        }
+        Ok(())
+    }
+
+    /// Derivatives with respect to u_i, the design variables and the time of node `i`.
+    fn input_rows(&mut self, system: &System, forward: &Forward, i: usize) {
+        let u = column_mut(&mut self.gradient.controls, i);
+        u.copy_from_slice(&self.cost.u);
+        forward.newton.constants.pull_back_controls(&self.node.d, u);
+        self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.time += self.cost.time;
+        let at = forward.trajectory.at(&forward.inputs, i);
+        let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
+        let mut rows = InputRows { u, design: self.gradient.design.as_mut_slice(), time: &mut self.time };
+        system.batches().iter().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+    }
+
+    /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
+    fn step_row(&mut self, forward: &Forward, i: usize) {
+        let (y, before) = (forward.trajectory.columns(i), forward.trajectory.columns(i - 1));
+        let mean = |lambda: &[f64], x: &[f64], x_before: &[f64]| -> f64 {
+            lambda.iter().zip(x.iter().zip(x_before)).map(|(l, (x, b))| 0.5 * l * (x + b)).sum()
+        };
+        let own = mean(&self.node.a, y.v, before.v) + mean(&self.node.b, y.p_star_dot, before.p_star_dot);
+        self.gradient.steps[i - 1] = self.time - own + self.cost.step_before;
+        if let Some(after) = self.gradient.steps.get_mut(i) {
+            *after += self.cost.step_after;
+        }
+    }
+
+    /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
+    fn start_rows(&mut self, system: &System, forward: &Forward) {
+        if let Some(after) = self.gradient.steps.first_mut() {
+            *after += self.cost.step_after;
+        }
+        let (node, next) = (&self.node, &self.next);
+        // a of node 0 stands for a₁ − 𝓛_vqᵀ c₀ − … − J_q.
+        self.gradient.start.q_mut().iter_mut().zip(&node.a).for_each(|(q, a)| *q = -a);
+        for (k, p) in self.gradient.start.rate_mut().iter_mut().enumerate() {
+            *p = self.cost.p_star[k] - node.c[k] - next.b[k];
+        }
+        if let Start::Velocity { q, v } = &mut self.gradient.start {
+            let zeros = vec![0.0; system.n()];
+            let none = vec![0.0; system.m()];
+            let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
+            forward.newton.pull_back(system, Some(column(&forward.blocks, 0)), &with, &mut self.rows);
+            let at = forward.trajectory.at(&forward.inputs, 0);
+            let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
+            let mut rows = InputRows { u: &mut u, design: self.gradient.design.as_mut_slice(), time: &mut time };
+            system.batches().iter().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+            v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
+            q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
+        }
+    }
+}
+
+impl AdjointVariables {
+    fn zeros(system: &System, nodes: usize) -> Self {
+        let state = || DMatrix::zeros(system.n(), nodes);
+        AdjointVariables { a: state(), b: state(), c: state(), d: state(), e: DMatrix::zeros(system.m(), nodes) }
+    }
+
+    fn store(&mut self, node: &Node, i: usize) {
+        // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
+        let a = column_mut(&mut self.a, i);
+        if i > 0 {
+            a.copy_from_slice(&node.a)
+        } else {
+            a.fill(0.0)
+        }
+        column_mut(&mut self.b, i).copy_from_slice(&node.b);
+        column_mut(&mut self.c, i).copy_from_slice(&node.c);
+        column_mut(&mut self.d, i).copy_from_slice(&node.d);
+        column_mut(&mut self.e, i).copy_from_slice(&node.e);
+    }
+}

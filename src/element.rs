@@ -1,0 +1,98 @@
+//! What a researcher writes: small terms of the mechanics, each on a few coordinates, each a plain formula.
+//!
+//! Together the elements of a scene give the augmented Lagrangian and the generalized forces,
+//!
+//! ```text
+//! 𝓛(q, v, σ, t) = Σ T(q, v) − Σ V(q, t) + Σ σᵀ dΦ/dt(q, v, t),      Q = Σ Q(q, v, u, t)
+//! ```
+//!
+//! `N` is the number of coordinates of the element (not of the scene), `M` of its constraint equations, `K` of its
+//! control channels, `P` of its physical constants `b`. A constant is a number or is bound to a design variable of the scene;
+//! write every mass, arm or stiffness as a `b`, so that each of them can become a design variable later.
+//!
+//! The number types `S` are listed in [`scalar`](crate::scalar). What a formula does not depend on, and what it is linear in,
+//! is found out by the scene when it is compiled; there is nothing to declare.
+
+use nalgebra::SVector;
+
+use crate::Scalar;
+
+/// Kinetic energy T(q, v; b) in J.
+///
+/// Gives p* = T_v + Φ_qᵀσ (Eq. 1a) and the term T_q of Eq. (1b), which the paper's constant mass matrices lack.
+pub trait KineticEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
+    /// T(q, v; b).
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, N>, v: &SVector<S, N>, b: &SVector<S, P>) -> S;
+}
+
+/// Potential energy V(q, t; b) in J; its force is −V_q.
+pub trait PotentialEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
+    /// V(q, t; b).
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> S;
+}
+
+/// Generalized force Q(q, v, u, t; b) of Eq. (1b), in N for a length, N m for an angle.
+pub trait Force<const N: usize, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
+    /// Q(q, v, u, t; b), one component for each coordinate.
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, N, K>, b: &SVector<S, P>) -> SVector<S, N>;
+}
+
+/// Where a force is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct ForcePoint<S, const N: usize, const K: usize> {
+    /// Coordinates, m or rad.
+    pub q: SVector<S, N>,
+    /// Velocities, m/s or rad/s.
+    pub v: SVector<S, N>,
+    /// Controls.
+    pub u: SVector<S, K>,
+    /// Time, s.
+    pub t: S,
+}
+
+/// Holonomic constraint Φ(q, t; b) = 0, in m or rad.
+///
+/// Its velocity form dΦ/dt = Φ_q v + Φ_t (Eq. 1c) and all its derivatives come from this one function; with `t` in it, the joint
+/// is driven.
+pub trait Constraint<const N: usize, const M: usize, const P: usize = 0>: Send + Sync + 'static {
+    /// Φ(q, t; b).
+    fn phi<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> SVector<S, M>;
+}
+
+/// A term of the cost: h(y, u, t; b) along the motion, or S(y, u, t; b) at its end (Eq. 5).
+pub trait Cost<const N: usize, const M: usize = 0, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
+    /// The value at one node.
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, M, K>, b: &SVector<S, P>) -> S;
+}
+
+/// Where a cost is evaluated: the paper's y = (q̇, ṗ*, q, p*, σ) on the element's coordinates, with u and t.
+#[derive(Clone, Copy, Debug)]
+pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
+    /// Coordinates, m or rad.
+    pub q: SVector<S, N>,
+    /// Velocities, m/s or rad/s.
+    pub v: SVector<S, N>,
+    /// Augmented momenta, N s or N m s.
+    pub p_star: SVector<S, N>,
+    /// Their rates, N or N m.
+    pub p_star_dot: SVector<S, N>,
+    /// Multipliers (impulses) of the chosen constraints, N s or N m s.
+    pub sigma: SVector<S, M>,
+    /// Controls.
+    pub u: SVector<S, K>,
+    /// Time, s.
+    pub t: S,
+}
+
+/// How the values of a cost at the nodes are summed up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sum {
+    /// Σ h_i over i = 0 … N − 1, as in Eq. (5).
+    Plain,
+    /// Σ Δt_{i+1} h_i over i = 0 … N − 1: the rectangle rule for ∫ h dt.
+    Rectangle,
+    /// Σ Δt_i (h_{i−1} + h_i)/2 over i = 1 … N: the trapezoidal rule for ∫ h dt.
+    Trapezoidal,
+    /// h_N alone: the terminal cost S of Eq. (5).
+    Terminal,
+}

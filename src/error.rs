@@ -1,0 +1,253 @@
+//! Everything that can go wrong: where, how much, and what to do about it.
+
+use std::fmt;
+
+use crate::Trajectory;
+
+/// Why a scene could not be compiled, an input was refused, or a sweep stopped.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// Two things of one kind have the same name.
+    DuplicateName {
+        /// The kind: coordinate, body, element, control, design variable.
+        kind: &'static str,
+        /// The name they share.
+        name: String,
+    },
+    /// An element refers to something of another scene.
+    Foreign {
+        /// The element.
+        element: String,
+        /// What it refers to: coordinate, control, design variable, multiplier.
+        kind: &'static str,
+    },
+    /// A coordinate stands twice in the list of one element.
+    RepeatedCoordinate {
+        /// The element.
+        element: String,
+        /// The coordinate.
+        coordinate: String,
+    },
+    /// A joint or force between the ground and itself.
+    NoBody {
+        /// The element.
+        element: String,
+    },
+    /// A coordinate without any kinetic energy.
+    MissingInertia {
+        /// The coordinate.
+        coordinate: String,
+    },
+    /// A scene without coordinates.
+    EmptyScene,
+    /// A physical constant with a value that makes no sense.
+    Parameter {
+        /// Which one.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must_be: &'static str,
+    },
+    /// An input with the wrong number of entries.
+    Size {
+        /// Which input.
+        what: &'static str,
+        /// How many entries the scene and the grid need.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// An input that is infinite or not a number.
+    NotFinite {
+        /// Which entry of which input.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A step of length zero.
+    TimeStep {
+        /// The step, counted from 1.
+        step: usize,
+        /// Its length in s.
+        length: f64,
+    },
+    /// The initial coordinates violate a constraint: Φ(q₀, t₀) ≠ 0.
+    InitialPosition {
+        /// The constraint equation that is violated most.
+        equation: String,
+        /// Its value, m or rad.
+        violation: f64,
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// The initial velocities violate a constraint: dΦ/dt(q₀, v₀, t₀) ≠ 0.
+    InitialVelocity {
+        /// The constraint equation that is violated most.
+        equation: String,
+        /// Its rate, m/s or rad/s.
+        violation: f64,
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// Φ_q has less than full row rank: some constraints follow from (or contradict) others.
+    DependentConstraints {
+        /// The rank of Φ_q.
+        rank: usize,
+        /// Its number of rows.
+        rows: usize,
+        /// The constraint equations that take part in the dependency.
+        equations: Vec<String>,
+        /// When, s.
+        time: f64,
+    },
+    /// The mass matrix is not positive definite on the motions that the constraints allow.
+    SingularMass {
+        /// The coordinates that move without kinetic energy.
+        coordinates: Vec<String>,
+        /// When, s.
+        time: f64,
+    },
+    /// Newton's iteration did not converge in a step.
+    Newton {
+        /// The step, counted from 1.
+        step: usize,
+        /// The time at its end, s.
+        time: f64,
+        /// How many iterations were made.
+        iterations: usize,
+        /// The largest residual left, relative to the size of the terms in its equation.
+        residual: f64,
+        /// The equation that holds it.
+        equation: String,
+    },
+    /// The tangent matrix K of a step is singular.
+    SingularStep {
+        /// The step, counted from 1.
+        step: usize,
+        /// The time at its end, s.
+        time: f64,
+        /// The unknown at which the elimination broke down.
+        unknown: String,
+        /// The ratio of the pivot to the entries it came from.
+        pivot: f64,
+    },
+    /// A model function returned an infinite value or NaN for finite arguments.
+    Model {
+        /// The elements.
+        element: String,
+        /// The node, 0 … N.
+        node: usize,
+        /// Its time, s.
+        time: f64,
+    },
+    /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
+    Incomplete {
+        /// The nodes that the grid has.
+        expected: usize,
+        /// The nodes that were computed.
+        computed: usize,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Error::DuplicateName { kind, name } => write!(f, "two {kind}s are called `{name}`; give each its own name"),
+            Error::Foreign { element, kind } => {
+                write!(f, "`{element}` refers to a {kind} of another scene; use handles of the scene it is added to")
+            }
+            Error::RepeatedCoordinate { element, coordinate } => {
+                write!(f, "`{element}` lists coordinate `{coordinate}` twice; each coordinate of an element stands once")
+            }
+            Error::NoBody { element } => {
+                write!(f, "`{element}` connects the ground to itself; at least one side must be a body")
+            }
+            Error::MissingInertia { coordinate } => {
+                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it")
+            }
+            Error::EmptyScene => write!(f, "the scene has no coordinates; add a body or coordinates first"),
+            Error::Parameter { what, value, must_be } => write!(f, "{what} is {value}; it must be {must_be}"),
+            Error::Size { what, expected, found } => write!(f, "{what}: expected {expected} entries, found {found}"),
+            Error::NotFinite { what, value } => write!(f, "{what} is {value}; every input must be finite"),
+            Error::TimeStep { step, length } => {
+                write!(f, "time step {step} has length {length} s; a step must be finite and not zero")
+            }
+            Error::InitialPosition { equation, violation, tolerance } => write!(
+                f,
+                "the initial coordinates violate {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
+                 correct q0 or raise `Settings::position_tolerance`"
+            ),
+            Error::InitialVelocity { equation, violation, tolerance } => write!(
+                f,
+                "the initial velocities violate the rate of {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
+                 correct v0 or p*0, or raise `Settings::velocity_tolerance`"
+            ),
+            Error::DependentConstraints { rank, rows, equations, time } => write!(
+                f,
+                "at t = {time} s the constraint Jacobian has rank {rank} but {rows} rows; dependent: {}; remove the \
+                 equations that follow from others",
+                equations.join(", ")
+            ),
+            Error::SingularMass { coordinates, time } => write!(
+                f,
+                "at t = {time} s the mass matrix is not positive definite on the admissible motions; \
+                 coordinates that move without kinetic energy: {}; check masses and inertias",
+                coordinates.join(", ")
+            ),
+            Error::Newton { step, time, iterations, residual, equation } => write!(
+                f,
+                "Newton did not converge in step {step} (t = {time} s): after {iterations} iterations the relative residual is \
+                 {residual:.2e} in {equation}; try a shorter time step, or raise `Settings::max_iterations`"
+            ),
+            Error::SingularStep { step, time, unknown, pivot } => write!(
+                f,
+                "the tangent matrix is singular in step {step} (t = {time} s) at {unknown} (relative pivot {pivot:.1e}); \
+                 the mechanism is in a singular configuration, or the time step is too long"
+            ),
+            Error::Model { element, node, time } => write!(
+                f,
+                "{element} gave a value that is not finite at node {node} (t = {time} s); \
+                 check its formula (division by zero, root or logarithm of a negative number)"
+            ),
+            Error::Incomplete { expected, computed } => write!(
+                f,
+                "the trajectory holds {computed} of the {expected} nodes of the grid; simulate to the end before asking for a gradient"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+pub(crate) fn quoted(name: &str) -> String {
+    format!("`{name}`")
+}
+
+/// A simulation that stopped, with all that it had computed.
+#[derive(Clone, Debug)]
+pub struct Stopped {
+    /// Why.
+    pub error: Error,
+    /// The nodes that were computed before ([`Trajectory::computed`] tells how many; the others are zero).
+    pub trajectory: Box<Trajectory>,
+}
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} ({} nodes were computed)", self.error, self.trajectory.computed)
+    }
+}
+
+impl std::error::Error for Stopped {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
+impl From<Stopped> for Error {
+    fn from(stopped: Stopped) -> Error {
+        stopped.error
+    }
+}

@@ -1,0 +1,134 @@
+//! The numerical factorisation.
+
+use super::constant::Constant;
+use super::kernel::State;
+use super::lu::Cancelled;
+use super::symbolic::Symbolic;
+
+/// A pivot that vanishes: the matrix is singular, or nearly so, where `unknown` is eliminated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Breakdown {
+    /// The unknown, in the caller's numbering.
+    pub(crate) unknown: usize,
+    /// The pivot found.
+    pub(crate) pivot: f64,
+    /// The magnitude it had to be compared with.
+    pub(crate) scale: f64,
+}
+
+/// The values of one matrix and their factors.
+///
+/// All calls take the `Symbolic` that `new` was given.
+#[derive(Debug, Clone)]
+pub(crate) struct BlockLu {
+    constant: Constant,
+    values: Vec<f64>,
+    swaps: Vec<usize>,
+    scale: Vec<f64>,
+    worst: f64,
+}
+
+impl BlockLu {
+    /// The zero matrix; nothing is allocated after this.
+    pub(crate) fn new(symbolic: &Symbolic) -> Self {
+        Self {
+            constant: Constant::new(symbolic),
+            values: vec![0.0; symbolic.values_len()],
+            swaps: vec![0; symbolic.size()],
+            scale: vec![0.0; symbolic.size()],
+            worst: 1.0,
+        }
+    }
+
+    /// Sets the constant part from triplets (row, column, value), duplicates summed, and condenses.
+    ///
+    /// Every triplet lies in the pattern, on condensed or other unknowns.
+    ///
+    /// # Errors
+    /// A condensed unknown whose pivot is below 1e-10 of its row.
+    pub(crate) fn set_constant(&mut self, symbolic: &Symbolic, triplets: &[(usize, usize, f64)]) -> Result<(), Breakdown> {
+        self.constant.set(symbolic, triplets)
+    }
+
+    /// Starts an assembly: the values become the constant part.
+    pub(crate) fn reset(&mut self) {
+        self.values.copy_from_slice(self.constant.image());
+    }
+
+    /// The values by slot, to add varying entries to between `reset` and `factor`.
+    pub(crate) fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Factors the assembled values in place.
+    ///
+    /// # Errors
+    /// A pivot that is not finite or below 1e-13 of the magnitudes that were added up in it.
+    pub(crate) fn factor(&mut self, symbolic: &Symbolic) -> Result<(), Breakdown> {
+        self.factor_with(symbolic, None)
+    }
+
+    /// Factors the assembled values and solves K x = r, for r in `x` by positions.
+    ///
+    /// # Errors
+    /// As `factor`; `x` is then lost.
+    pub(crate) fn factor_and_solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
+        self.constant.forward(symbolic, x);
+        self.factor_with(symbolic, Some(x))?;
+        self.backward(symbolic, x);
+        Ok(())
+    }
+
+    /// Eliminates the nodes, in `x` too if it is given.
+    fn factor_with(&mut self, symbolic: &Symbolic, mut x: Option<&mut [f64]>) -> Result<(), Breakdown> {
+        self.scale.copy_from_slice(self.constant.scale());
+        self.worst = 1.0;
+        let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
+        for node in symbolic.panels() {
+            let ratio =
+                (node.kernel.eliminate(node, &mut state)).map_err(|cancelled| breakdown(symbolic, node.first, cancelled))?;
+            self.worst = self.worst.max(ratio);
+            if let Some(x) = x.as_deref_mut() {
+                node.kernel.forward(node, state.values, state.swaps, x);
+            }
+        }
+        Ok(())
+    }
+
+    /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor`.
+    pub(crate) fn worst_pivot(&self) -> f64 {
+        self.worst.recip()
+    }
+
+    /// Solves K x = r with the factors, for r in `x` by positions.
+    pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        self.constant.forward(symbolic, x);
+        for node in symbolic.panels() {
+            node.kernel.forward(node, &self.values, &self.swaps, x);
+        }
+        self.backward(symbolic, x);
+    }
+
+    fn backward(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        for node in symbolic.panels().iter().rev() {
+            node.kernel.backward(node, &self.values, x);
+        }
+        self.constant.backward(symbolic, x);
+    }
+
+    /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
+    pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        self.constant.forward_transposed(symbolic, x);
+        for node in symbolic.panels() {
+            node.kernel.forward_transposed(node, &self.values, x);
+        }
+        for node in symbolic.panels().iter().rev() {
+            node.kernel.backward_transposed(node, &self.values, &self.swaps, x);
+        }
+        self.constant.backward_transposed(symbolic, x);
+    }
+}
+
+fn breakdown(symbolic: &Symbolic, first: usize, cancelled: Cancelled) -> Breakdown {
+    Breakdown { unknown: symbolic.unknown(first + cancelled.column), pivot: cancelled.pivot, scale: cancelled.scale }
+}

@@ -1,0 +1,60 @@
+//! An undirected graph under elimination of its vertices.
+
+use std::collections::BTreeSet;
+
+/// Undirected graph without loops, as the set of neighbours of each vertex.
+#[derive(Debug, Clone)]
+pub(super) struct Graph {
+    neighbours: Vec<BTreeSet<usize>>,
+}
+
+impl Graph {
+    /// The graph of `size` vertices without edges.
+    pub(super) fn new(size: usize) -> Self {
+        Self { neighbours: vec![BTreeSet::new(); size] }
+    }
+
+    /// Number of vertices, the eliminated ones included.
+    pub(super) fn size(&self) -> usize {
+        self.neighbours.len()
+    }
+
+    /// Neighbours of vertex `v` in ascending order.
+    pub(super) fn neighbours(&self, v: usize) -> impl Iterator<Item = usize> {
+        self.neighbours[v].iter().copied()
+    }
+
+    /// Whether {a, b} is an edge.
+    pub(super) fn adjacent(&self, a: usize, b: usize) -> bool {
+        self.neighbours[a].contains(&b)
+    }
+
+    /// Adds the edge {a, b}; a loop is left out.
+    pub(super) fn connect(&mut self, a: usize, b: usize) {
+        if a != b {
+            self.neighbours[a].insert(b);
+            self.neighbours[b].insert(a);
+        }
+    }
+
+    /// Takes vertex `v` out, joins its neighbours to one another (the fill), and returns them.
+    pub(super) fn eliminate(&mut self, v: usize) -> Vec<usize> {
+        let clique: Vec<usize> = std::mem::take(&mut self.neighbours[v]).into_iter().collect();
+        for &a in &clique {
+            self.neighbours[a].remove(&v);
+            self.neighbours[a].extend(clique.iter().filter(|&&b| b != a));
+        }
+        clique
+    }
+
+    /// The graph of the classes of vertices, two of them adjacent if members of theirs are.
+    pub(super) fn quotient(&self, classes: usize, class_of: &[usize]) -> Graph {
+        let mut quotient = Graph::new(classes);
+        for a in 0..self.size() {
+            for b in self.neighbours(a) {
+                quotient.connect(class_of[a], class_of[b]);
+            }
+        }
+        quotient
+    }
+}

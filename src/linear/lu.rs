@@ -1,0 +1,199 @@
+//! Dense LU of one node with partial pivoting: P D = L U.
+//!
+//! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
+//! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
+//! constant `s` unrolls them.
+
+use super::size::{Fixed, Free, Size};
+
+/// A pivot must exceed this fraction of the magnitudes that were added up in it.
+const SMALLEST_PIVOT: f64 = 1e-13;
+
+/// A pivot that cancelled: its column in the node, its value and the magnitude of its summands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cancelled {
+    pub(super) column: usize,
+    pub(super) pivot: f64,
+    pub(super) scale: f64,
+}
+
+/// The matrices and records that a factorisation works on.
+pub(super) struct Rows<'a> {
+    /// D (s×s) by columns.
+    pub(super) d: &'a mut [f64],
+    /// Further columns, whose rows are interchanged with those of D.
+    pub(super) u: &'a mut [f64],
+    /// `swaps[k]` becomes the row that changed places with row k at step k.
+    pub(super) swaps: &'a mut [usize],
+    /// Magnitudes added to diagonal entry k before.
+    pub(super) scale: &'a [f64],
+}
+
+/// Factors D in place and returns the largest ratio of the magnitudes added up in a pivot to the pivot.
+///
+/// The ratio does not depend on the units of the unknowns as long as rows are not interchanged.
+///
+/// # Errors
+/// The first pivot that is not finite or too small against its magnitudes.
+#[inline(always)]
+pub(super) fn factor<N: Size>(n: N, rows: &mut Rows<'_>) -> Result<f64, Cancelled> {
+    let mut worst = 1.0;
+    if N::FIXED {
+        fixed_step::<N, 0>(n, rows, &mut worst)?;
+        fixed_step::<N, 1>(n, rows, &mut worst)?;
+        fixed_step::<N, 2>(n, rows, &mut worst)?;
+        fixed_step::<N, 3>(n, rows, &mut worst)?;
+        fixed_step::<N, 4>(n, rows, &mut worst)?;
+        fixed_step::<N, 5>(n, rows, &mut worst)?;
+        fixed_step::<N, 6>(n, rows, &mut worst)?;
+        fixed_step::<N, 7>(n, rows, &mut worst)?;
+    } else {
+        for k in 0..n.get() {
+            step(n, Free::new(k), rows, &mut worst)?;
+        }
+    }
+    Ok(worst)
+}
+
+/// Step K if there is one: the optimiser does not unroll the loop over the steps on its own.
+#[inline(always)]
+fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
+    if K < n.get() { step(n, Fixed::<K>, rows, worst) } else { Ok(()) }
+}
+
+/// Eliminates column k.
+#[inline(always)]
+fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
+    let (s, k) = (n.get(), k.get());
+    let (d, scale) = (&mut rows.d[..s * s], &rows.scale[..s]);
+    let row = largest(&d[k * s..(k + 1) * s], k);
+    rows.swaps[k] = row;
+    if row != k {
+        swap_rows(s, d, k, row);
+        swap_rows(s, rows.u, k, row);
+    }
+    let summands: f64 = (0..k).map(|m| (d[m * s + k] * d[k * s + m]).abs()).sum();
+    let pivot = d[k * s + k];
+    let inverse = 1.0 / pivot;
+    let scale = pivot.abs() + (summands + scale[k]);
+    let ratio = scale * inverse.abs();
+    // The negation catches NaN.
+    if !(ratio * SMALLEST_PIVOT < 1.0) {
+        return Err(Cancelled { column: k, pivot, scale });
+    }
+    if ratio > *worst {
+        *worst = ratio;
+    }
+    d[k * s + k] = inverse;
+    for entry in &mut d[k * s + k + 1..(k + 1) * s] {
+        *entry *= inverse;
+    }
+    let (head, tail) = d.split_at_mut((k + 1) * s);
+    let column = &head[k * s..];
+    for other in tail.chunks_exact_mut(s) {
+        subtract(other[k], &column[k + 1..], &mut other[k + 1..]);
+    }
+    Ok(())
+}
+
+/// Index of the largest |entry| of `column` from row k on.
+#[inline(always)]
+fn largest(column: &[f64], k: usize) -> usize {
+    let (mut row, mut largest) = (k, column[k].abs());
+    for (i, entry) in column.iter().enumerate().skip(k + 1) {
+        if entry.abs() > largest {
+            (row, largest) = (i, entry.abs());
+        }
+    }
+    row
+}
+
+/// Exchanges rows k < row; searching for `row` keeps the indices constant once unrolled.
+#[inline(always)]
+fn swap_rows(s: usize, columns: &mut [f64], k: usize, row: usize) {
+    for i in k + 1..s {
+        if i == row {
+            for column in columns.chunks_exact_mut(s) {
+                column.swap(k, i);
+            }
+        }
+    }
+}
+
+/// y := P y.
+#[inline(always)]
+pub(super) fn permute(swaps: &[usize], y: &mut [f64]) {
+    for (k, &row) in swaps.iter().enumerate() {
+        if row != k {
+            y.swap(k, row);
+        }
+    }
+}
+
+/// y := Pᵀ y.
+#[inline(always)]
+pub(super) fn permute_back(swaps: &[usize], y: &mut [f64]) {
+    for (k, &row) in swaps.iter().enumerate().rev() {
+        if row != k {
+            y.swap(k, row);
+        }
+    }
+}
+
+/// y := y − factor·x.
+#[inline(always)]
+pub(super) fn subtract(factor: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
+
+/// start − xᵀy, the last products being subtracted last: they are the last to be known.
+#[inline(always)]
+pub(super) fn minus_dot(start: f64, x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).fold(start, |sum, (x, y)| sum - x * y)
+}
+
+/// y := L⁻¹ y.
+#[inline(always)]
+pub(super) fn solve_lower<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
+    let s = n.get();
+    let (lu, y) = (&lu[..s * s], &mut y[..s]);
+    for (k, column) in lu.chunks_exact(s).enumerate() {
+        let (head, tail) = y.split_at_mut(k + 1);
+        subtract(head[k], &column[k + 1..], tail);
+    }
+}
+
+/// y := U⁻¹ y.
+#[inline(always)]
+pub(super) fn solve_upper<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
+    let s = n.get();
+    let (lu, y) = (&lu[..s * s], &mut y[..s]);
+    for (k, column) in lu.chunks_exact(s).enumerate().rev() {
+        y[k] *= column[k];
+        let (head, tail) = y.split_at_mut(k);
+        subtract(tail[0], &column[..k], head);
+    }
+}
+
+/// y := U⁻ᵀ y.
+#[inline(always)]
+pub(super) fn solve_upper_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
+    let s = n.get();
+    let (lu, y) = (&lu[..s * s], &mut y[..s]);
+    for (k, column) in lu.chunks_exact(s).enumerate() {
+        y[k] = minus_dot(y[k], &column[..k], &y[..k]) * column[k];
+    }
+}
+
+/// y := L⁻ᵀ y.
+#[inline(always)]
+pub(super) fn solve_lower_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
+    let s = n.get();
+    let (lu, y) = (&lu[..s * s], &mut y[..s]);
+    for (k, column) in lu.chunks_exact(s).enumerate().rev() {
+        let known = column[k + 1..].iter().zip(&y[k + 1..]).rev();
+        y[k] = known.fold(y[k], |sum, (l, y)| sum - l * y);
+    }
+}

@@ -1,0 +1,31 @@
+//! Direct solution of a sequence of sparse systems K x = r and Kᵀ x = r with one fixed pattern.
+//!
+//! K is structurally symmetric, numerically unsymmetric, and may have structurally zero diagonal
+//! entries, like a saddle point matrix [A Bᵀ; B 0]. The work falls into three parts:
+//!
+//! * [`Symbolic`], once per [`Pattern`]: which constant unknowns are condensed, the order in which the
+//!   groups of the others are eliminated, and where every entry is stored;
+//! * [`BlockLu::set_constant`], once per set of constant values: the elimination of the condensed unknowns;
+//! * [`BlockLu::factor`], at every iteration: a block LU of the rest, node by node.
+//!
+//! The rows are interchanged inside a node only, so every node's diagonal block must be regular when
+//! its turn comes; [`Group::after`] lets the caller see to that.
+
+mod block_lu;
+mod condense;
+mod constant;
+mod graph;
+mod kernel;
+mod lu;
+mod node;
+mod order;
+mod pattern;
+mod size;
+mod symbolic;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use block_lu::{BlockLu, Breakdown};
+pub(crate) use pattern::{Group, Pattern};
+pub(crate) use symbolic::Symbolic;

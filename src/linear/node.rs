@@ -1,0 +1,62 @@
+//! One node of the block elimination.
+//!
+//! Its values form one contiguous panel. For s unknowns coupled to r later unknowns that is
+//! D (s×s, by columns), U (s×r, by columns), L (r×s, by rows).
+
+use super::kernel::Kernel;
+use std::ops::Range;
+
+/// A node, its place among the unknowns and in the values, and the panels that it updates.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    /// Position of the first unknown.
+    pub(super) first: usize,
+    /// Number of unknowns s.
+    pub(super) size: usize,
+    /// Number of later unknowns r.
+    pub(super) width: usize,
+    /// Start of the panel in the values.
+    pub(super) start: usize,
+    /// Later neighbours in elimination order.
+    pub(super) later: Vec<Later>,
+    /// Pairs of later neighbours.
+    pub(super) pairs: Vec<Pair>,
+    /// Kernels for the size of this node.
+    pub(super) kernel: &'static dyn Kernel,
+}
+
+/// A later neighbour b of a node.
+#[derive(Debug, Clone)]
+pub(super) struct Later {
+    /// Its index among the nodes.
+    pub(super) node: usize,
+    /// Its columns of U, which are its rows of L too.
+    pub(super) lines: Range<usize>,
+    /// Its first unknown, counted from the end of the node's own.
+    pub(super) first: usize,
+    /// Start of its D, counted from the end of the node's panel.
+    pub(super) diagonal: usize,
+}
+
+/// Two later neighbours b before c of a node.
+#[derive(Debug, Clone)]
+pub(super) struct Pair {
+    pub(super) b: Range<usize>,
+    pub(super) c: Range<usize>,
+    /// Start of block (b, c) in U of b, counted from the end of the node's panel.
+    pub(super) upper: usize,
+    /// Start of block (c, b) in L of b, counted from the end of the node's panel.
+    pub(super) lower: usize,
+}
+
+impl Node {
+    /// Number of values in the panel, s² + 2 s r.
+    pub(super) fn panel_len(&self) -> usize {
+        self.size * (self.size + 2 * self.width)
+    }
+
+    /// Position behind the last unknown.
+    pub(super) fn end(&self) -> usize {
+        self.first + self.size
+    }
+}

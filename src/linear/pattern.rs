@@ -1,0 +1,82 @@
+//! The structure of the matrix, as the caller describes it.
+
+use super::graph::Graph;
+
+/// Structure of a square matrix K and of the grouping of its unknowns.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Pattern {
+    /// Number of unknowns.
+    pub(crate) size: usize,
+    /// Structural nonzeros (row, column), in any order; (i, j) stands for (j, i) too. A diagonal entry is
+    /// listed only if it is structurally nonzero.
+    pub(crate) entries: Vec<(usize, usize)>,
+    /// Per unknown: its row and its column keep their values between calls of `set_constant`.
+    pub(crate) constant: Vec<bool>,
+    /// Disjoint groups that together hold every unknown.
+    pub(crate) groups: Vec<Group>,
+}
+
+/// Unknowns that are eliminated together.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Group {
+    /// The unknowns of the group.
+    pub(crate) unknowns: Vec<usize>,
+    /// Indices of the groups that have to be eliminated before this one.
+    pub(crate) after: Vec<usize>,
+}
+
+impl Pattern {
+    /// The graph of the off-diagonal entries.
+    pub(super) fn graph(&self) -> Graph {
+        let mut graph = Graph::new(self.size);
+        for &(row, col) in &self.entries {
+            graph.connect(row, col);
+        }
+        graph
+    }
+
+    /// Per unknown: its diagonal entry is structurally nonzero.
+    pub(super) fn diagonal(&self) -> Vec<bool> {
+        let mut diagonal = vec![false; self.size];
+        for &(row, col) in &self.entries {
+            diagonal[row] |= row == col;
+        }
+        diagonal
+    }
+
+    /// Per unknown: the index of its group.
+    pub(super) fn group_of(&self) -> Vec<usize> {
+        let mut group_of = vec![0; self.size];
+        for (g, group) in self.groups.iter().enumerate() {
+            for &unknown in &group.unknowns {
+                group_of[unknown] = g;
+            }
+        }
+        group_of
+    }
+
+    /// The entries of the symmetrised pattern, ascending and each once.
+    pub(super) fn symmetric_entries(&self) -> Vec<(usize, usize)> {
+        let mirrored = self.entries.iter().map(|&(row, col)| (col, row));
+        let mut entries: Vec<_> = self.entries.iter().copied().chain(mirrored).collect();
+        entries.sort_unstable();
+        entries.dedup();
+        entries
+    }
+
+    /// Every unknown stands in exactly one group and every index is in range.
+    pub(super) fn is_consistent(&self) -> bool {
+        let mut seen = vec![0; self.size];
+        for &unknown in self.groups.iter().flat_map(|group| &group.unknowns) {
+            match seen.get_mut(unknown) {
+                Some(count) => *count += 1,
+                None => return false,
+            }
+        }
+        let mut afters = self.groups.iter().flat_map(|group| &group.after);
+        self.constant.len() == self.size
+            && seen.iter().all(|&count| count == 1)
+            && self.entries.iter().all(|&(i, j)| i < self.size && j < self.size)
+            && afters.all(|&g| g < self.groups.len())
+    }
+}

@@ -1,0 +1,259 @@
+//! The analysis of a pattern: what is condensed, in which order the nodes go, where entries are stored.
+
+use super::condense::{Condensed, condense};
+use super::kernel::kernel;
+use super::node::{Later, Node, Pair};
+use super::order::{Eliminated, order};
+use super::pattern::Pattern;
+
+/// A condensed unknown: entries [pivot, row, column] in one run, its position being its index.
+#[derive(Debug, Clone)]
+pub(super) struct Step {
+    /// Start of the run among the stored entries.
+    pub(super) start: usize,
+    /// Positions of the neighbours at its elimination, ascending.
+    pub(super) neighbours: Vec<usize>,
+    /// Where the entries (i, j) of its neighbours are stored, by rows.
+    pub(super) targets: Vec<usize>,
+}
+
+impl Step {
+    /// Place of the row's entries; the column's follow.
+    pub(super) fn run(&self) -> std::ops::Range<usize> {
+        self.start..self.start + 1 + 2 * self.neighbours.len()
+    }
+}
+
+/// The structure of the factorisation of all matrices with one pattern.
+#[derive(Debug, Clone)]
+pub(crate) struct Symbolic {
+    positions: Vec<usize>,
+    unknowns: Vec<usize>,
+    entries: Vec<(usize, usize)>,
+    owner: Vec<usize>,
+    steps: Vec<Step>,
+    nodes: Vec<Node>,
+    values_len: usize,
+}
+
+impl Symbolic {
+    /// Analyses a pattern whose indices are in range and whose groups hold every unknown once.
+    pub(crate) fn analyse(pattern: &Pattern) -> Self {
+        debug_assert!(pattern.is_consistent(), "groups or indices do not fit");
+        let mut graph = pattern.graph();
+        let condensed = condense(pattern, &mut graph);
+        let mut left = vec![true; pattern.size];
+        for step in &condensed {
+            left[step.unknown] = false;
+        }
+        let members: Vec<Vec<usize>> =
+            (pattern.groups.iter()).map(|group| group.unknowns.iter().copied().filter(|&u| left[u]).collect()).collect();
+        let sizes: Vec<usize> = members.iter().map(Vec::len).collect();
+        let quotient = graph.quotient(sizes.len(), &pattern.group_of());
+        let order = order(quotient, &sizes, &pattern.groups);
+
+        let unknowns: Vec<usize> = (condensed.iter().map(|step| step.unknown))
+            .chain(order.iter().flat_map(|node| members[node.group].iter().copied()))
+            .collect();
+        let positions = inverse(&unknowns);
+        let nodes = lay_out_nodes(&order, &sizes, condensed.len());
+        let values_len = nodes.iter().map(Node::panel_len).sum();
+        let owner = (nodes.iter().enumerate()).flat_map(|(index, node)| std::iter::repeat_n(index, node.size)).collect();
+        let mut symbolic = Self {
+            steps: lay_out_steps(&condensed, &positions, values_len),
+            positions,
+            unknowns,
+            entries: pattern.symmetric_entries(),
+            owner,
+            nodes,
+            values_len,
+        };
+        symbolic.find_targets();
+        symbolic
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn size(&self) -> usize {
+        self.unknowns.len()
+    }
+
+    /// Place of an unknown in right-hand sides and solutions: condensed first, then node by node.
+    pub(crate) fn position(&self, unknown: usize) -> usize {
+        self.positions[unknown]
+    }
+
+    /// The unknown at a position.
+    pub(super) fn unknown(&self, position: usize) -> usize {
+        self.unknowns[position]
+    }
+
+    /// Slot of a varying entry in the values; None if row or column is condensed or the entry is not in
+    /// the pattern.
+    pub(crate) fn slot(&self, row: usize, col: usize) -> Option<usize> {
+        self.place(row, col).filter(|&place| place < self.values_len)
+    }
+
+    /// Number of condensed unknowns.
+    pub(crate) fn condensed(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Number of nodes.
+    pub(crate) fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Sizes of the nodes in elimination order.
+    pub(crate) fn node_sizes(&self) -> impl Iterator<Item = usize> {
+        self.nodes.iter().map(|node| node.size)
+    }
+
+    /// Number of values in the panels, Σ s² + 2 s r over the nodes.
+    pub(crate) fn values_len(&self) -> usize {
+        self.values_len
+    }
+
+    /// Number of stored entries: the panels and behind them the rows and columns of the condensed unknowns.
+    pub(super) fn stored_len(&self) -> usize {
+        self.steps.last().map_or(self.values_len, |step| step.run().end)
+    }
+
+    pub(super) fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    pub(super) fn panels(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Where an entry of the pattern is stored.
+    pub(super) fn place(&self, row: usize, col: usize) -> Option<usize> {
+        self.entries.binary_search(&(row, col)).ok()?;
+        self.stored(self.positions[row], self.positions[col])
+    }
+
+    /// Where the entry at two positions is stored, fill included: with the one eliminated first.
+    fn stored(&self, row: usize, col: usize) -> Option<usize> {
+        let (early, late) = (row.min(col), row.max(col));
+        match self.steps.get(early) {
+            Some(step) if row == col => Some(step.start),
+            Some(step) => {
+                let k = step.neighbours.binary_search(&late).ok()?;
+                let column = if row > col { step.neighbours.len() } else { 0 };
+                Some(step.start + 1 + column + k)
+            }
+            None => self.stored_in_panel(row, col),
+        }
+    }
+
+    fn stored_in_panel(&self, row: usize, col: usize) -> Option<usize> {
+        let (early, late) = (row.min(col), row.max(col));
+        let node = self.owner_of(early);
+        if late < node.end() {
+            return Some(node.start + (col - node.first) * node.size + (row - node.first));
+        }
+        let b = (node.later.iter()).find(|b| (b.first..b.first + b.lines.len()).contains(&(late - node.end())))?;
+        let line = b.lines.start + (late - node.end() - b.first);
+        let lower = if row > col { node.width } else { 0 };
+        let side = node.start + node.size * (node.size + lower);
+        Some(side + line * node.size + (early - node.first))
+    }
+
+    fn owner_of(&self, position: usize) -> &Node {
+        &self.nodes[self.owner[position - self.steps.len()]]
+    }
+
+    /// Looks up all entries that eliminations update.
+    fn find_targets(&mut self) {
+        let targets: Vec<Vec<usize>> = (self.steps.iter())
+            .map(|step| {
+                let pairs = (step.neighbours.iter()).flat_map(|&i| step.neighbours.iter().map(move |&j| (i, j)));
+                pairs.filter_map(|(i, j)| self.stored(i, j)).collect()
+            })
+            .collect();
+        let pairs: Vec<Vec<Pair>> = self.nodes.iter().map(|node| self.pairs(node)).collect();
+        for (step, targets) in self.steps.iter_mut().zip(targets) {
+            debug_assert_eq!(targets.len(), step.neighbours.len().pow(2));
+            step.targets = targets;
+        }
+        for (node, pairs) in self.nodes.iter_mut().zip(pairs) {
+            node.pairs = pairs;
+        }
+    }
+
+    fn pairs(&self, node: &Node) -> Vec<Pair> {
+        let end = node.start + node.panel_len();
+        let ordered = (node.later.iter().enumerate()).flat_map(|(k, b)| node.later[k + 1..].iter().map(move |c| (b, c)));
+        ordered
+            .filter_map(|(b, c)| {
+                let (i, j) = (self.nodes[b.node].first, self.nodes[c.node].first);
+                Some(Pair {
+                    b: b.lines.clone(),
+                    c: c.lines.clone(),
+                    upper: self.stored(i, j)? - end,
+                    lower: self.stored(j, i)? - end,
+                })
+            })
+            .collect()
+    }
+}
+
+fn inverse(permutation: &[usize]) -> Vec<usize> {
+    let mut inverse = vec![0; permutation.len()];
+    for (k, &p) in permutation.iter().enumerate() {
+        inverse[p] = k;
+    }
+    inverse
+}
+
+/// Gives the condensed unknowns their runs of entries, from `start` on.
+fn lay_out_steps(condensed: &[Condensed], positions: &[usize], mut start: usize) -> Vec<Step> {
+    let mut steps = Vec::with_capacity(condensed.len());
+    for unknown in condensed {
+        let mut neighbours: Vec<usize> = unknown.neighbours.iter().map(|&n| positions[n]).collect();
+        neighbours.sort_unstable();
+        let step = Step { start, neighbours, targets: Vec::new() };
+        start = step.run().end;
+        steps.push(step);
+    }
+    steps
+}
+
+/// Gives the nodes their positions, from `first` on, and their panels; the pairs are left empty.
+fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec<Node> {
+    let mut rank = vec![0; sizes.len()];
+    let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
+    let mut start = 0;
+    for (index, node) in order.iter().enumerate() {
+        rank[node.group] = index;
+        let size = sizes[node.group];
+        nodes.push(Node {
+            first,
+            size,
+            width: node.neighbours.iter().map(|&g| sizes[g]).sum(),
+            start,
+            later: Vec::new(),
+            pairs: Vec::new(),
+            kernel: kernel(size),
+        });
+        first += size;
+        start += nodes[index].panel_len();
+    }
+    for (index, node) in order.iter().enumerate() {
+        let mut ranks: Vec<usize> = node.neighbours.iter().map(|&g| rank[g]).collect();
+        ranks.sort_unstable();
+        nodes[index].later = later(&nodes[index], &ranks, &nodes);
+    }
+    nodes
+}
+
+fn later(node: &Node, ranks: &[usize], nodes: &[Node]) -> Vec<Later> {
+    let mut line = 0;
+    let neighbours = ranks.iter().map(|&rank| {
+        let b = &nodes[rank];
+        let lines = line..line + b.size;
+        line = lines.end;
+        Later { node: rank, lines, first: b.first - node.end(), diagonal: b.start - (node.start + node.panel_len()) }
+    });
+    neighbours.collect()
+}

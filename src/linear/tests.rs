@@ -1,0 +1,318 @@
+//! Solutions against dense LU, the choice of condensed unknowns, breakdowns.
+
+use super::{BlockLu, Group, Pattern, Symbolic};
+use nalgebra::{DMatrix, DVector};
+
+/// Linear congruential generator.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = (self.0.wrapping_mul(6364136223846793005)).wrapping_add(1442695040888963407);
+        self.0 >> 33
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        self.next() as usize % bound
+    }
+
+    /// Uniform in (−1, 1).
+    fn unit(&mut self) -> f64 {
+        self.next() as f64 / (1u64 << 30) as f64 - 1.0
+    }
+}
+
+/// Groups of the given sizes with full diagonal blocks and full blocks for the edges.
+fn blocks(sizes: &[usize], edges: &[(usize, usize)]) -> Pattern {
+    let mut pattern = Pattern::default();
+    for &size in sizes {
+        let unknowns = (pattern.size..pattern.size + size).collect();
+        pattern.size += size;
+        let after = vec![];
+        pattern.groups.push(Group { unknowns, after });
+    }
+    let loops = (0..sizes.len()).map(|g| (g, g));
+    for (a, b) in edges.iter().copied().chain(loops) {
+        for &i in &pattern.groups[a].unknowns {
+            for &j in &pattern.groups[b].unknowns {
+                pattern.entries.push((i, j));
+            }
+        }
+    }
+    pattern.constant = vec![false; pattern.size];
+    pattern
+}
+
+/// Random values on the symmetrised pattern, on the diagonal (where there is one) near `diagonal`.
+fn fill(pattern: &Pattern, diagonal: f64, random: &mut Random) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(pattern.size, pattern.size);
+    for &(i, j) in &pattern.entries {
+        matrix[(i, j)] = random.unit();
+        matrix[(j, i)] = random.unit();
+    }
+    for &(i, j) in pattern.entries.iter().filter(|(i, j)| i == j) {
+        matrix[(i, j)] += diagonal;
+    }
+    matrix
+}
+
+/// Constant part: what lies on constant unknowns, and a third of the rest in two summands.
+fn set_constant(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
+    let mut triplets = vec![];
+    for (i, j) in pattern.symmetric_entries() {
+        if pattern.constant[i] || pattern.constant[j] {
+            triplets.push((i, j, matrix[(i, j)]));
+        } else {
+            triplets.extend([(i, j, matrix[(i, j)] / 3.0 - 1.0), (i, j, 1.0)]);
+        }
+    }
+    lu.set_constant(s, &triplets).expect("regular pivots");
+}
+
+fn assemble(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
+    lu.reset();
+    for (i, j) in pattern.symmetric_entries() {
+        if !(pattern.constant[i] || pattern.constant[j]) {
+            let slot = s.slot(i, j).expect("varying entry");
+            lu.values_mut()[slot] += matrix[(i, j)] * 2.0 / 3.0;
+        }
+    }
+}
+
+fn permuted(s: &Symbolic, b: &DVector<f64>) -> Vec<f64> {
+    let mut x = vec![0.0; s.size()];
+    for (i, &value) in b.iter().enumerate() {
+        x[s.position(i)] = value;
+    }
+    x
+}
+
+fn compare(s: &Symbolic, x: &[f64], matrix: &DMatrix<f64>, b: &DVector<f64>) {
+    let reference = matrix.clone().lu().solve(b).expect("regular matrix");
+    let x = DVector::from_fn(s.size(), |i, _| x[s.position(i)]);
+    let error = (x - &reference).norm() / reference.norm();
+    assert!(error < 1e-10, "relative error {error:e}");
+}
+
+/// Solves with K and Kᵀ in all ways, for three sets of values.
+fn check(pattern: &Pattern, diagonal: f64, seed: u64) -> Symbolic {
+    let random = &mut Random(seed);
+    let s = Symbolic::analyse(pattern);
+    let mut lu = BlockLu::new(&s);
+    for _ in 0..3 {
+        let matrix = fill(pattern, diagonal, random);
+        let b = DVector::from_fn(pattern.size, |_, _| random.unit());
+        set_constant(&mut lu, &s, pattern, &matrix);
+        assemble(&mut lu, &s, pattern, &matrix);
+        lu.factor(&s).expect("regular");
+        assert!(lu.worst_pivot() > 1e-13 && lu.worst_pivot() <= 1.0);
+        let mut x = permuted(&s, &b);
+        lu.solve(&s, &mut x);
+        compare(&s, &x, &matrix, &b);
+        let mut z = permuted(&s, &b);
+        lu.solve_transposed(&s, &mut z);
+        compare(&s, &z, &matrix.transpose(), &b);
+
+        assemble(&mut lu, &s, pattern, &matrix);
+        let mut again = permuted(&s, &b);
+        lu.factor_and_solve(&s, &mut again).expect("regular");
+        assert_eq!(x, again);
+    }
+    s
+}
+
+/// A random tree; node 0 is its root.
+fn tree(sizes: &[usize], random: &mut Random) -> Pattern {
+    let edges: Vec<_> = (1..sizes.len()).map(|b| (b, random.below(b))).collect();
+    blocks(sizes, &edges)
+}
+
+fn sizes(count: usize, largest: usize, random: &mut Random) -> Vec<usize> {
+    (0..count).map(|_| 1 + random.below(largest)).collect()
+}
+
+#[test]
+fn chains_have_no_fill() {
+    for size in 1..=12 {
+        let edges: Vec<_> = (1..9).map(|b| (b - 1, b)).collect();
+        let s = check(&blocks(&[size; 9], &edges), 12.0, size as u64);
+        assert_eq!(s.values_len(), size * size * (9 + 2 * 8));
+    }
+}
+
+#[test]
+fn trees_have_no_fill() {
+    for seed in 0..20 {
+        let random = &mut Random(seed);
+        let sizes = sizes(12, if seed < 15 { 7 } else { 11 }, random);
+        let pattern = tree(&sizes, random);
+        let s = check(&pattern, 12.0, seed);
+        assert_eq!(s.values_len(), pattern.symmetric_entries().len());
+    }
+}
+
+#[test]
+fn loops_fill() {
+    for seed in 0..10 {
+        let random = &mut Random(seed);
+        let rungs = (0..8).map(|k| (k, k + 8));
+        let sides = (0..7).flat_map(|k| [(k, k + 1), (k + 8, k + 9)]);
+        let edges: Vec<_> = rungs.chain(sides).chain([(0, 7), (3, 12)]).collect();
+        let pattern = blocks(&sizes(16, 9, random), &edges);
+        let s = check(&pattern, 20.0, seed);
+        assert!(s.values_len() > pattern.symmetric_entries().len());
+        assert_eq!(s.node_sizes().sum::<usize>(), pattern.size);
+    }
+}
+
+#[test]
+fn star_and_single_node() {
+    let edges: Vec<_> = (1..10).map(|b| (0, b)).collect();
+    check(&blocks(&[4; 10], &edges), 8.0, 1);
+    for size in [1, 8, 9, 60] {
+        let s = check(&blocks(&[size], &[]), 0.0, size as u64);
+        assert_eq!(s.nodes(), 1);
+    }
+}
+
+/// Multipliers of three kinds wait for their coordinates; A and B are random with A dominant.
+#[test]
+fn saddle_points_with_after() {
+    let edges: Vec<_> = (0..6).flat_map(|k| [(k, 6 + k), ((k + 1) % 6, 6 + k)]).collect();
+    let mut pattern = blocks(&[3, 4, 5, 3, 4, 5, 2, 1, 2, 2, 1, 2], &edges);
+    let multipliers = pattern.groups[6].unknowns[0]..pattern.size;
+    (pattern.entries).retain(|(i, j)| !(multipliers.contains(i) && multipliers.contains(j)));
+    for k in 0..6 {
+        pattern.groups[6 + k].after = vec![k, (k + 1) % 6];
+    }
+    check(&pattern, 6.0, 3);
+    // Contradictory demands must not hang.
+    pattern.groups[0].after = vec![1];
+    pattern.groups[1].after = vec![0];
+    assert_eq!(Symbolic::analyse(&pattern).nodes(), 12);
+}
+
+#[test]
+fn constant_unknowns_of_random_graphs() {
+    let mut condensed = 0;
+    for seed in 0..40 {
+        let random = &mut Random(seed);
+        let sizes = sizes(10, 7, random);
+        let mut pattern = tree(&sizes, random);
+        if seed % 2 == 0 {
+            let (i, j) = (random.below(pattern.size), random.below(pattern.size));
+            pattern.entries.push((i, j));
+        }
+        (pattern.entries).retain(|&(i, j)| i == j || random.below(3) > 0);
+        pattern.constant = (0..pattern.size).map(|_| random.below(2) == 0).collect();
+        condensed += check(&pattern, 9.0, seed).condensed();
+    }
+    assert!(condensed > 100, "{condensed}");
+}
+
+/// Bodies (x, y, φ) with the multipliers (σ0, σ1) of the hinge to their parent; `usize::MAX` is the ground.
+fn bodies(parents: &[usize]) -> Pattern {
+    let mut pattern = Pattern::default();
+    for (b, &parent) in parents.iter().enumerate() {
+        let own: Vec<usize> = (5 * b..5 * b + 5).collect();
+        pattern.entries.extend((0..3).map(|k| (own[k], own[k])));
+        for k in 0..2 {
+            pattern.entries.extend([(own[3 + k], own[k]), (own[3 + k], own[2])]);
+            if parent < b {
+                pattern.entries.extend([5 * parent + k, 5 * parent + 2].map(|j| (own[3 + k], j)));
+            }
+        }
+        pattern.constant.extend([true, true, false, false, false]);
+        let after = vec![];
+        pattern.groups.push(Group { unknowns: own, after });
+    }
+    pattern.size = 5 * parents.len();
+    pattern
+}
+
+#[test]
+fn coordinates_of_a_chain_are_condensed() {
+    let parents: Vec<usize> = (0..20_usize).map(|b| b.wrapping_sub(1)).collect();
+    let s = check(&bodies(&parents), 6.0, 5);
+    assert_eq!((s.condensed(), s.nodes()), (40, 20));
+    assert!(s.node_sizes().all(|size| size == 3));
+    assert_eq!(s.values_len(), 9 * (20 + 2 * 19));
+    assert_eq!(s.slot(0, 0), None);
+    assert_eq!(s.slot(2, 12), None);
+    assert!(s.slot(2, 8).is_some());
+}
+
+#[test]
+fn coordinates_of_a_branching_body_stay() {
+    let pattern = bodies(&[usize::MAX, 0, 1, 1, 1, 2, 3]);
+    let s = check(&pattern, 6.0, 6);
+    assert_eq!(s.condensed(), 12);
+    assert!(s.slot(5, 5).is_some() && s.slot(6, 6).is_some());
+    assert_eq!(s.node_sizes().filter(|&size| size == 5).count(), 1);
+}
+
+/// Constant multipliers go after all coordinates that they touch.
+#[test]
+fn constant_multipliers_are_condensed() {
+    let mut pattern = bodies(&[usize::MAX, 0, 1, 2]);
+    pattern.constant = vec![true; pattern.size];
+    let s = check(&pattern, 6.0, 7);
+    assert_eq!((s.condensed(), s.nodes(), s.values_len()), (20, 0, 0));
+    pattern.constant[2] = false;
+    let s = check(&pattern, 6.0, 8);
+    assert_eq!(s.condensed(), 15);
+}
+
+#[test]
+fn singular_matrices_are_reported() {
+    let random = &mut Random(9);
+    let pattern = blocks(&[3, 4, 9], &[(0, 1), (1, 2)]);
+    let s = Symbolic::analyse(&pattern);
+    let mut lu = BlockLu::new(&s);
+    let mut matrix = fill(&pattern, 12.0, random);
+    for (row, of) in [(1, 0), (5, 4), (12, 11)] {
+        let kept = matrix.clone();
+        matrix.set_row(row, &(kept.row(of) * 1.5));
+        set_constant(&mut lu, &s, &pattern, &matrix);
+        assemble(&mut lu, &s, &pattern, &matrix);
+        let group = pattern.groups.iter().find(|g| g.unknowns.contains(&row)).unwrap();
+        let breakdown = lu.factor(&s).expect_err("singular");
+        assert!(group.unknowns.contains(&breakdown.unknown), "{breakdown:?}");
+        assert!(breakdown.pivot.abs() < 1e-13 * breakdown.scale);
+        matrix = kept;
+    }
+    lu.values_mut().fill(f64::NAN);
+    assert!(lu.factor(&s).is_err());
+}
+
+/// Two equal constraints, with their coordinates in an earlier node, in the same one, or condensed.
+#[test]
+fn redundant_constraints_are_reported() {
+    let entries = vec![(0, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1)];
+    let triplets = [(0, 0, 3.0), (1, 1, 7.0)].into_iter().chain(
+        [(2, 0, 0.3), (2, 1, 1.1), (3, 0, 0.3), (3, 1, 1.1)]
+            .into_iter()
+            .flat_map(|(i, j, value)| [(i, j, value), (j, i, value)]),
+    );
+    let triplets: Vec<_> = triplets.collect();
+    for groups in [vec![0..2, 2..4], vec![0..3, 3..4], vec![0..2, 2..3, 3..4], vec![0..4]] {
+        for constants in [0, 2, 4] {
+            let groups = groups
+                .iter()
+                .enumerate()
+                .map(|(g, unknowns)| Group { unknowns: unknowns.clone().collect(), after: (0..g).collect() });
+            let s = Symbolic::analyse(&Pattern {
+                size: 4,
+                entries: entries.clone(),
+                constant: (0..4).map(|i| i < constants).collect(),
+                groups: groups.collect(),
+            });
+            let mut lu = BlockLu::new(&s);
+            let result = lu.set_constant(&s, &triplets).and_then(|()| {
+                lu.reset();
+                lu.factor(&s)
+            });
+            assert!(result.expect_err("singular").unknown >= 2);
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Bodies: mass, inertia and weight.
+
+use nalgebra::SVector;
+
+use crate::{Coordinate, KineticEnergy, Param, PotentialEnergy, Scalar, Scene};
+
+/// A planar rigid body of a scene, or the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body(pub(super) Option<[Coordinate; 3]>);
+
+/// A point of a body, in the body's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    pub(super) body: Body,
+    pub(super) at: [Param; 2],
+}
+
+impl Body {
+    /// The inertial frame.
+    pub const GROUND: Body = Body(None);
+
+    /// The point (x, y) of the body's frame, m.
+    pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
+        Point { body: self, at: [x.into(), y.into()] }
+    }
+
+    /// Its coordinates x, y, φ; none for the ground.
+    pub fn coordinates(self) -> Option<[Coordinate; 3]> {
+        self.0
+    }
+}
+
+/// T = ½ m (ẋ² + ẏ²) + ½ J φ̇², b = [m, J].
+#[derive(Clone, Copy, Debug)]
+pub struct RigidBody;
+
+impl KineticEnergy<3, 2> for RigidBody {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 3>, v: &SVector<S, 3>, b: &SVector<S, 2>) -> S {
+        (b[0] * (v[0] * v[0] + v[1] * v[1]) + b[1] * v[2] * v[2]) * 0.5
+    }
+}
+
+/// V = −m (g_x x + g_y y), b = [m, g_x, g_y].
+#[derive(Clone, Copy, Debug)]
+pub struct Weight;
+
+impl PotentialEnergy<2, 3> for Weight {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, b: &SVector<S, 3>, _t: S) -> S {
+        -(b[0] * (b[1] * q[0] + b[2] * q[1]))
+    }
+}
+
+impl Scene {
+    /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ).
+    pub fn body(&mut self, name: &str, mass: impl Into<Param>, inertia: impl Into<Param>, place: [f64; 3]) -> Body {
+        let (mass, inertia) = (mass.into(), inertia.into());
+        let q = self.coordinates(name, ["x", "y", "φ"]);
+        q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
+        self.require_positive(mass, format!("the mass of `{name}`"));
+        self.require_positive(inertia, format!("the moment of inertia of `{name}`"));
+        self.kinetic_energy(name, RigidBody, q, [mass, inertia]);
+        self.potential_energy(
+            &format!("weight of {name}"),
+            Weight,
+            [q[0], q[1]],
+            [mass, Param::gravity(0), Param::gravity(1)],
+        );
+        Body(Some(q))
+    }
+
+    /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added.
+    pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
+        self.set_gravity([x.into(), y.into()]);
+    }
+}

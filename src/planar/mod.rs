@@ -1,0 +1,32 @@
+//! Planar rigid bodies, joints and forces, as elements of a scene.
+//!
+//! A body has the coordinates (x, y, φ) of its centre of mass in the inertial frame, in m and rad. A point of a body is given in the
+//! body's own frame, `body.at(0.5, 0.0)`; [`Body::GROUND`] is the inertial frame and has no coordinates.
+//! Wherever a number is expected, a [`Design`](crate::Design) variable may stand.
+//!
+//! ```
+//! use hamiltonian_adjoint::planar::Body;
+//! use hamiltonian_adjoint::Scene;
+//!
+//! let mut scene = Scene::new();
+//! scene.gravity(0.0, -9.81);
+//! let rod = scene.body("rod", 1.2, 0.1, [0.0, -0.5, -std::f64::consts::FRAC_PI_2]);
+//! scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+//! scene.joint_friction("pivot friction", Body::GROUND, rod, 0.01);
+//! let system = scene.compile()?;
+//! assert_eq!((system.n(), system.m()), (3, 2));
+//! # Ok::<(), hamiltonian_adjoint::Error>(())
+//! ```
+
+mod body;
+mod forces;
+mod geometry;
+mod ground;
+mod joints;
+mod motion;
+
+pub use body::{Body, Point, RigidBody, Weight};
+pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
+pub use ground::{FromGround, ToGround};
+pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
+pub use motion::{ConstantSpeed, Harmonic, Motion};

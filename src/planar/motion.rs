@@ -1,0 +1,31 @@
+//! Prescribed motions of driven joints.
+
+use nalgebra::SVector;
+
+use crate::Scalar;
+
+/// A prescribed function of time, in rad.
+pub trait Motion<const P: usize>: Send + Sync + 'static {
+    /// The value at time t (s) for the parameters b.
+    fn value<S: Scalar>(&self, t: S, b: &SVector<S, P>) -> S;
+}
+
+/// φ₀ + ω t, b = [φ₀, ω].
+#[derive(Clone, Copy, Debug)]
+pub struct ConstantSpeed;
+
+impl Motion<2> for ConstantSpeed {
+    fn value<S: Scalar>(&self, t: S, b: &SVector<S, 2>) -> S {
+        b[0] + b[1] * t
+    }
+}
+
+/// φ₀ + A sin(ω t + ψ), b = [φ₀, A, ω, ψ].
+#[derive(Clone, Copy, Debug)]
+pub struct Harmonic;
+
+impl Motion<4> for Harmonic {
+    fn value<S: Scalar>(&self, t: S, b: &SVector<S, 4>) -> S {
+        b[0] + b[1] * (b[2] * t + b[3]).sin()
+    }
+}

@@ -1,0 +1,321 @@
+//! A scene: a mechanism as a list of coordinates, elements, controls and design variables.
+//!
+//! Adding never fails; [`Scene::compile`] checks everything and gives the [`System`] that can be simulated.
+
+mod handle;
+mod param;
+
+use std::any::Any;
+use std::collections::HashSet;
+
+pub use handle::{Control, Coordinate, Design, Multiplier, Multipliers};
+pub use param::Param;
+
+use crate::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
+use crate::system::{AnyBatch, AnyCosts, Applied, Batch, CostItem, Costs, Holonomic, Item, Jet, Kinetic, Plan, Potential};
+use crate::{Error, System};
+use handle::{Handle, SceneTag};
+
+/// A mechanism under construction.
+///
+/// Bodies and joints in the plane are added by the methods of [`planar`](crate::planar); anything else as an element with coordinates
+/// of its own:
+///
+/// ```
+/// use hamiltonian_adjoint::{KineticEnergy, PotentialEnergy, Scalar, Scene};
+/// use nalgebra::SVector;
+///
+/// struct Pendulum; // b = [mass, length]
+/// impl KineticEnergy<1, 2> for Pendulum {
+///     fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, b: &SVector<S, 2>) -> S {
+///         b[0] * b[1] * b[1] * v[0] * v[0] * 0.5
+///     }
+/// }
+/// impl PotentialEnergy<1, 2> for Pendulum {
+///     fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 2>, _t: S) -> S {
+///         -(b[0] * b[1] * q[0].cos() * 9.81)
+///     }
+/// }
+///
+/// let mut scene = Scene::new();
+/// let [angle] = scene.coordinates("pendulum", ["angle"]);
+/// let length = scene.design("length", 0.5);
+/// scene.kinetic_energy("swing", Pendulum, [angle], [1.2.into(), length.into()]);
+/// scene.potential_energy("weight", Pendulum, [angle], [1.2.into(), length.into()]);
+/// let system = scene.compile()?;
+/// assert_eq!((system.n(), system.m()), (1, 0));
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+#[derive(Default)]
+pub struct Scene {
+    tag: SceneTag,
+    pub(crate) coordinates: Vec<String>,
+    /// The coordinates of each named group (a body), as ranges.
+    pub(crate) groups: Vec<(String, std::ops::Range<usize>)>,
+    pub(crate) initial: Vec<f64>,
+    pub(crate) controls: Vec<String>,
+    pub(crate) designs: Vec<(String, f64)>,
+    /// Name and number of equations of each constraint.
+    pub(crate) constraints: Vec<(String, usize)>,
+    pub(crate) equations: usize,
+    pub(crate) gravity: [Option<Param>; 2],
+    pub(crate) batches: Vec<Box<dyn AnyBatch>>,
+    pub(crate) costs: Vec<Box<dyn AnyCosts>>,
+    /// Parameters with a range of values that make sense, and their descriptions.
+    pub(crate) positive: Vec<(Param, String)>,
+    elements: Vec<String>,
+    costs_named: Vec<String>,
+    /// The first thing found wrong, reported by `compile`.
+    problem: Option<Error>,
+}
+
+impl Scene {
+    /// An empty scene.
+    pub fn new() -> Self {
+        Scene::default()
+    }
+
+    /// Adds generalized coordinates that belong together (a body, a whole mechanism), in m or rad.
+    ///
+    /// The coordinates of a group are eliminated together in the linear solves; list together what is coupled closely.
+    pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
+        let first = self.coordinates.len();
+        self.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
+        self.initial.resize(first + N, 0.0);
+        self.groups.push((group.to_string(), first..first + N));
+        std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
+    }
+
+    /// The coordinate called `group.name`, if there is one.
+    pub fn coordinate(&self, name: &str) -> Option<Coordinate> {
+        let index = self.coordinates.iter().position(|own| own == name)?;
+        Some(Coordinate(self.tag.handle(index)))
+    }
+
+    /// Sets the value that a coordinate has in [`System::initial_coordinates`].
+    pub fn place(&mut self, coordinate: Coordinate, value: f64) {
+        if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
+            self.initial[coordinate.0.index] = value;
+        }
+    }
+
+    /// Adds a control channel.
+    pub fn control(&mut self, name: &str) -> Control {
+        self.controls.push(name.to_string());
+        Control(self.tag.handle(self.controls.len() - 1))
+    }
+
+    /// Adds a design variable with its value; bind it by giving it in place of a number.
+    pub fn design(&mut self, name: &str, value: f64) -> Design {
+        self.designs.push((name.to_string(), value));
+        Design(self.tag.handle(self.designs.len() - 1))
+    }
+
+    /// Adds a kinetic energy T(q, v; b).
+    pub fn kinetic_energy<E, const N: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        q: [Coordinate; N],
+        b: [Param; P],
+    ) where
+        E: KineticEnergy<N, P>,
+    {
+        self.add(name, Kinetic(element), q, [], [], b);
+    }
+
+    /// Adds a potential energy V(q, t; b).
+    pub fn potential_energy<E, const N: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        q: [Coordinate; N],
+        b: [Param; P],
+    ) where
+        E: PotentialEnergy<N, P>,
+    {
+        self.add(name, Potential(element), q, [], [], b);
+    }
+
+    /// Adds a generalized force Q(q, v, u, t; b).
+    pub fn force<E, const N: usize, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        q: [Coordinate; N],
+        u: [Control; K],
+        b: [Param; P],
+    ) where
+        E: Force<N, K, P>,
+    {
+        self.add(name, Applied(element), q, [], u, b);
+    }
+
+    /// Adds a holonomic constraint Φ(q, t; b) = 0 and returns its multipliers, for costs on σ.
+    pub fn constraint<E, const N: usize, const M: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        q: [Coordinate; N],
+        b: [Param; P],
+    ) -> Multipliers<M>
+    where
+        E: Constraint<N, M, P>,
+    {
+        let first = self.equations;
+        self.equations += M;
+        self.constraints.push((name.to_string(), M));
+        let sigma = std::array::from_fn(|j| first + j);
+        self.add(name, Holonomic(element), q, sigma, [], b);
+        Multipliers(std::array::from_fn(|j| Multiplier(self.tag.handle(first + j))))
+    }
+
+    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
+    /// the nodes add up.
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
+    pub fn cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        cost: C,
+        sum: Sum,
+        q: [Coordinate; N],
+        sigma: [Multiplier; M],
+        u: [Control; K],
+        b: [Param; P],
+    ) where
+        C: Cost<N, M, K, P>,
+    {
+        let known = self.check(name, "coordinate", q.map(|q| q.0))
+            & self.check(name, "multiplier", sigma.map(|s| s.0))
+            & self.check(name, "control", u.map(|u| u.0))
+            & self.check_params(name, &b);
+        self.costs_named.push(name.to_string());
+        if !known {
+            return;
+        }
+        let item = CostItem::new(cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
+        let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
+        let at = self.costs.iter_mut().position(like).unwrap_or_else(|| {
+            self.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
+            self.costs.len() - 1
+        });
+        if let Some(costs) = as_mut::<Costs<C, N, M, K, P>>(self.costs[at].as_any_mut()) {
+            costs.items.push(item);
+        }
+    }
+
+    /// Checks the scene and makes it ready to run.
+    ///
+    /// # Errors
+    /// Names used twice, handles of another scene, coordinates without inertia, parameters out of range.
+    pub fn compile(mut self) -> Result<System, Error> {
+        if let Some(problem) = self.problem.take() {
+            return Err(problem);
+        }
+        self.check_names()?;
+        System::compile(self)
+    }
+
+    fn add<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        jet: J,
+        q: [Coordinate; N],
+        sigma: [usize; M],
+        u: [Control; K],
+        b: [Param; P],
+    ) where
+        J: Jet<N, M, K, P>,
+    {
+        self.elements.push(name.to_string());
+        let known = self.check(name, "coordinate", q.map(|q| q.0))
+            & self.check(name, "control", u.map(|u| u.0))
+            & self.check_params(name, &b)
+            & self.check_distinct(name, &q);
+        if !known {
+            return;
+        }
+        let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
+        let item = Item { name: name.to_string(), jet, q, sigma, u, b, plan: Plan::default() };
+        let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
+        let at = self.batches.iter_mut().position(like).unwrap_or_else(|| {
+            self.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));
+            self.batches.len() - 1
+        });
+        if let Some(batch) = as_mut::<Batch<J, N, M, K, P>>(self.batches[at].as_any_mut()) {
+            batch.items.push(item);
+        }
+    }
+
+    fn check<const L: usize>(&mut self, element: &str, kind: &'static str, handles: [Handle; L]) -> bool {
+        let foreign = handles.iter().any(|handle| !self.tag.owns(handle));
+        if foreign {
+            self.report(Error::Foreign { element: element.to_string(), kind });
+        }
+        !foreign
+    }
+
+    fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
+        let known = params.iter().all(|p| p.handle().is_none_or(|design| self.tag.owns(&design.0)));
+        if !known {
+            self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
+        }
+        let bad = params.iter().enumerate().find_map(|(i, p)| p.constant().filter(|x| !x.is_finite()).map(|x| (i, x)));
+        if let Some((i, value)) = bad {
+            self.report(Error::NotFinite { what: format!("parameter {i} of `{element}`"), value });
+        }
+        known
+    }
+
+    fn check_distinct(&mut self, element: &str, q: &[Coordinate]) -> bool {
+        let mut seen = HashSet::new();
+        let Some(twice) = q.iter().find(|q| !seen.insert(q.index())) else { return true };
+        let coordinate = self.coordinates[twice.index()].clone();
+        self.report(Error::RepeatedCoordinate { element: element.to_string(), coordinate });
+        false
+    }
+
+    /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
+    pub(crate) fn require_positive(&mut self, param: Param, what: String) {
+        self.positive.push((param, what));
+    }
+
+    pub(crate) fn set_gravity(&mut self, gravity: [Param; 2]) {
+        if self.check_params("gravity", &gravity) {
+            self.gravity = gravity.map(Some);
+        }
+    }
+
+    /// Stands in for the multipliers of a joint that could not be added.
+    pub(crate) fn no_multipliers<const M: usize>(&self) -> Multipliers<M> {
+        Multipliers(std::array::from_fn(|_| Multiplier(self.tag.handle(0))))
+    }
+
+    /// Keeps the first problem.
+    pub(crate) fn report(&mut self, error: Error) {
+        self.problem.get_or_insert(error);
+    }
+
+    fn check_names(&self) -> Result<(), Error> {
+        let designs: Vec<&String> = self.designs.iter().map(|(name, _)| name).collect();
+        let groups: Vec<&String> = self.groups.iter().map(|(name, _)| name).collect();
+        unique("coordinate group", groups)?;
+        unique("coordinate", self.coordinates.iter().collect())?;
+        unique("element", self.elements.iter().collect())?;
+        unique("cost", self.costs_named.iter().collect())?;
+        unique("control", self.controls.iter().collect())?;
+        unique("design variable", designs)
+    }
+}
+
+fn as_mut<T: Any>(any: &mut dyn Any) -> Option<&mut T> {
+    any.downcast_mut()
+}
+
+fn unique(kind: &'static str, names: Vec<&String>) -> Result<(), Error> {
+    let mut seen = HashSet::new();
+    match names.into_iter().find(|name| !seen.insert(*name)) {
+        Some(name) => Err(Error::DuplicateName { kind, name: name.clone() }),
+        None => Ok(()),
+    }
+}

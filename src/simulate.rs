@@ -1,0 +1,153 @@
+//! The forward sweep: consistent start, then one step after the other.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::predict::Predictor;
+use crate::start;
+use crate::system::At;
+use crate::trajectory::{Report, column, column_mut};
+use crate::trapezoid::{Given, Newton, StepFailure, StepStart, Unknowns};
+use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory};
+
+/// A motion, with what the adjoint sweep needs of it.
+pub(crate) struct Forward {
+    pub(crate) inputs: Inputs,
+    pub(crate) trajectory: Trajectory,
+    /// The second derivatives of all varying elements, one column a node.
+    pub(crate) blocks: DMatrix<f64>,
+    pub(crate) newton: Newton,
+    pub(crate) report: Report,
+    predictor: Predictor,
+    start_q: Vec<f64>,
+    start_p: Vec<f64>,
+}
+
+impl Forward {
+    pub(crate) fn new(system: &System) -> Self {
+        let empty = Inputs {
+            grid: Grid { start: 0.0, steps: Vec::new() },
+            start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
+            controls: DMatrix::zeros(0, 0),
+            design: DVector::zeros(0),
+        };
+        Forward {
+            inputs: empty,
+            trajectory: Trajectory::zeros(system, 0),
+            blocks: DMatrix::zeros(0, 0),
+            newton: Newton::new(system),
+            report: Report::default(),
+            predictor: Predictor::new(),
+            start_q: vec![0.0; system.n()],
+            start_p: vec![0.0; system.n()],
+        }
+    }
+
+    pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        self.trajectory.computed = 0;
+        inputs.check(system)?;
+        self.prepare(system, inputs);
+        self.newton.set_design(system, inputs.design.as_slice());
+        start::solve(self, system, settings)?;
+        for step in 1..self.inputs.grid.nodes() {
+            self.step(system, step, settings)?;
+        }
+        Ok(())
+    }
+
+    /// Copies the inputs and makes room; allocates only when the grid is longer than any before.
+    fn prepare(&mut self, system: &System, inputs: &Inputs) {
+        let nodes = inputs.grid.nodes();
+        if self.trajectory.times.len() != nodes {
+            self.trajectory = Trajectory::zeros(system, nodes);
+            self.blocks = DMatrix::zeros(system.block_len(), nodes);
+        }
+        self.inputs.copy_from(inputs);
+        self.report = Report::default();
+        let times = &mut self.trajectory.times;
+        times[0] = inputs.grid.start;
+        for (i, dt) in inputs.grid.steps.iter().enumerate() {
+            times[i + 1] = times[i] + dt;
+        }
+    }
+
+    fn step(&mut self, system: &System, i: usize, settings: &Settings) -> Result<(), Error> {
+        let h = 0.5 * self.inputs.grid.steps[i - 1];
+        let before = self.trajectory.columns(i - 1);
+        for k in 0..system.n() {
+            self.start_q[k] = before.q[k] + h * before.v[k];
+            self.start_p[k] = before.p_star[k] + h * before.p_star_dot[k];
+        }
+        self.predictor.predict(&mut self.trajectory, i);
+        self.solve_node(system, i, h, settings)?;
+        let now = column_mut(&mut self.trajectory.p_star, i);
+        for (k, p_star) in now.iter_mut().enumerate() {
+            *p_star = self.start_p[k] + h * self.newton.sums.force[k];
+        }
+        self.trajectory.computed = i + 1;
+        Ok(())
+    }
+
+    /// Solves for (v, σ) of node `i` from the values in its columns, with q = start_q + h v.
+    pub(crate) fn solve_node(&mut self, system: &System, i: usize, h: f64, settings: &Settings) -> Result<(), Error> {
+        let from = StepStart { h, q: &self.start_q, p_star: &self.start_p };
+        let given = Given {
+            u: column(&self.inputs.controls, i),
+            t: self.trajectory.times[i],
+            design: self.inputs.design.as_slice(),
+        };
+        let mut unknowns = Unknowns {
+            q: column_mut(&mut self.trajectory.q, i),
+            v: column_mut(&mut self.trajectory.v, i),
+            sigma: column_mut(&mut self.trajectory.sigma, i),
+        };
+        let solved = self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report);
+        solved.map_err(|failure| self.explain(system, i, failure))?;
+        column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.newton.sums.force);
+        column_mut(&mut self.blocks, i).copy_from_slice(&self.newton.blocks);
+        Ok(())
+    }
+
+    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64]) {
+        self.start_q.copy_from_slice(q);
+        self.start_p.copy_from_slice(p_star);
+    }
+
+    fn explain(&self, system: &System, i: usize, failure: StepFailure) -> Error {
+        let time = self.trajectory.times[i];
+        match failure {
+            StepFailure::Singular(breakdown) => Error::SingularStep {
+                step: i,
+                time,
+                unknown: system.unknown_name(breakdown.unknown),
+                pivot: breakdown.pivot / breakdown.scale,
+            },
+            StepFailure::Diverged { iterations, residual, equation } => Error::Newton {
+                step: i,
+                time,
+                iterations,
+                residual,
+                equation: format!("the momentum equation of `{}`", system.coordinate_name(equation)),
+            },
+            StepFailure::NotFinite => self.not_finite(system, i),
+        }
+    }
+
+    /// Which element is to blame for a value that is not finite: tried where the last good node stood.
+    fn not_finite(&self, system: &System, i: usize) -> Error {
+        let time = self.trajectory.times[i];
+        let y = self.trajectory.columns(i.saturating_sub(1));
+        let (u, design) = (column(&self.inputs.controls, i), self.inputs.design.as_slice());
+        let q = if i == 0 { &self.start_q } else { y.q };
+        let at = At { q, v: y.v, sigma: y.sigma, u, t: time, design };
+        match system.find_not_finite(&at) {
+            Some(element) => Error::Model { element, node: i, time },
+            None => Error::Newton {
+                step: i,
+                time,
+                iterations: self.report.most_iterations,
+                residual: f64::INFINITY,
+                equation: "all equations (the iteration overflowed)".into(),
+            },
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
+
+use nalgebra::DMatrix;
+
+use crate::simulate::Forward;
+use crate::system::{At, Covector, Rows};
+use crate::trajectory::{column, column_mut};
+use crate::{Error, Settings, Start, System};
+
+/// A pivot ratio below this makes it worth looking at Φ_q and M in full.
+const SUSPICIOUS: f64 = 1e-10;
+/// Singular values below this fraction of the largest count as zero.
+const RANK: f64 = 1e-10;
+
+/// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
+pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings) -> Result<(), Error> {
+    let (n, m) = (system.n(), system.m());
+    let q = forward.inputs.start.q().as_slice().to_vec();
+    let rate = forward.inputs.start.rate().as_slice().to_vec();
+    let given_velocity = matches!(forward.inputs.start, Start::Velocity { .. });
+    column_mut(&mut forward.trajectory.sigma, 0).fill(0.0);
+    let v = column_mut(&mut forward.trajectory.v, 0);
+    if given_velocity {
+        v.copy_from_slice(&rate);
+    } else {
+        v.fill(0.0);
+    }
+    check_position(forward, system, &q, settings)?;
+    evaluate(forward, system, &q);
+    let mut p_star = rate;
+    if given_velocity {
+        // σ₀ = 0, so 𝓛_v is T_v.
+        p_star.copy_from_slice(&forward.newton.sums.l_v);
+        check_velocity(forward, system, settings)?;
+    }
+    if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
+        let element = system.find_not_finite(&point(forward, &q)).unwrap_or_else(|| system.coordinate_name(what).into());
+        return Err(Error::Model {
+            element: format!("{element} (p* = {value})"),
+            node: 0,
+            time: forward.trajectory.times[0],
+        });
+    }
+    check_regular(forward, system, n, m)?;
+    forward.set_start(&q, &p_star);
+    forward.solve_node(system, 0, 0.0, settings)?;
+    column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
+    forward.trajectory.computed = 1;
+    Ok(())
+}
+
+fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> At<'a, f64> {
+    At {
+        q,
+        v: column(&forward.trajectory.v, 0),
+        sigma: column(&forward.trajectory.sigma, 0),
+        u: column(&forward.inputs.controls, 0),
+        t: forward.trajectory.times[0],
+        design: forward.inputs.design.as_slice(),
+    }
+}
+
+fn evaluate(forward: &mut Forward, system: &System, q: &[f64]) {
+    let at = At {
+        q,
+        v: column(&forward.trajectory.v, 0),
+        sigma: column(&forward.trajectory.sigma, 0),
+        u: column(&forward.inputs.controls, 0),
+        t: forward.trajectory.times[0],
+        design: forward.inputs.design.as_slice(),
+    };
+    forward.newton.evaluate(system, &at, &mut forward.report);
+}
+
+fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
+    let mut phi = vec![0.0; system.m()];
+    system.phi(&point(forward, q), &mut phi);
+    let tolerance = settings.position_tolerance;
+    match worst(&phi).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+        Some((j, violation)) => {
+            Err(Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance })
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_velocity(forward: &Forward, system: &System, settings: &Settings) -> Result<(), Error> {
+    let tolerance = settings.velocity_tolerance;
+    match worst(&forward.newton.sums.phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+        Some((j, violation)) => {
+            Err(Error::InitialVelocity { equation: system.equation_name(j).into(), violation, tolerance })
+        }
+        None => Ok(()),
+    }
+}
+
+/// The entry that is largest, or not a number.
+fn worst(values: &[f64]) -> Option<(usize, f64)> {
+    let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
+    values.iter().copied().enumerate().max_by(|a, b| size(a.1).total_cmp(&size(b.1)))
+}
+
+/// Factors K(0) = [M Φ_qᵀ; Φ_q 0], and explains a breakdown by the ranks of its parts.
+fn check_regular(forward: &mut Forward, system: &System, n: usize, m: usize) -> Result<(), Error> {
+    let result = forward.newton.factor(system, 0.0, None, &mut forward.report);
+    if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
+        return Ok(());
+    }
+    let time = forward.trajectory.times[0];
+    let (mass, phi_q) = mass_and_jacobian(forward, system, n, m);
+    let null = null_space(&phi_q.transpose());
+    if null.ncols() > 0 {
+        let takes_part = |j: &usize| null.row(*j).norm() > 1e-6;
+        let equations = (0..m).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
+        return Err(Error::DependentConstraints { rank: m - null.ncols(), rows: m, equations, time });
+    }
+    // A motion z with Φ_q z = 0 and without kinetic energy.
+    let free = null_space(&phi_q);
+    let idle = null_space(&(free.transpose() * &mass * &free));
+    if idle.ncols() > 0 {
+        let motion = free * idle;
+        let moves = |i: &usize| motion.row(*i).norm() > 1e-6;
+        let coordinates = (0..n).filter(moves).map(|i| format!("`{}`", system.coordinate_name(i))).collect();
+        return Err(Error::SingularMass { coordinates, time });
+    }
+    match result {
+        Ok(()) => Ok(()),
+        Err(breakdown) => Err(Error::SingularStep {
+            step: 0,
+            time,
+            unknown: system.unknown_name(breakdown.unknown),
+            pivot: breakdown.pivot / breakdown.scale,
+        }),
+    }
+}
+
+/// M = 𝓛_vv and Φ_q, dense, at the point that was evaluated last.
+fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (mut mass, mut phi_q) = (DMatrix::zeros(n, n), DMatrix::zeros(m, n));
+    let (zeros, none, mut rows) = (vec![0.0; n], vec![0.0; m], Rows::new(n, m));
+    for j in 0..n {
+        let mut unit = zeros.clone();
+        unit[j] = 1.0;
+        forward.newton.pull_back(system, None, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
+        mass.column_mut(j).copy_from_slice(&rows.v);
+        phi_q.column_mut(j).copy_from_slice(&rows.sigma);
+    }
+    (mass, phi_q)
+}
+
+/// An orthonormal basis of the null space, by columns.
+fn null_space(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns = matrix.ncols();
+    // Squared up with zero rows, so that the decomposition holds all right singular vectors.
+    let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
+    let svd = square.svd(false, true);
+    let largest = svd.singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
+    let zero = |s: f64| s <= RANK * largest;
+    let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, columns));
+    let picked: Vec<_> = directions
+        .row_iter()
+        .zip(svd.singular_values.iter())
+        .filter(|(_, s)| zero(**s))
+        .map(|(row, _)| row.transpose())
+        .collect();
+    if picked.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&picked) }
+}

@@ -1,0 +1,270 @@
+//! Batches: all elements of one type in one list, behind traits that know nothing of the type.
+//!
+//! Inner loops are monomorphic, and a virtual call is made once per batch, not once per element.
+
+use num_dual::Dual64;
+use std::any::Any;
+
+use super::constants::{Constants, Entry};
+use super::item::Item;
+use super::jet::{Form, Jet, Local};
+use super::tangent;
+use crate::Cx;
+use crate::scalar::Real;
+use crate::scene::Param;
+
+/// The state of all coordinates at one node, in the scene's numbering.
+#[derive(Clone, Copy)]
+pub struct At<'a, R> {
+    pub q: &'a [R],
+    pub v: &'a [R],
+    pub sigma: &'a [R],
+    pub u: &'a [R],
+    pub t: R,
+    /// The values of the design variables.
+    pub design: &'a [R],
+}
+
+/// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements.
+#[derive(Clone, Debug, Default)]
+pub struct Sums<R> {
+    pub l_v: Vec<R>,
+    pub force: Vec<R>,
+    pub phi_dot: Vec<R>,
+}
+
+impl<R: Real> Sums<R> {
+    pub fn new(n: usize, m: usize) -> Self {
+        Sums { l_v: vec![R::zero(); n], force: vec![R::zero(); n], phi_dot: vec![R::zero(); m] }
+    }
+
+    pub fn clear(&mut self) {
+        self.l_v.fill(R::zero());
+        self.force.fill(R::zero());
+        self.phi_dot.fill(R::zero());
+    }
+}
+
+/// The adjoint variables c (of E3), d (of E4) and e (of E5) at one node.
+#[derive(Clone, Copy)]
+pub struct Covector<'a> {
+    pub c: &'a [f64],
+    pub d: &'a [f64],
+    pub e: &'a [f64],
+}
+
+/// Derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v (n), q (n) and σ (m).
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    pub v: Vec<f64>,
+    pub q: Vec<f64>,
+    pub sigma: Vec<f64>,
+}
+
+impl Rows {
+    pub fn new(n: usize, m: usize) -> Self {
+        Rows { v: vec![0.0; n], q: vec![0.0; n], sigma: vec![0.0; m] }
+    }
+
+    pub fn clear(&mut self) {
+        self.v.fill(0.0);
+        self.q.fill(0.0);
+        self.sigma.fill(0.0);
+    }
+}
+
+/// Derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, the design variables and t.
+pub struct InputRows<'a> {
+    pub u: &'a mut [f64],
+    pub design: &'a mut [f64],
+    pub time: &'a mut f64,
+}
+
+/// What an element depends on, in the scene's numbering.
+pub struct Footprint<'a> {
+    pub form: Form,
+    pub q: &'a [usize],
+    pub sigma: &'a [usize],
+    /// The coordinates whose entries of K vary along a motion (empty for an element with constant blocks).
+    pub active: Vec<usize>,
+}
+
+/// A batch on numbers of type R: the plain formulas.
+pub trait PlainBatch<R: Real>: Send + Sync {
+    /// Adds the contributions of all elements.
+    fn add(&self, at: &At<R>, sums: &mut Sums<R>);
+    /// Writes Φ of all constraints.
+    fn phi(&self, at: &At<R>, phi: &mut [R]);
+}
+
+/// A batch in real numbers: second derivatives, the tangent matrix, and adjoints.
+pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
+    /// Traces every element, decides what is constant, and resolves its parameters.
+    fn prepare(&mut self, gravity: &[Param; 2]);
+    /// What each element touches.
+    fn footprints(&self) -> Vec<Footprint<'_>>;
+    /// Fixes where each varying entry of K is stored.
+    fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize);
+    /// Adds the blocks of the elements that are constant for these design variables.
+    fn constants(&self, design: &[f64], into: &mut Constants);
+    /// Appends the entries of Φ_q at a point.
+    fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>);
+    /// The number of stored derivatives of all varying elements at one node.
+    fn block_len(&self) -> usize;
+    /// The number of elements evaluated by `evaluate`.
+    fn varying(&self) -> usize;
+    /// Adds what the varying elements contribute and writes their second derivatives.
+    fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
+    /// Adds the varying entries of K(h), made from blocks, to its values.
+    fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]);
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
+    fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
+    /// Adds its derivatives with respect to u (varying elements), design variables and time.
+    fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows);
+    /// The first element whose contributions are not finite.
+    fn find_not_finite(&self, at: &At<f64>) -> Option<&str>;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// All elements of one type, the varying ones first.
+pub struct Batch<J, const N: usize, const M: usize, const K: usize, const P: usize> {
+    pub items: Vec<Item<J, N, M, K, P>>,
+    varying: usize,
+    slots: Vec<u32>,
+}
+
+impl<J, const N: usize, const M: usize, const K: usize, const P: usize> Default for Batch<J, N, M, K, P> {
+    fn default() -> Self {
+        Batch { items: Vec::new(), varying: 0, slots: Vec::new() }
+    }
+}
+
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Batch<J, N, M, K, P> {
+    fn varying_items(&self) -> impl Iterator<Item = &Item<J, N, M, K, P>> {
+        self.items[..self.varying].iter()
+    }
+}
+
+impl<J, R, const N: usize, const M: usize, const K: usize, const P: usize> PlainBatch<R> for Batch<J, N, M, K, P>
+where
+    J: Jet<N, M, K, P>,
+    R: Real,
+{
+    fn add(&self, at: &At<R>, sums: &mut Sums<R>) {
+        for item in &self.items {
+            let first = item.jet.first(&item.local(at), &item.b(at.design));
+            item.scatter_first(&first, sums);
+        }
+    }
+
+    fn phi(&self, at: &At<R>, phi: &mut [R]) {
+        for item in &self.items {
+            let local: Local<R, N, M, K> = item.local(at);
+            let values = item.jet.phi(&local.q, &item.b(at.design), at.t);
+            item.sigma.iter().zip(values.iter()).for_each(|(&j, value)| phi[j] = *value);
+        }
+    }
+}
+
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyBatch for Batch<J, N, M, K, P> {
+    fn prepare(&mut self, gravity: &[Param; 2]) {
+        for item in &mut self.items {
+            item.b = item.b.map(|b| b.resolve(gravity));
+            item.trace();
+        }
+        self.items.sort_by_key(|item| item.plan.constant);
+        self.varying = self.items.iter().filter(|item| !item.plan.constant).count();
+    }
+
+    fn footprints(&self) -> Vec<Footprint<'_>> {
+        let footprint = |item: &'_ Item<J, N, M, K, P>| -> Vec<usize> {
+            let count = if item.plan.constant { 0 } else { item.plan.count };
+            item.plan.active[..count].iter().map(|&i| item.q[i]).collect()
+        };
+        let items = self.items.iter();
+        items.map(|item| Footprint { form: J::FORM, q: &item.q, sigma: &item.sigma, active: footprint(item) }).collect()
+    }
+
+    fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize) {
+        self.slots.clear();
+        for item in &mut self.items[..self.varying] {
+            item.plan.slots = self.slots.len();
+            let active = item.plan.active[..item.plan.count].iter().map(|&i| item.q[i]);
+            let mut put = |row, col| self.slots.push(slot(row, col) as u32);
+            for row in active.clone() {
+                active.clone().for_each(|col| put(row, col));
+            }
+            for row in item.sigma {
+                active.clone().for_each(|col| put(n + row, col));
+                active.clone().for_each(|col| put(col, n + row));
+            }
+        }
+    }
+
+    fn constants(&self, design: &[f64], into: &mut Constants) {
+        let zeros = into.zeros(design);
+        for item in &self.items {
+            item.add_constants(&zeros.at(), into);
+        }
+    }
+
+    fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>) {
+        for item in self.items.iter().filter(|_| M > 0) {
+            let local: Local<f64, N, M, K> = item.local(at);
+            (0..N).for_each(|i| item.phi_q_column(i, &local.q, at.t, at.design, &mut |e| entries.push(e)));
+        }
+    }
+
+    fn block_len(&self) -> usize {
+        self.varying_items().map(Item::block_len).sum()
+    }
+
+    fn varying(&self) -> usize {
+        self.varying
+    }
+
+    fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, mut blocks: &mut [f64]) {
+        for item in self.varying_items() {
+            let (own, rest) = blocks.split_at_mut(item.block_len());
+            item.evaluate(at, sums, own);
+            blocks = rest;
+        }
+    }
+
+    fn scatter(&self, mut blocks: &[f64], h: f64, values: &mut [f64]) {
+        for item in self.varying_items() {
+            let (own, rest) = blocks.split_at(item.block_len());
+            tangent::scatter(J::FORM, own, item.plan.count, M, &self.slots[item.plan.slots..], h, values);
+            blocks = rest;
+        }
+    }
+
+    fn pull_back(&self, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+        for item in self.varying_items() {
+            let (own, rest) = blocks.split_at(item.block_len());
+            let coordinates = item.plan.active.map(|i| item.q[i]);
+            let active = &coordinates[..item.plan.count];
+            tangent::pull_back(J::FORM, own, active, &item.sigma, with, rows);
+            blocks = rest;
+        }
+    }
+
+    fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
+        for item in &self.items {
+            item.pull_back_inputs(at, with, rows);
+        }
+    }
+
+    fn find_not_finite(&self, at: &At<f64>) -> Option<&str> {
+        let finite = |x: &f64| x.is_finite();
+        let bad = self.items.iter().find(|item| {
+            let first = item.jet.first(&item.local(at), &item.b(at.design));
+            !(first.l_v.iter().all(finite) && first.force.iter().all(finite) && first.phi_dot.iter().all(finite))
+        });
+        bad.map(|item| item.name.as_str())
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}

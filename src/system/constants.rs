@@ -1,0 +1,179 @@
+//! The part of the mechanics with constant derivatives: constant masses, linear joints, springs, dampers and actuators.
+//!
+//! It is evaluated once per run, as sparse matrices, and enters every step as such:
+//!
+//! ```text
+//!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
+//! ```
+
+use super::batch::{At, Covector, Rows, Sums};
+use super::jet::Form;
+use crate::scalar::Real;
+
+/// One entry of a sparse matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    pub row: usize,
+    pub col: usize,
+    pub value: f64,
+}
+
+/// Constant derivatives of all elements, in the scene's numbering.
+#[derive(Clone, Debug, Default)]
+pub struct Constants {
+    pub vv: Vec<Entry>,
+    pub vq: Vec<Entry>,
+    pub qv: Vec<Entry>,
+    pub qq: Vec<Entry>,
+    pub phi_q: Vec<Entry>,
+    pub q_u: Vec<Entry>,
+    l_v: Vec<f64>,
+    force: Vec<f64>,
+    controls: usize,
+    multipliers: usize,
+}
+
+/// A point where everything is zero: what remains there of a formula is its constant part.
+pub struct Zeros<'a> {
+    n: Vec<f64>,
+    m: Vec<f64>,
+    k: Vec<f64>,
+    design: &'a [f64],
+}
+
+impl Zeros<'_> {
+    pub fn at(&self) -> At<'_, f64> {
+        At { q: &self.n, v: &self.n, sigma: &self.m, u: &self.k, t: 0.0, design: self.design }
+    }
+}
+
+impl Constants {
+    pub fn new(n: usize, m: usize, k: usize) -> Self {
+        Constants { l_v: vec![0.0; n], force: vec![0.0; n], controls: k, multipliers: m, ..Constants::default() }
+    }
+
+    pub fn zeros<'a>(&self, design: &'a [f64]) -> Zeros<'a> {
+        Zeros { n: vec![0.0; self.l_v.len()], m: vec![0.0; self.multipliers], k: vec![0.0; self.controls], design }
+    }
+
+    /// Adds an element's second derivatives, given by rows in the order of its form.
+    pub fn add_squares(&mut self, form: Form, q: &[usize], blocks: &[f64]) {
+        let a = q.len();
+        for (which, block) in blocks.chunks_exact(a * a).enumerate() {
+            for (k, &value) in block.iter().enumerate() {
+                let (row, col) = (q[k / a], q[k % a]);
+                match (form, which) {
+                    (Form::Kinetic, 0) => put(&mut self.vv, row, col, value),
+                    (Form::Kinetic, 1) => {
+                        put(&mut self.vq, row, col, value);
+                        put(&mut self.qv, col, row, value);
+                    }
+                    (Form::Applied, 0) => put(&mut self.qv, row, col, value),
+                    _ => put(&mut self.qq, row, col, value),
+                }
+            }
+        }
+    }
+
+    pub fn add_first(&mut self, q: &[usize], l_v: &[f64], force: &[f64]) {
+        for (k, &i) in q.iter().enumerate() {
+            self.l_v[i] += l_v[k];
+            self.force[i] += force[k];
+        }
+    }
+
+    pub fn add_control(&mut self, coordinate: usize, channel: usize, value: f64) {
+        put(&mut self.q_u, coordinate, channel, value);
+    }
+
+    pub fn add_phi_q(&mut self, entry: Entry) {
+        put(&mut self.phi_q, entry.row, entry.col, entry.value);
+    }
+
+    /// Empties the lists, keeping their memory.
+    pub fn clear(&mut self) {
+        for list in [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u] {
+            list.clear();
+        }
+        self.l_v.fill(0.0);
+        self.force.fill(0.0);
+    }
+
+    /// Adds up entries at the same place.
+    pub fn compress(&mut self) {
+        for list in [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u] {
+            list.sort_by_key(|e| (e.row, e.col));
+            list.dedup_by(|later, first| {
+                let same = (later.row, later.col) == (first.row, first.col);
+                if same {
+                    first.value += later.value;
+                }
+                same
+            });
+        }
+    }
+
+    /// Writes the constant part of 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    pub fn write<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
+        for (sum, &constant) in sums.l_v.iter_mut().zip(&self.l_v) {
+            *sum = constant.into();
+        }
+        for (sum, &constant) in sums.force.iter_mut().zip(&self.force) {
+            *sum = constant.into();
+        }
+        sums.phi_dot.fill(R::zero());
+        multiply(&self.vv, at.v, &mut sums.l_v);
+        multiply(&self.vq, at.q, &mut sums.l_v);
+        multiply(&self.qv, at.v, &mut sums.force);
+        multiply(&self.qq, at.q, &mut sums.force);
+        multiply(&self.q_u, at.u, &mut sums.force);
+        multiply(&self.phi_q, at.v, &mut sums.phi_dot);
+        multiply_transposed(&self.phi_q, at.sigma, &mut sums.l_v);
+    }
+
+    /// The constant part of K(h) as (row, column, value); unknowns are numbered v, then σ.
+    pub fn tangent(&self, h: f64, triplets: &mut Vec<(usize, usize, f64)>) {
+        let n = self.l_v.len();
+        triplets.clear();
+        for (list, factor) in [(&self.vv, 1.0), (&self.vq, h), (&self.qv, -h), (&self.qq, -h * h)] {
+            triplets.extend(list.iter().map(|e| (e.row, e.col, factor * e.value)));
+        }
+        for e in &self.phi_q {
+            triplets.push((n + e.row, e.col, e.value));
+            triplets.push((e.col, n + e.row, e.value));
+        }
+    }
+
+    /// Adds the constant part of the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)).
+    pub fn pull_back(&self, with: &Covector, rows: &mut Rows) {
+        multiply_transposed(&self.vv, with.c, &mut rows.v);
+        multiply_transposed(&self.qv, with.d, &mut rows.v);
+        multiply_transposed(&self.phi_q, with.e, &mut rows.v);
+        multiply_transposed(&self.vq, with.c, &mut rows.q);
+        multiply_transposed(&self.qq, with.d, &mut rows.q);
+        multiply(&self.phi_q, with.c, &mut rows.sigma);
+    }
+
+    /// Adds Q_uᵀ d.
+    pub fn pull_back_controls(&self, d: &[f64], row_u: &mut [f64]) {
+        multiply_transposed(&self.q_u, d, row_u);
+    }
+}
+
+fn put(list: &mut Vec<Entry>, row: usize, col: usize, value: f64) {
+    if value != 0.0 {
+        list.push(Entry { row, col, value });
+    }
+}
+
+fn multiply<R: Real>(matrix: &[Entry], x: &[R], y: &mut [R]) {
+    for e in matrix {
+        y[e.row] += x[e.col] * e.value;
+    }
+}
+
+fn multiply_transposed<R: Real>(matrix: &[Entry], x: &[R], y: &mut [R]) {
+    for e in matrix {
+        y[e.col] += x[e.row] * e.value;
+    }
+}

@@ -1,0 +1,336 @@
+//! Costs and their derivatives h_y, h_u, S_y at one node (Eq. 5, 8).
+
+use nalgebra::SVector;
+use num_dual::{Dual64, DualSVec64, gradient};
+use std::any::Any;
+
+use crate::element::{CostPoint, Sum};
+use crate::scalar::Real;
+use crate::scene::Param;
+use crate::trace::{Structure, Trace};
+use crate::{Cost, Cx, Scalar};
+
+/// The paper's y, with u and t, at one node.
+#[derive(Clone, Copy)]
+pub struct CostAt<'a, R> {
+    pub q: &'a [R],
+    pub v: &'a [R],
+    pub p_star: &'a [R],
+    pub p_star_dot: &'a [R],
+    pub sigma: &'a [R],
+    pub u: &'a [R],
+    pub t: R,
+    pub design: &'a [R],
+}
+
+/// The factor of h_i for each way of summing, at one node.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights<R> {
+    pub plain: R,
+    pub rectangle: R,
+    pub trapezoidal: R,
+    pub terminal: R,
+}
+
+impl<R: Real> Weights<R> {
+    /// The factors at a node between a step of length `before` and one of length `after` (none at the ends).
+    pub fn new(before: Option<R>, after: Option<R>) -> Self {
+        let (zero, one) = (R::zero(), R::one());
+        let length = |step: Option<R>| step.unwrap_or(zero);
+        Weights {
+            plain: if after.is_some() { one } else { zero },
+            rectangle: length(after),
+            trapezoidal: (length(before) + length(after)) * 0.5,
+            terminal: if after.is_some() { zero } else { one },
+        }
+    }
+
+    fn of(&self, sum: Sum) -> R {
+        match sum {
+            Sum::Plain => self.plain,
+            Sum::Rectangle => self.rectangle,
+            Sum::Trapezoidal => self.trapezoidal,
+            Sum::Terminal => self.terminal,
+        }
+    }
+}
+
+/// The cost at one node and its derivatives J_q, J_v, J_p*, J_ṗ*, J_σ, J_u, J_b, J_t.
+#[derive(Clone, Debug, Default)]
+pub struct CostRows {
+    pub value: f64,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub p_star: Vec<f64>,
+    pub p_star_dot: Vec<f64>,
+    pub sigma: Vec<f64>,
+    pub u: Vec<f64>,
+    pub design: Vec<f64>,
+    pub time: f64,
+    /// Derivatives with respect to the length of the step before the node and of the one after it.
+    pub step_before: f64,
+    pub step_after: f64,
+}
+
+impl CostRows {
+    pub fn new(n: usize, m: usize, k: usize, designs: usize) -> Self {
+        let zeros = |len| vec![0.0; len];
+        CostRows {
+            q: zeros(n),
+            v: zeros(n),
+            p_star: zeros(n),
+            p_star_dot: zeros(n),
+            sigma: zeros(m),
+            u: zeros(k),
+            design: zeros(designs),
+            ..CostRows::default()
+        }
+    }
+
+    pub fn clear(&mut self) {
+        let lists = [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot];
+        lists.into_iter().chain([&mut self.sigma, &mut self.u, &mut self.design]).for_each(|list| list.fill(0.0));
+        (self.value, self.time, self.step_before, self.step_after) = (0.0, 0.0, 0.0, 0.0);
+    }
+}
+
+/// Costs on numbers of type R.
+pub trait PlainCosts<R: Real>: Send + Sync {
+    /// The weighted sum of all costs of the batch at one node.
+    fn value(&self, at: &CostAt<R>, weights: &Weights<R>) -> R;
+}
+
+/// Costs in real numbers, with derivatives.
+pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
+    /// Traces every cost and resolves its parameters.
+    fn prepare(&mut self, gravity: &[Param; 2]);
+    /// Whether any of its costs has a value before the last node.
+    fn is_running(&self) -> bool;
+    /// Adds value and derivatives.
+    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows);
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// One cost and what it is connected to.
+pub struct Item<C, const N: usize, const M: usize, const K: usize, const P: usize> {
+    pub cost: C,
+    pub sum: Sum,
+    pub q: [usize; N],
+    pub sigma: [usize; M],
+    pub u: [usize; K],
+    pub b: [Param; P],
+    pub uses: Structure,
+}
+
+impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
+    pub fn new(cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
+        Item { cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
+    }
+}
+
+/// All costs of one type.
+pub struct Costs<C, const N: usize, const M: usize, const K: usize, const P: usize> {
+    pub items: Vec<Item<C, N, M, K, P>>,
+}
+
+impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Default for Costs<C, N, M, K, P> {
+    fn default() -> Self {
+        Costs { items: Vec::new() }
+    }
+}
+
+/// Numbers of a cost's inputs in its trace.
+mod input {
+    pub(super) const fn v(n: usize) -> usize {
+        n
+    }
+    pub(super) const fn p_star(n: usize) -> usize {
+        2 * n
+    }
+    pub(super) const fn p_star_dot(n: usize) -> usize {
+        3 * n
+    }
+    pub(super) const fn sigma(n: usize) -> usize {
+        4 * n
+    }
+    pub(super) const fn u(n: usize, m: usize) -> usize {
+        4 * n + m
+    }
+    pub(super) const fn t(n: usize, m: usize, k: usize) -> usize {
+        4 * n + m + k
+    }
+}
+
+type Point<S, const N: usize, const M: usize, const K: usize> = CostPoint<S, N, M, K>;
+
+fn lift<S: Scalar, const N: usize, const M: usize, const K: usize>(at: &Point<f64, N, M, K>) -> Point<S, N, M, K> {
+    CostPoint {
+        q: at.q.map(S::from),
+        v: at.v.map(S::from),
+        p_star: at.p_star.map(S::from),
+        p_star_dot: at.p_star_dot.map(S::from),
+        sigma: at.sigma.map(S::from),
+        u: at.u.map(S::from),
+        t: S::from(at.t),
+    }
+}
+
+impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
+    fn local<R: Real>(&self, at: &CostAt<R>) -> Point<R, N, M, K> {
+        let gather = |from: &[R]| SVector::from_fn(|i, _| from[self.q[i]]);
+        CostPoint {
+            q: gather(at.q),
+            v: gather(at.v),
+            p_star: gather(at.p_star),
+            p_star_dot: gather(at.p_star_dot),
+            sigma: SVector::from_fn(|j, _| at.sigma[self.sigma[j]]),
+            u: SVector::from_fn(|k, _| at.u[self.u[k]]),
+            t: at.t,
+        }
+    }
+
+    fn b<R: Real>(&self, design: &[R]) -> SVector<R, P> {
+        SVector::from_fn(|p, _| self.b[p].value(design))
+    }
+
+    fn trace(&mut self) {
+        let part = |offset: usize| SVector::from_fn(|i, _| Trace::input(0.3, offset + i));
+        let at = CostPoint {
+            q: part(0),
+            v: part(input::v(N)),
+            p_star: part(input::p_star(N)),
+            p_star_dot: part(input::p_star_dot(N)),
+            sigma: SVector::from_fn(|j, _| Trace::input(0.4, input::sigma(N) + j)),
+            u: SVector::from_fn(|k, _| Trace::input(0.6, input::u(N, M) + k)),
+            t: Trace::input(0.2, input::t(N, M, K)),
+        };
+        let b = SVector::from_fn(|_, _| Trace::unknown_constant(0.7));
+        self.uses = if input::t(N, M, K) < Structure::MOST_INPUTS {
+            Structure::of(|| [self.cost.cost(&at, &b)])
+        } else {
+            Structure::UNKNOWN
+        };
+    }
+
+    fn uses(&self, first: usize, len: usize) -> bool {
+        (first..first + len).any(|i| self.uses.depends_on(i.min(Structure::MOST_INPUTS - 1)))
+    }
+
+    /// The gradient with respect to one part of the point, chosen by `set`.
+    fn part<const L: usize>(
+        &self,
+        x: &SVector<f64, L>,
+        at: &Point<f64, N, M, K>,
+        b: &SVector<f64, P>,
+        set: impl Fn(&mut Point<DualSVec64<L>, N, M, K>, SVector<DualSVec64<L>, L>),
+    ) -> SVector<f64, L> {
+        let (_, gradient) = gradient(
+            |x: SVector<DualSVec64<L>, L>| {
+                let mut point = lift(at);
+                set(&mut point, x);
+                self.cost.cost(&point, &b.map(From::from))
+            },
+            x,
+        );
+        gradient
+    }
+
+    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+        let weight = weights.of(self.sum);
+        if weight == 0.0 && self.sum != Sum::Trapezoidal && self.sum != Sum::Rectangle {
+            return;
+        }
+        let (p, b) = (self.local(at), self.b(at.design));
+        let value = self.cost.cost(&p, &b);
+        rows.value += weight * value;
+        match self.sum {
+            Sum::Rectangle => rows.step_after += value,
+            Sum::Trapezoidal => {
+                rows.step_before += 0.5 * value;
+                rows.step_after += 0.5 * value;
+            }
+            Sum::Plain | Sum::Terminal => {}
+        }
+        self.state_gradient(&p, &b, weight, rows);
+        self.input_gradient(&p, &b, weight, rows);
+    }
+
+    fn state_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
+        if self.uses(0, N) {
+            add(&mut rows.q, &self.q, weight, &self.part(&p.q, p, b, |point, x| point.q = x));
+        }
+        if self.uses(input::v(N), N) {
+            add(&mut rows.v, &self.q, weight, &self.part(&p.v, p, b, |point, x| point.v = x));
+        }
+        if self.uses(input::p_star(N), N) {
+            add(&mut rows.p_star, &self.q, weight, &self.part(&p.p_star, p, b, |point, x| point.p_star = x));
+        }
+        if self.uses(input::p_star_dot(N), N) {
+            add(&mut rows.p_star_dot, &self.q, weight, &self.part(&p.p_star_dot, p, b, |point, x| point.p_star_dot = x));
+        }
+        if self.uses(input::sigma(N), M) {
+            add(&mut rows.sigma, &self.sigma, weight, &self.part(&p.sigma, p, b, |point, x| point.sigma = x));
+        }
+    }
+
+    fn input_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
+        if self.uses(input::u(N, M), K) {
+            add(&mut rows.u, &self.u, weight, &self.part(&p.u, p, b, |point, x| point.u = x));
+        }
+        if self.uses(input::t(N, M, K), 1) {
+            let t = SVector::from([p.t]);
+            rows.time += weight * self.part(&t, p, b, |point, x| point.t = x[0])[0];
+        }
+        for (i, design) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
+            let mut b = b.map(Dual64::from_re);
+            b[i].eps = 1.0;
+            rows.design[design] += weight * self.cost.cost(&lift(p), &b).eps;
+        }
+    }
+}
+
+fn add<const L: usize>(row: &mut [f64], at: &[usize], weight: f64, gradient: &SVector<f64, L>) {
+    for (k, &i) in at.iter().enumerate() {
+        row[i] += weight * gradient[k];
+    }
+}
+
+impl<C, R, const N: usize, const M: usize, const K: usize, const P: usize> PlainCosts<R> for Costs<C, N, M, K, P>
+where
+    C: Cost<N, M, K, P>,
+    R: Real,
+{
+    fn value(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
+        let mut sum = R::zero();
+        for item in &self.items {
+            let weight = weights.of(item.sum);
+            if weight.part(0) != 0.0 || weight.part(R::PARTS - 1) != 0.0 {
+                sum += item.cost.cost(&item.local(at), &item.b(at.design)) * weight;
+            }
+        }
+        sum
+    }
+}
+
+impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
+    fn prepare(&mut self, gravity: &[Param; 2]) {
+        for item in &mut self.items {
+            item.b = item.b.map(|b| b.resolve(gravity));
+            item.trace();
+        }
+    }
+
+    fn is_running(&self) -> bool {
+        self.items.iter().any(|item| item.sum != Sum::Terminal)
+    }
+
+    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+        for item in &self.items {
+            item.gradient(at, weights, rows);
+        }
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}

@@ -1,0 +1,83 @@
+//! Kinetic and potential energy as parts of 𝓛 = T − V + σᵀ dΦ/dt.
+
+use nalgebra::SVector;
+use num_dual::{DualSVec, gradient, hessian, partial_hessian};
+
+use super::jet::{First, Form, Jet, Local};
+use crate::scalar::Real;
+use crate::trace::{Structure, Trace};
+use crate::{KineticEnergy, PotentialEnergy};
+
+/// A kinetic energy: 𝓛_v = T_v, 𝓛_q = T_q.
+pub struct Kinetic<E>(pub E);
+
+/// A potential energy: 𝓛_q = −V_q.
+pub struct Potential<E>(pub E);
+
+fn constant<R: Real, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVector<DualSVec<R, D>, N> {
+    x.map(DualSVec::from_re)
+}
+
+impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Kinetic<E> {
+    const FORM: Form = Form::Kinetic;
+
+    fn first<R: Real>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+        let (q, v, b) = (constant(&at.q), constant(&at.v), constant(b));
+        let (_, l_v) = gradient(|v| self.0.kinetic_energy(&q, &v, &b), &at.v);
+        let (_, force) = gradient(|q| self.0.kinetic_energy(&q, &v, &b), &at.q);
+        First { l_v, force, phi_dot: SVector::zeros() }
+    }
+
+    fn structure(&self, at: &Local<Trace, N, 0, 0>, b: &SVector<Trace, P>) -> Structure {
+        Structure::of(|| [self.0.kinetic_energy(&at.q, &at.v, b)])
+    }
+
+    fn blocks<const A: usize>(
+        &self,
+        active: &[usize; A],
+        at: &Local<f64, N, 0, 0>,
+        b: &SVector<f64, P>,
+        first: &mut First<f64, N, 0>,
+        blocks: &mut [f64],
+    ) {
+        let (_, t_v, t_vv) = hessian(|v| self.0.kinetic_energy(&at.q.map(From::from), &v, &b.map(From::from)), &at.v);
+        let (_, t_q, t_qq) = hessian(|q| self.0.kinetic_energy(&q, &at.v.map(From::from), &b.map(From::from)), &at.q);
+        let (_, _, _, t_vq) = partial_hessian(|(v, q)| self.0.kinetic_energy(&q, &v, &b.map(From::from)), (&at.v, &at.q));
+        first.l_v += t_v;
+        first.force += t_q;
+        for (block, second) in blocks.chunks_exact_mut((A * A).max(1)).zip([t_vv, t_vq, t_qq]) {
+            for (k, entry) in block.iter_mut().enumerate() {
+                *entry = second[(active[k / A], active[k % A])];
+            }
+        }
+    }
+}
+
+impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Potential<E> {
+    const FORM: Form = Form::Potential;
+
+    fn first<R: Real>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+        let (b, t) = (constant(b), DualSVec::from_re(at.t));
+        let (_, v_q) = gradient(|q| self.0.potential_energy(&q, &b, t), &at.q);
+        First { l_v: SVector::zeros(), force: -v_q, phi_dot: SVector::zeros() }
+    }
+
+    fn structure(&self, at: &Local<Trace, N, 0, 0>, b: &SVector<Trace, P>) -> Structure {
+        Structure::of(|| [self.0.potential_energy(&at.q, b, at.t)])
+    }
+
+    fn blocks<const A: usize>(
+        &self,
+        active: &[usize; A],
+        at: &Local<f64, N, 0, 0>,
+        b: &SVector<f64, P>,
+        first: &mut First<f64, N, 0>,
+        blocks: &mut [f64],
+    ) {
+        let (_, v_q, v_qq) = hessian(|q| self.0.potential_energy(&q, &b.map(From::from), at.t.into()), &at.q);
+        first.force -= v_q;
+        for (k, entry) in blocks.iter_mut().enumerate() {
+            *entry = -v_qq[(active[k / A], active[k % A])];
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Which unknowns are eliminated together, and what has to wait for what.
+//!
+//! A body goes together with the multipliers of the joints that carry it: the block [M Φ_qᵀ; Φ_q 0] of a body and the constraints it
+//! *owns* is regular when their rows of Φ_q, restricted to the body's coordinates, have full rank. Bodies are numbered from
+//! the ground outwards, and a constraint may be owned only by the outermost body it touches. Then the owned rows of any set of
+//! bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
+//! constraint that nobody can own closes a loop: it waits until all bodies of its loop, up to where the two branches
+//! meet, have been eliminated.
+
+use nalgebra::DMatrix;
+use std::collections::{BTreeSet, VecDeque};
+use std::ops::Range;
+
+use super::batch::{AnyBatch, At};
+use super::constants::Entry;
+use super::jet::Form;
+use crate::linear::Group;
+
+/// A constraint: its equations and the blocks of coordinates it touches.
+struct Joint {
+    equations: Vec<usize>,
+    blocks: Vec<usize>,
+}
+
+/// Bodies numbered from the ground outwards.
+struct Tree {
+    rank: Vec<usize>,
+    parent: Vec<Option<usize>>,
+}
+
+pub(super) fn groups(
+    batches: &[Box<dyn AnyBatch>],
+    blocks: &[Range<usize>],
+    (n, m): (usize, usize),
+    design: &[f64],
+) -> Vec<Group> {
+    let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
+    let joints = joints(batches, &block_of);
+    let tree = Tree::new(blocks.len(), &joints);
+    let phi_q = generic_jacobian(batches, (n, m), design);
+    let mut groups: Vec<Group> =
+        blocks.iter().map(|range| Group { unknowns: range.clone().collect(), after: Vec::new() }).collect();
+    let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
+    let mut closing = Vec::new();
+    for joint in joints {
+        let owner = joint.blocks.iter().copied().max_by_key(|&b| tree.rank[b]);
+        match owner.filter(|&b| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q)) {
+            Some(b) => {
+                owned[b].extend(&joint.equations);
+                groups[b].unknowns.extend(joint.equations.iter().map(|j| n + j));
+            }
+            None => closing.push(joint),
+        }
+    }
+    for joint in closing {
+        let after = tree.loop_of(&joint.blocks);
+        groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), after });
+    }
+    groups
+}
+
+fn joints(batches: &[Box<dyn AnyBatch>], block_of: &[usize]) -> Vec<Joint> {
+    let mut joints: Vec<Joint> = batches
+        .iter()
+        .flat_map(|batch| batch.footprints())
+        .filter(|footprint| footprint.form == Form::Holonomic)
+        .map(|footprint| {
+            let blocks: BTreeSet<usize> = footprint.q.iter().map(|&i| block_of[i]).collect();
+            Joint { equations: footprint.sigma.to_vec(), blocks: blocks.into_iter().collect() }
+        })
+        .collect();
+    joints.sort_by_key(|joint| joint.equations.first().copied());
+    joints
+}
+
+impl Tree {
+    /// Breadth first from everything that is jointed to the ground; a free component starts at its first body.
+    fn new(count: usize, joints: &[Joint]) -> Self {
+        let mut neighbours = vec![Vec::new(); count];
+        for joint in joints {
+            for (&a, &b) in joint.blocks.iter().flat_map(|a| joint.blocks.iter().map(move |b| (a, b))) {
+                neighbours[a].push(b);
+            }
+        }
+        let grounded = joints.iter().filter(|joint| joint.blocks.len() == 1).map(|joint| joint.blocks[0]);
+        let mut tree = Tree { rank: vec![usize::MAX; count], parent: vec![None; count] };
+        let mut next = 0;
+        for root in grounded.chain(0..count) {
+            let mut queue = VecDeque::from([(root, None)]);
+            while let Some((body, parent)) = queue.pop_front() {
+                if tree.rank[body] != usize::MAX {
+                    continue;
+                }
+                (tree.rank[body], tree.parent[body]) = (next, parent);
+                next += 1;
+                queue.extend(neighbours[body].iter().map(|&outer| (outer, Some(body))));
+            }
+        }
+        tree
+    }
+
+    /// The bodies between those a constraint touches and where their branches meet, the meeting point left out.
+    fn loop_of(&self, blocks: &[usize]) -> Vec<usize> {
+        let path = |body: usize| std::iter::successors(Some(body), |&b| self.parent[b]).collect::<Vec<_>>();
+        let paths: Vec<Vec<usize>> = blocks.iter().map(|&b| path(b)).collect();
+        let common = |body: &usize| paths.len() > 1 && paths.iter().all(|path| path.contains(body));
+        let all: BTreeSet<usize> = paths.iter().flatten().copied().filter(|body| !common(body)).collect();
+        all.into_iter().collect()
+    }
+}
+
+/// Whether a body's block stays regular when these equations join those it owns.
+fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Entry>]) -> bool {
+    let rows: Vec<usize> = owned.iter().chain(more).copied().collect();
+    if rows.len() > block.len() {
+        return false;
+    }
+    let mut matrix = DMatrix::zeros(rows.len(), block.len());
+    for (r, &row) in rows.iter().enumerate() {
+        for e in phi_q[row].iter().filter(|e| block.contains(&e.col)) {
+            matrix[(r, e.col - block.start)] = e.value;
+        }
+        let norm = matrix.row(r).norm();
+        if norm == 0.0 {
+            return false;
+        }
+        matrix.row_mut(r).unscale_mut(norm);
+    }
+    matrix.rank(1e-6) == rows.len()
+}
+
+/// Φ_q by rows at a configuration without any special position.
+fn generic_jacobian(batches: &[Box<dyn AnyBatch>], (n, m): (usize, usize), design: &[f64]) -> Vec<Vec<Entry>> {
+    let q: Vec<f64> = (0..n).map(|i| 0.4 + ((i * 7919 + 104_729) % 1009) as f64 / 1009.0).collect();
+    let zeros = vec![0.0; n.max(m)];
+    let at = At { q: &q, v: &zeros[..n], sigma: &zeros[..m], u: &[], t: 0.1, design };
+    let mut entries = Vec::new();
+    batches.iter().for_each(|batch| batch.phi_q(&at, &mut entries));
+    let mut rows = vec![Vec::new(); m];
+    entries.into_iter().for_each(|e: Entry| rows[e.row].push(e));
+    rows
+}

@@ -1,0 +1,226 @@
+//! One element in a scene: its formula, what it is connected to, and what its trace found out.
+
+use nalgebra::SVector;
+use num_dual::Dual64;
+use num_traits::Zero;
+
+use super::batch::{At, Covector, InputRows, Sums};
+use super::constants::{Constants, Entry};
+use super::jet::{First, Form, Jet, Local, time_input};
+use crate::scalar::Real;
+use crate::scene::Param;
+use crate::trace::{Structure, Trace};
+
+/// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
+pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usize> {
+    pub name: String,
+    pub jet: J,
+    pub q: [usize; N],
+    /// Its constraint equations.
+    pub sigma: [usize; M],
+    pub u: [usize; K],
+    pub b: [Param; P],
+    pub plan: Plan<N>,
+}
+
+/// What the trace of an element decided.
+#[derive(Clone, Copy)]
+pub struct Plan<const N: usize> {
+    pub constant: bool,
+    timed: bool,
+    bound: bool,
+    /// Local numbers of the active coordinates; the first `count` are valid.
+    pub active: [usize; N],
+    pub count: usize,
+    /// Where its slots begin in the batch's list.
+    pub slots: usize,
+}
+
+impl<const N: usize> Default for Plan<N> {
+    fn default() -> Self {
+        Plan { constant: false, timed: true, bound: true, active: std::array::from_fn(|i| i), count: N, slots: 0 }
+    }
+}
+
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+    pub fn local<R: Real>(&self, at: &At<R>) -> Local<R, N, M, K> {
+        Local {
+            q: SVector::from_fn(|i, _| at.q[self.q[i]]),
+            v: SVector::from_fn(|i, _| at.v[self.q[i]]),
+            sigma: SVector::from_fn(|j, _| at.sigma[self.sigma[j]]),
+            u: SVector::from_fn(|k, _| at.u[self.u[k]]),
+            t: at.t,
+        }
+    }
+
+    pub fn b<R: Real>(&self, design: &[R]) -> SVector<R, P> {
+        SVector::from_fn(|p, _| self.b[p].value(design))
+    }
+
+    /// Derivatives with `A` active coordinates.
+    fn blocks<const A: usize>(&self, at: &At<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
+        let active = std::array::from_fn::<usize, A, _>(|k| self.plan.active[k]);
+        self.jet.blocks(&active, &self.local(at), &self.b(at.design), first, blocks);
+    }
+
+    /// Value and derivatives: the number of active coordinates selects the size of the dual numbers.
+    pub fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
+        let mut first = First::zero();
+        match self.plan.count {
+            count if count == N => self.blocks::<N>(at, &mut first, blocks),
+            0 => self.blocks::<0>(at, &mut first, blocks),
+            1 => self.blocks::<1>(at, &mut first, blocks),
+            2 => self.blocks::<2>(at, &mut first, blocks),
+            _ => self.blocks::<3>(at, &mut first, blocks),
+        }
+        self.scatter_first(&first, sums);
+    }
+
+    pub fn scatter_first<R: Real>(&self, first: &First<R, N, M>, sums: &mut Sums<R>) {
+        for (i, &coordinate) in self.q.iter().enumerate() {
+            sums.l_v[coordinate] += first.l_v[i];
+            sums.force[coordinate] += first.force[i];
+        }
+        for (j, phi_dot) in first.phi_dot.iter().enumerate() {
+            sums.phi_dot[self.sigma[j]] += *phi_dot;
+        }
+    }
+
+    pub fn trace(&mut self) {
+        let b = SVector::from_fn(|p, _| match self.b[p].constant() {
+            Some(value) => Trace::from(value),
+            None => Trace::unknown_constant(0.7),
+        });
+        let time = time_input(N, K);
+        let at = Local {
+            q: SVector::from_fn(|i, _| Trace::input(0.3, i)),
+            v: SVector::from_fn(|i, _| Trace::input(0.4, N + i)),
+            sigma: SVector::from_fn(|_, _| Trace::from(1.0)),
+            u: SVector::from_fn(|k, _| Trace::input(0.6, 2 * N + k)),
+            t: Trace::input(0.2, time),
+        };
+        let structure = if time < Structure::MOST_INPUTS { self.jet.structure(&at, &b) } else { Structure::UNKNOWN };
+        self.plan = Self::plan(&structure, self.b.iter().any(|b| b.constant().is_none()));
+    }
+
+    fn plan(structure: &Structure, bound: bool) -> Plan<N> {
+        let timed = structure.depends_on(time_input(N, K).min(Structure::MOST_INPUTS - 1));
+        let highest = if matches!(J::FORM, Form::Kinetic | Form::Potential) { 2 } else { 1 };
+        // M must not depend on q even where T is quadratic in both (T = q v, say): its Hessian is constant all the same.
+        let constant = structure.degree <= highest && !timed;
+        let mut plan = Plan { constant, timed, bound, ..Plan::default() };
+        if matches!(J::FORM, Form::Holonomic) {
+            let bent: Vec<usize> = (0..N).filter(|&i| structure.is_bent_in(i)).collect();
+            // Sizes that are not made are rounded up to all coordinates.
+            if bent.len() <= 3 {
+                plan.count = bent.len();
+                plan.active[..bent.len()].copy_from_slice(&bent);
+            }
+        }
+        plan
+    }
+
+    pub fn block_len(&self) -> usize {
+        J::FORM.length(self.plan.count, M)
+    }
+}
+
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+    /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one input, seeded by `seed`.
+    fn directional(
+        &self,
+        at: &At<f64>,
+        with: &Covector,
+        seed: impl FnOnce(&mut Local<Dual64, N, M, K>, &mut SVector<Dual64, P>),
+    ) -> f64 {
+        let real: Local<f64, N, M, K> = self.local(at);
+        let mut local = Local {
+            q: real.q.map(Dual64::from_re),
+            v: real.v.map(Dual64::from_re),
+            sigma: real.sigma.map(Dual64::from_re),
+            u: real.u.map(Dual64::from_re),
+            t: Dual64::from_re(real.t),
+        };
+        let mut b = self.b(at.design).map(Dual64::from_re);
+        seed(&mut local, &mut b);
+        let first = self.jet.first(&local, &b);
+        let mut sum = 0.0;
+        for (i, &coordinate) in self.q.iter().enumerate() {
+            sum += with.c[coordinate] * first.l_v[i].eps + with.d[coordinate] * first.force[i].eps;
+        }
+        for (j, phi_dot) in first.phi_dot.iter().enumerate() {
+            sum += with.e[self.sigma[j]] * phi_dot.eps;
+        }
+        sum
+    }
+
+    pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
+        if !self.plan.constant {
+            for (k, &channel) in self.u.iter().enumerate() {
+                rows.u[channel] += self.directional(at, with, |local, _| local.u[k].eps = 1.0);
+            }
+        }
+        if self.plan.timed {
+            *rows.time += self.directional(at, with, |local, _| local.t.eps = 1.0);
+        }
+        if self.plan.bound {
+            for (p, b) in self.b.iter().enumerate() {
+                if let Some(design) = b.design() {
+                    rows.design[design] += self.directional(at, with, |_, b| b[p].eps = 1.0);
+                }
+            }
+        }
+    }
+
+    /// Blocks of an element with constant second derivatives, and the constant columns of Φ_q of any constraint.
+    pub fn add_constants(&self, zero: &At<f64>, into: &mut Constants) {
+        let n = N;
+        if matches!(J::FORM, Form::Holonomic) {
+            self.add_linear_columns(zero.design, into);
+            return;
+        }
+        if !self.plan.constant {
+            return;
+        }
+        let mut first = First::zero();
+        let mut blocks = vec![0.0; J::FORM.length(n, M)];
+        let local: Local<f64, N, M, K> = self.local(zero);
+        self.jet.blocks(&std::array::from_fn::<usize, N, _>(|i| i), &local, &self.b(zero.design), &mut first, &mut blocks);
+        into.add_squares(J::FORM, &self.q, &blocks);
+        into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
+        for (k, &channel) in self.u.iter().enumerate() {
+            let mut local: Local<Dual64, N, M, K> = Local {
+                q: SVector::zeros(),
+                v: SVector::zeros(),
+                sigma: SVector::zeros(),
+                u: SVector::zeros(),
+                t: Dual64::zero(),
+            };
+            local.u[k].eps = 1.0;
+            let first = self.jet.first(&local, &self.b(zero.design).map(Dual64::from_re));
+            for (i, &coordinate) in self.q.iter().enumerate() {
+                into.add_control(coordinate, channel, first.force[i].eps);
+            }
+        }
+    }
+
+    /// The columns of Φ_q that belong to coordinates in which Φ is linear.
+    fn add_linear_columns(&self, design: &[f64], into: &mut Constants) {
+        let active = &self.plan.active[..if self.plan.constant { 0 } else { self.plan.count }];
+        // Not at zero, where a root or quotient of the other coordinates may not be defined.
+        let q = SVector::from_fn(|k, _| 0.3 + 0.17 * k as f64);
+        for i in (0..N).filter(|i| !active.contains(i)) {
+            self.phi_q_column(i, &q, 0.2, design, &mut |e| into.add_phi_q(e));
+        }
+    }
+
+    /// Column `i` of the element's Φ_q, in the scene's numbering.
+    pub fn phi_q_column(&self, i: usize, q: &SVector<f64, N>, t: f64, design: &[f64], put: &mut dyn FnMut(Entry)) {
+        let mut q = q.map(Dual64::from_re);
+        q[i].eps = 1.0;
+        let phi: SVector<Dual64, M> = self.jet.phi(&q, &self.b(design).map(Dual64::from_re), Dual64::from_re(t));
+        for (j, phi) in phi.iter().enumerate() {
+            put(Entry { row: self.sigma[j], col: self.q[i], value: phi.eps });
+        }
+    }
+}

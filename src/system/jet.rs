@@ -1,0 +1,94 @@
+//! Elements seen through automatic differentiation: what each kind contributes to the equations of a step.
+
+use nalgebra::SVector;
+
+use crate::scalar::Real;
+use crate::trace::{Structure, Trace};
+
+/// The arguments of one element.
+#[derive(Clone, Copy)]
+pub struct Local<R, const N: usize, const M: usize, const K: usize> {
+    pub q: SVector<R, N>,
+    pub v: SVector<R, N>,
+    pub sigma: SVector<R, M>,
+    pub u: SVector<R, K>,
+    pub t: R,
+}
+
+/// What one element adds to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
+#[derive(Clone, Copy)]
+pub struct First<R, const N: usize, const M: usize> {
+    pub l_v: SVector<R, N>,
+    pub force: SVector<R, N>,
+    pub phi_dot: SVector<R, M>,
+}
+
+impl<R: Real, const N: usize, const M: usize> First<R, N, M> {
+    pub fn zero() -> Self {
+        First { l_v: SVector::zeros(), force: SVector::zeros(), phi_dot: SVector::zeros() }
+    }
+}
+
+/// Which second derivatives a kind of element has, besides qq (𝓛_qq + Q_q).
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Kinetic energy: 𝓛_vv, 𝓛_vq = 𝓛_qvᵀ, 𝓛_qq.
+    Kinetic,
+    /// Potential energy: 𝓛_qq.
+    Potential,
+    /// Applied force: Q_v, Q_q.
+    Applied,
+    /// Constraint: 𝓛_vq = 𝓛_qv = σᵀΦ_qq, 𝓛_qq = σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q.
+    Holonomic,
+}
+
+impl Form {
+    /// How many a × a blocks it has.
+    pub const fn squares(self) -> usize {
+        match self {
+            Form::Kinetic => 3,
+            Form::Potential => 1,
+            Form::Applied | Form::Holonomic => 2,
+        }
+    }
+
+    /// The length of the blocks of an element with `a` active coordinates and `m` equations.
+    pub const fn length(self, a: usize, m: usize) -> usize {
+        self.squares() * a * a + if matches!(self, Form::Holonomic) { 2 * a * m } else { 0 }
+    }
+}
+
+/// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
+///
+/// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
+/// all second derivatives, in real numbers, for the coordinates that are active: that enter nonlinearly.
+pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
+    const FORM: Form;
+
+    fn first<R: Real>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> First<R, N, M>;
+
+    /// Φ itself.
+    fn phi<R: Real>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
+        SVector::zeros()
+    }
+
+    /// What the formula depends on; inputs are numbered q, v, u, t.
+    fn structure(&self, at: &Local<Trace, N, M, K>, b: &SVector<Trace, P>) -> Structure;
+
+    /// Adds to `first` what the active coordinates contribute and writes the second derivatives to `blocks`.
+    ///
+    /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
+    fn blocks<const A: usize>(
+        &self,
+        active: &[usize; A],
+        at: &Local<f64, N, M, K>,
+        b: &SVector<f64, P>,
+        first: &mut First<f64, N, M>,
+        blocks: &mut [f64],
+    );
+}
+
+/// The number of input `t`.
+pub const fn time_input(n: usize, k: usize) -> usize {
+    2 * n + k
+}

@@ -1,0 +1,226 @@
+//! A compiled scene: batches of like elements, what is constant in them, and the structure of the tangent matrix.
+
+mod applied;
+mod batch;
+mod constants;
+mod cost;
+mod energy;
+mod groups;
+mod holonomic;
+mod item;
+mod jet;
+mod names;
+mod structure;
+mod tangent;
+
+use nalgebra::DVector;
+
+pub(crate) use applied::Applied;
+pub(crate) use batch::{At, Batch, Covector, InputRows, Rows, Sums};
+pub(crate) use constants::Constants;
+pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
+pub(crate) use energy::{Kinetic, Potential};
+pub(crate) use holonomic::Holonomic;
+pub(crate) use item::{Item, Plan};
+pub(crate) use jet::Jet;
+
+// Named in the signature of the sealed trait `Real`.
+pub use batch::{AnyBatch, PlainBatch};
+pub use cost::{AnyCosts, PlainCosts};
+
+use crate::linear::Symbolic;
+use crate::scalar::Real;
+use crate::scene::{Param, Scene};
+use crate::{Error, error};
+use names::Names;
+
+/// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
+///
+/// Immutable, and shared freely between threads; what a run needs besides is in [`Solver`](crate::Solver).
+pub struct System {
+    n: usize,
+    m: usize,
+    k: usize,
+    batches: Vec<Box<dyn AnyBatch>>,
+    costs: Vec<Box<dyn AnyCosts>>,
+    running: bool,
+    symbolic: Symbolic,
+    names: Names,
+    initial: Vec<f64>,
+    design: Vec<f64>,
+    positive: Vec<(Param, String)>,
+}
+
+impl System {
+    pub(crate) fn compile(scene: Scene) -> Result<Self, Error> {
+        let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
+        if n == 0 {
+            return Err(Error::EmptyScene);
+        }
+        let names = Names::new(&scene);
+        let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
+        let (mut batches, mut costs) = (scene.batches, scene.costs);
+        batches.iter_mut().for_each(|batch| batch.prepare(&gravity));
+        costs.iter_mut().for_each(|costs| costs.prepare(&gravity));
+        let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
+        check_positive(&scene.positive, &design)?;
+        check_inertia(&batches, &names, n)?;
+        let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
+        let symbolic = structure::analyse(&mut batches, &blocks, (n, m, k), &design);
+        let running = costs.iter().any(|costs| costs.is_running());
+        let (initial, positive) = (scene.initial, scene.positive);
+        Ok(System { n, m, k, batches, costs, running, symbolic, names, initial, design, positive })
+    }
+
+    /// The number of coordinates.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// The number of constraint equations.
+    pub fn m(&self) -> usize {
+        self.m
+    }
+
+    /// The number of control channels (the paper's k).
+    pub fn k(&self) -> usize {
+        self.k
+    }
+
+    /// The number of design variables.
+    pub fn designs(&self) -> usize {
+        self.design.len()
+    }
+
+    /// The coordinates at which the scene placed its bodies.
+    pub fn initial_coordinates(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.initial)
+    }
+
+    /// The values of the design variables given in the scene.
+    pub fn design_values(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.design)
+    }
+
+    /// The name of a coordinate: its group's and its own.
+    pub fn coordinate_name(&self, i: usize) -> &str {
+        &self.names.coordinates[i]
+    }
+
+    /// The name of a constraint equation: its constraint's and its number there.
+    pub fn equation_name(&self, j: usize) -> &str {
+        &self.names.equations[j]
+    }
+
+    /// The name of a control channel.
+    pub fn control_name(&self, k: usize) -> &str {
+        &self.names.controls[k]
+    }
+
+    /// The name of a design variable.
+    pub fn design_name(&self, p: usize) -> &str {
+        &self.names.designs[p]
+    }
+
+    /// How the tangent matrix of a step is solved: unknowns condensed once per step length, then nodes of these sizes.
+    pub fn elimination(&self) -> (usize, Vec<usize>) {
+        (self.symbolic.condensed(), self.symbolic.node_sizes().collect())
+    }
+
+    pub(crate) fn symbolic(&self) -> &Symbolic {
+        &self.symbolic
+    }
+
+    pub(crate) fn batches(&self) -> &[Box<dyn AnyBatch>] {
+        &self.batches
+    }
+
+    pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
+        &self.costs
+    }
+
+    /// Whether any cost has a value before the last node.
+    pub(crate) fn has_running_cost(&self) -> bool {
+        self.running
+    }
+
+    /// The number of stored second derivatives at one node.
+    pub(crate) fn block_len(&self) -> usize {
+        self.batches.iter().map(|batch| batch.block_len()).sum()
+    }
+
+    /// The name of an unknown of the reduced step: a velocity or a multiplier.
+    pub(crate) fn unknown_name(&self, unknown: usize) -> String {
+        if unknown < self.n {
+            format!("the velocity of `{}`", self.names.coordinates[unknown])
+        } else {
+            format!("the multiplier of {}", self.names.equations[unknown - self.n])
+        }
+    }
+
+    pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
+        check_positive(&self.positive, design)
+    }
+
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.
+    pub(crate) fn plain_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
+        sums.clear();
+        for batch in &self.batches {
+            R::view(batch.as_ref()).add(at, sums);
+        }
+    }
+
+    /// Φ(q, t).
+    pub(crate) fn phi<R: Real>(&self, at: &At<R>, phi: &mut [R]) {
+        for batch in &self.batches {
+            R::view(batch.as_ref()).phi(at, phi);
+        }
+    }
+
+    /// The weighted sum of all costs at one node.
+    pub(crate) fn cost<R: Real>(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
+        let values = self.costs.iter().map(|costs| R::view_costs(costs.as_ref()).value(at, weights));
+        values.fold(R::zero(), |sum, value| sum + value)
+    }
+
+    /// The constant derivatives for these design variables.
+    pub(crate) fn constants(&self, design: &[f64], into: &mut Constants) {
+        structure::constants(&self.batches, design, into);
+    }
+
+    /// The first element whose contributions are not finite, for an error message.
+    pub(crate) fn find_not_finite(&self, at: &At<f64>) -> Option<String> {
+        self.batches.iter().find_map(|batch| batch.find_not_finite(at)).map(error::quoted)
+    }
+}
+
+impl std::fmt::Debug for System {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (n, m, k) = (self.n, self.m, self.k);
+        f.debug_struct("System").field("n", &n).field("m", &m).field("k", &k).finish_non_exhaustive()
+    }
+}
+
+fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Error> {
+    for (param, what) in positive {
+        let value: f64 = param.value(design);
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::Parameter { what: what.clone(), value, must_be: "positive and finite" });
+        }
+    }
+    Ok(())
+}
+
+/// Every coordinate must appear in some kinetic energy.
+fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Result<(), Error> {
+    let mut heavy = vec![false; n];
+    for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
+        if footprint.form == jet::Form::Kinetic {
+            footprint.q.iter().for_each(|&i| heavy[i] = true);
+        }
+    }
+    match heavy.iter().position(|heavy| !heavy) {
+        Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,28 @@
+//! Names for reports and error messages.
+
+use crate::error::quoted;
+use crate::scene::Scene;
+
+#[derive(Clone, Debug)]
+pub(super) struct Names {
+    pub(super) coordinates: Vec<String>,
+    pub(super) equations: Vec<String>,
+    pub(super) controls: Vec<String>,
+    pub(super) designs: Vec<String>,
+}
+
+impl Names {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let equation = |name: &str, rows: usize, j: usize| match rows {
+            1 => quoted(name),
+            _ => format!("{} (equation {j})", quoted(name)),
+        };
+        let constraints = scene.constraints.iter();
+        Names {
+            coordinates: scene.coordinates.clone(),
+            equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
+            controls: scene.controls.clone(),
+            designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The pattern of the tangent matrix K, found once when a scene is compiled.
+//!
+//! Unknowns are numbered v (n), then σ (m). An entry is constant, or is written by an element at every iteration.
+
+use std::ops::Range;
+
+use super::batch::AnyBatch;
+use super::constants::Constants;
+use super::groups;
+use super::jet::Form;
+use crate::linear::{Pattern, Symbolic};
+
+type Batches = [Box<dyn AnyBatch>];
+
+/// The constant derivatives of all elements for these design variables.
+pub(super) fn constants(batches: &Batches, design: &[f64], into: &mut Constants) {
+    into.clear();
+    batches.iter().for_each(|batch| batch.constants(design, into));
+    into.compress();
+}
+
+/// Analyses K and tells every varying element where its entries are stored.
+pub(super) fn analyse(
+    batches: &mut Batches,
+    blocks: &[Range<usize>],
+    (n, m, k): (usize, usize, usize),
+    design: &[f64],
+) -> Symbolic {
+    let (entries, constant) = entries(batches, (n, m, k), design);
+    let groups = groups::groups(batches, blocks, (n, m), design);
+    let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
+    for batch in batches {
+        // Row and column of a varying entry vary, so neither is condensed.
+        batch.place(&|row, col| symbolic.slot(row, col).unwrap_or_default(), n);
+    }
+    symbolic
+}
+
+/// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
+fn entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) -> (Vec<(usize, usize)>, Vec<bool>) {
+    let mut entries = constant_entries(batches, (n, m, k), design);
+    let mut constant = vec![true; n + m];
+    for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
+        for &row in &footprint.active {
+            constant[row] = false;
+            entries.extend(footprint.active.iter().map(|&col| (row, col)));
+            if footprint.form == Form::Holonomic {
+                entries.extend(footprint.sigma.iter().map(|j| (n + j, row)));
+                footprint.sigma.iter().for_each(|j| constant[n + j] = false);
+            }
+        }
+    }
+    (entries, constant)
+}
+
+/// Nonzeros of the constant part; a bound parameter counts as any number, so it is tried with several values.
+fn constant_entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) -> Vec<(usize, usize)> {
+    let mut entries = Vec::new();
+    let mut triplets = Vec::new();
+    let mut values = Constants::new(n, m, k);
+    for trial in [0.0, 0.37, 0.71] {
+        let design: Vec<f64> =
+            design.iter().enumerate().map(|(i, b)| b + trial * (1.0 + 0.1 * i as f64 + b.abs())).collect();
+        constants(batches, &design, &mut values);
+        // Two step lengths, so that no entry cancels by chance.
+        for h in [0.013, 0.29] {
+            values.tangent(h, &mut triplets);
+            entries.extend(triplets.iter().map(|&(row, col, _)| (row, col)));
+        }
+    }
+    entries.sort_unstable();
+    entries.dedup();
+    entries
+}

@@ -1,0 +1,318 @@
+//! [`Trace`]: a number that records what a formula depends on, and how.
+//!
+//! A scene evaluates each element once with it when it is compiled. A formula of degree one (a linear constraint, a linear force)
+//! or two (a constant mass, a linear spring's energy) gives constant blocks, evaluated once and never again; and of a nonlinear one
+//! only the coordinates that enter nonlinearly need dual numbers at every iteration.
+
+use num_traits::{One, Zero};
+use std::cell::Cell;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use crate::Scalar;
+
+/// The degree of a formula that is no polynomial of degree at most two.
+const BEYOND: u8 = 3;
+
+thread_local! {
+    /// Whether a formula has asked for the value of a number that depends on its inputs (to branch on it).
+    static LOOKED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A number that remembers its inputs (one bit each), those that it is not linear in, and its degree as a polynomial.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace {
+    value: f64,
+    /// The value is the same in every run: not an input and not a design variable.
+    known: bool,
+    inputs: u128,
+    bent: u128,
+    degree: u8,
+}
+
+/// What a formula depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Structure {
+    /// The inputs that it depends on, one bit each.
+    pub inputs: u128,
+    /// The inputs in which it is not linear (or which multiply another input).
+    pub bent: u128,
+    /// 0, 1 or 2 for a polynomial of that degree, 3 for anything else.
+    pub degree: u8,
+}
+
+impl Structure {
+    /// The number of inputs that can be told apart.
+    pub const MOST_INPUTS: usize = 128;
+
+    /// What is assumed of a formula that could not be traced: everything.
+    pub const UNKNOWN: Structure = Structure { inputs: u128::MAX, bent: u128::MAX, degree: BEYOND };
+
+    /// Whether it depends on input `i`.
+    pub fn depends_on(&self, i: usize) -> bool {
+        self.inputs >> i & 1 == 1
+    }
+
+    /// Whether it is other than linear in input `i`.
+    pub fn is_bent_in(&self, i: usize) -> bool {
+        self.bent >> i & 1 == 1
+    }
+
+    /// Runs a formula and joins what its results depend on.
+    ///
+    /// If the formula branches on a traced value, nothing is known of the branch it did not take: [`Structure::UNKNOWN`].
+    pub fn of<I: IntoIterator<Item = Trace>>(formula: impl FnOnce() -> I) -> Structure {
+        LOOKED.set(false);
+        let none = Structure { inputs: 0, bent: 0, degree: 0 };
+        let found = formula().into_iter().fold(none, |all, x| Structure {
+            inputs: all.inputs | x.inputs,
+            bent: all.bent | x.bent,
+            degree: all.degree.max(x.degree),
+        });
+        if LOOKED.take() { Structure::UNKNOWN } else { found }
+    }
+}
+
+impl Trace {
+    /// Input number `index`, with a value for formulas that look at it.
+    pub fn input(value: f64, index: usize) -> Self {
+        let bit = 1u128.checked_shl(index as u32).unwrap_or(u128::MAX);
+        Trace { value, known: false, inputs: bit, bent: 0, degree: 1 }
+    }
+
+    /// A constant of the run whose value may be another in the next run (a design variable).
+    pub fn unknown_constant(value: f64) -> Self {
+        Trace { value, known: false, inputs: 0, bent: 0, degree: 0 }
+    }
+
+    fn is_known_zero(&self) -> bool {
+        self.known && self.value == 0.0
+    }
+
+    fn look(&self) -> f64 {
+        if !self.known {
+            LOOKED.set(true);
+        }
+        self.value
+    }
+
+    /// f(self) for a function that is not a polynomial.
+    fn beyond(self, f: impl Fn(f64) -> f64) -> Self {
+        let degree = if self.degree == 0 { 0 } else { BEYOND };
+        Trace { value: f(self.value), degree, bent: self.inputs, ..self }
+    }
+}
+
+impl Add for Trace {
+    type Output = Trace;
+    fn add(self, other: Trace) -> Trace {
+        Trace {
+            value: self.value + other.value,
+            known: self.known && other.known,
+            inputs: self.inputs | other.inputs,
+            bent: self.bent | other.bent,
+            degree: self.degree.max(other.degree),
+        }
+    }
+}
+
+impl Mul for Trace {
+    type Output = Trace;
+    fn mul(self, other: Trace) -> Trace {
+        // A known zero (an arm of no length, say) removes the other factor from the formula.
+        if self.is_known_zero() || other.is_known_zero() {
+            return Trace::zero();
+        }
+        let product = self.degree > 0 && other.degree > 0;
+        let inputs = self.inputs | other.inputs;
+        Trace {
+            value: self.value * other.value,
+            known: self.known && other.known,
+            inputs,
+            bent: if product { inputs } else { self.bent | other.bent },
+            degree: (self.degree + other.degree).min(BEYOND),
+        }
+    }
+}
+
+impl Neg for Trace {
+    type Output = Trace;
+    fn neg(self) -> Trace {
+        Trace { value: -self.value, ..self }
+    }
+}
+
+impl Sub for Trace {
+    type Output = Trace;
+    fn sub(self, other: Trace) -> Trace {
+        self + -other
+    }
+}
+
+impl Div for Trace {
+    type Output = Trace;
+    // A quotient depends on its parts as the product with the reciprocal does.
+    #[expect(clippy::suspicious_arithmetic_impl)]
+    fn div(self, other: Trace) -> Trace {
+        self * other.beyond(f64::recip)
+    }
+}
+
+macro_rules! with_constants {
+    ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+        impl $operator<f64> for Trace {
+            type Output = Trace;
+            fn $method(self, other: f64) -> Trace { self.$method(Trace::from(other)) }
+        }
+        impl $assign for Trace {
+            fn $assign_method(&mut self, other: Trace) { *self = self.$method(other); }
+        }
+        impl $assign<f64> for Trace {
+            fn $assign_method(&mut self, other: f64) { *self = self.$method(other); }
+        }
+    )*};
+}
+
+with_constants! {
+    Add add AddAssign add_assign;
+    Sub sub SubAssign sub_assign;
+    Mul mul MulAssign mul_assign;
+    Div div DivAssign div_assign;
+}
+
+impl From<f64> for Trace {
+    fn from(value: f64) -> Self {
+        Trace { value, known: true, inputs: 0, bent: 0, degree: 0 }
+    }
+}
+
+impl Zero for Trace {
+    fn zero() -> Self {
+        Trace::from(0.0)
+    }
+    fn is_zero(&self) -> bool {
+        self.look() == 0.0
+    }
+}
+
+impl One for Trace {
+    fn one() -> Self {
+        Trace::from(1.0)
+    }
+}
+
+impl PartialEq for Trace {
+    fn eq(&self, other: &Self) -> bool {
+        self.look() == other.look()
+    }
+}
+
+impl Sum for Trace {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Trace::zero(), Add::add)
+    }
+}
+
+impl Scalar for Trace {
+    fn re(&self) -> f64 {
+        self.look()
+    }
+    fn recip(&self) -> Self {
+        self.beyond(f64::recip)
+    }
+    fn powi(&self, n: i32) -> Self {
+        match n {
+            0 => Trace::one(),
+            1 => *self,
+            2 => *self * *self,
+            _ => self.beyond(|x| x.powi(n)),
+        }
+    }
+    fn powf(&self, n: f64) -> Self {
+        self.beyond(|x| x.powf(n))
+    }
+    fn sqrt(&self) -> Self {
+        self.beyond(f64::sqrt)
+    }
+    fn exp(&self) -> Self {
+        self.beyond(f64::exp)
+    }
+    fn exp_m1(&self) -> Self {
+        self.beyond(f64::exp_m1)
+    }
+    fn ln(&self) -> Self {
+        self.beyond(f64::ln)
+    }
+    fn ln_1p(&self) -> Self {
+        self.beyond(f64::ln_1p)
+    }
+    fn sin_cos(&self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+    fn sin(&self) -> Self {
+        self.beyond(f64::sin)
+    }
+    fn cos(&self) -> Self {
+        self.beyond(f64::cos)
+    }
+    fn tan(&self) -> Self {
+        self.beyond(f64::tan)
+    }
+    fn asin(&self) -> Self {
+        self.beyond(f64::asin)
+    }
+    fn acos(&self) -> Self {
+        self.beyond(f64::acos)
+    }
+    fn atan(&self) -> Self {
+        self.beyond(f64::atan)
+    }
+    fn sinh(&self) -> Self {
+        self.beyond(f64::sinh)
+    }
+    fn cosh(&self) -> Self {
+        self.beyond(f64::cosh)
+    }
+    // These two are smooth functions that only choose between equal formulas: no reason to look.
+    fn tanh(&self) -> Self {
+        self.beyond(f64::tanh)
+    }
+    fn atan2(&self, x: Self) -> Self {
+        let both = *self + x;
+        both.beyond(|_| self.value.atan2(x.value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BEYOND, Structure, Trace};
+    use crate::Scalar;
+
+    fn of(formula: impl Fn(Trace, Trace) -> Trace) -> Structure {
+        Structure::of(|| [formula(Trace::input(0.3, 0), Trace::input(0.7, 1))])
+    }
+
+    #[test]
+    fn degrees_and_bent_inputs_are_those_of_the_formula() {
+        assert_eq!(of(|x, y| x * 2.0 - y / 3.0 + 1.0), Structure { inputs: 3, bent: 0, degree: 1 });
+        assert_eq!(of(|x, y| x * x + y), Structure { inputs: 3, bent: 1, degree: 2 });
+        assert_eq!(of(|x, y| x * y), Structure { inputs: 3, bent: 3, degree: 2 });
+        assert_eq!(of(|x, y| x.sin() + y), Structure { inputs: 3, bent: 1, degree: BEYOND });
+        assert_eq!(of(|x, y| x / y), Structure { inputs: 3, bent: 3, degree: BEYOND });
+        assert_eq!(of(|x, y| x * x * y), Structure { inputs: 3, bent: 3, degree: BEYOND });
+        assert_eq!(of(|_, y| y.powi(2)), Structure { inputs: 2, bent: 2, degree: 2 });
+    }
+
+    #[test]
+    fn a_known_zero_removes_what_it_multiplies_and_a_design_variable_does_not() {
+        assert_eq!(of(|x, y| x.cos() * 0.0 + y), Structure { inputs: 2, bent: 0, degree: 1 });
+        let bound = Trace::unknown_constant(0.0);
+        assert_eq!(of(|x, y| x.cos() * bound + y), Structure { inputs: 3, bent: 1, degree: BEYOND });
+    }
+
+    #[test]
+    fn a_formula_that_branches_is_taken_for_unknown() {
+        assert_eq!(of(|x, y| if x.re() > 0.0 { y } else { x * y }), Structure::UNKNOWN);
+        assert_eq!(of(|x, y| x.abs() + y), Structure::UNKNOWN);
+    }
+}

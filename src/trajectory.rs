@@ -1,0 +1,165 @@
+//! The motion: y_i at all nodes, and what it cost to compute.
+
+use nalgebra::DMatrix;
+
+use crate::scalar::Real;
+use crate::system::{At, CostAt, Sums, Weights};
+use crate::{Inputs, System};
+
+/// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory<R = f64> {
+    /// The number of nodes that hold a solution (N + 1, or fewer if a step failed).
+    pub computed: usize,
+    /// Times, s.
+    pub times: Vec<R>,
+    /// Coordinates, m or rad (n × (N + 1)).
+    pub q: DMatrix<R>,
+    /// Velocities, m/s or rad/s.
+    pub v: DMatrix<R>,
+    /// Augmented momenta, N s or N m s.
+    pub p_star: DMatrix<R>,
+    /// Their rates ṗ* = 𝓛_q + Q, N or N m.
+    pub p_star_dot: DMatrix<R>,
+    /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
+    pub sigma: DMatrix<R>,
+}
+
+/// The state of one node in the columns of a trajectory.
+pub(crate) struct Columns<'a, R> {
+    pub(crate) q: &'a [R],
+    pub(crate) v: &'a [R],
+    pub(crate) p_star: &'a [R],
+    pub(crate) p_star_dot: &'a [R],
+    pub(crate) sigma: &'a [R],
+}
+
+impl<R: Real> Trajectory<R> {
+    pub(crate) fn zeros(system: &System, nodes: usize) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let state = || DMatrix::from_element(n, nodes, R::zero());
+        Trajectory {
+            computed: 0,
+            times: vec![R::zero(); nodes],
+            q: state(),
+            v: state(),
+            p_star: state(),
+            p_star_dot: state(),
+            sigma: DMatrix::from_element(m, nodes, R::zero()),
+        }
+    }
+
+    pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
+        Columns {
+            q: column(&self.q, i),
+            v: column(&self.v, i),
+            p_star: column(&self.p_star, i),
+            p_star_dot: column(&self.p_star_dot, i),
+            sigma: column(&self.sigma, i),
+        }
+    }
+
+    pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> At<'a, R> {
+        let y = self.columns(i);
+        let (u, design) = (column(&inputs.controls, i), inputs.design.as_slice());
+        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.times[i], design }
+    }
+
+    pub(crate) fn cost_at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> CostAt<'a, R> {
+        let y = self.columns(i);
+        CostAt {
+            q: y.q,
+            v: y.v,
+            p_star: y.p_star,
+            p_star_dot: y.p_star_dot,
+            sigma: y.sigma,
+            u: column(&inputs.controls, i),
+            t: self.times[i],
+            design: inputs.design.as_slice(),
+        }
+    }
+
+    /// J of Eq. (5): all costs of the scene, summed over the nodes.
+    ///
+    /// `inputs` are those the trajectory was computed from.
+    pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> R {
+        let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
+        let values = (first..self.computed).map(|i| system.cost(&self.cost_at(inputs, i), &weights(&inputs.grid.steps, i)));
+        values.fold(R::zero(), |sum, value| sum + value)
+    }
+
+    /// Φ(q_i, t_i) in m or rad (m × nodes).
+    pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> DMatrix<R> {
+        let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
+        for (i, mut values) in phi.column_iter_mut().enumerate() {
+            let mut row = vec![R::zero(); system.m()];
+            system.phi(&self.at(inputs, i), &mut row);
+            values.copy_from_slice(&row);
+        }
+        phi
+    }
+
+    /// dΦ/dt(q_i, v_i, t_i) in m/s or rad/s (m × nodes), Eq. (1c).
+    pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> DMatrix<R> {
+        let mut sums = Sums::new(system.n(), system.m());
+        let mut phi_dot = DMatrix::from_element(system.m(), self.computed, R::zero());
+        for (i, mut values) in phi_dot.column_iter_mut().enumerate() {
+            system.plain_sums(&self.at(inputs, i), &mut sums);
+            values.copy_from_slice(&sums.phi_dot);
+        }
+        phi_dot
+    }
+}
+
+/// The weights of the ways to sum a cost at node `i`.
+pub(crate) fn weights<R: Real>(steps: &[R], i: usize) -> Weights<R> {
+    Weights::new(i.checked_sub(1).map(|before| steps[before]), steps.get(i).copied())
+}
+
+/// Column `i` as a slice.
+pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
+    let rows = matrix.nrows();
+    &matrix.as_slice()[i * rows..(i + 1) * rows]
+}
+
+/// Column `i` as a slice, to be written.
+pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
+    let rows = matrix.nrows();
+    &mut matrix.as_mut_slice()[i * rows..(i + 1) * rows]
+}
+
+/// The work of a simulation or an adjoint sweep, and how well it went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// The most iterations of one step.
+    pub most_iterations: usize,
+    /// Factorisations of tangent matrices.
+    pub factorisations: usize,
+    /// Evaluations of single nonlinear elements with their second derivatives.
+    pub element_evaluations: usize,
+    /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
+    pub worst_residual: f64,
+    /// The largest |dΦ/dt| at any node, m/s or rad/s.
+    pub worst_phi_dot: f64,
+    /// The largest relative last Newton correction that was accepted.
+    pub worst_correction: f64,
+    /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
+    pub worst_pivot: f64,
+}
+
+impl Default for Report {
+    fn default() -> Self {
+        Report {
+            newton_iterations: 0,
+            most_iterations: 0,
+            factorisations: 0,
+            element_evaluations: 0,
+            worst_residual: 0.0,
+            worst_phi_dot: 0.0,
+            worst_correction: 0.0,
+            worst_pivot: 1.0,
+        }
+    }
+}
