@@ -20,6 +20,11 @@ fn main() {
         }
         f.sort_by(f64::total_cmp);
         g.sort_by(f64::total_cmp);
-        println!("k={k} fwd {:.1} us adj {:.1} us its {}", f[f.len() / 2], g[g.len() / 2], solver.report().newton_iterations);
+        println!(
+            "k={k} fwd {:.1} us adj {:.1} us its {}",
+            f[f.len() / 2],
+            g[g.len() / 2],
+            solver.report().newton_iterations
+        );
     }
 }

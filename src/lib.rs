@@ -2,10 +2,12 @@
 #![warn(missing_docs)]
 
 pub mod adjoint;
+pub mod check;
 mod complex_step;
 pub mod element;
 pub mod error;
 mod inputs;
+mod lifted;
 mod linear;
 pub mod planar;
 mod predict;
@@ -26,6 +28,7 @@ pub use complex_step::Cx;
 pub use element::{Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
 pub use error::{Error, Stopped};
 pub use inputs::{Grid, Inputs, Start};
+pub use lifted::LiftedSolver;
 pub use scalar::{Arithmetic, Real, Scalar};
 pub use scene::{Control, Coordinate, Design, Multiplier, Multipliers, Param, Scene};
 pub use settings::Settings;

@@ -50,3 +50,30 @@ fn three_links_agree_with_128_bit_reference() {
 fn ten_links_agree_with_128_bit_reference() {
     compare(include_str!("data/truth_k10_cr0_const10.json"), 10, 0.01);
 }
+
+#[test]
+fn every_derivative_agrees_with_complex_step_and_tangents() {
+    use hamiltonian_adjoint::check::{Input, complex_step, tangent};
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    inputs.controls.fill(10.0);
+    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, &Settings::default()).expect("gradient");
+    let all = Input::all(&inputs);
+    let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();
+    let now = std::time::Instant::now();
+    let complex = complex_step(&system, &inputs, &Settings::default(), &all).expect("complex step");
+    println!("{:?}", now.elapsed());
+    let dual = tangent(&system, &inputs, &Settings::default(), &all).expect("tangents");
+    for (k, chunk) in all.chunks(101).enumerate() {
+        let r = k * 101..k * 101 + chunk.len();
+        println!(
+            "{:?}: {:.1e} {:.1e}",
+            chunk[0],
+            relative_error(&adjoint[r.clone()], &complex[r.clone()]),
+            relative_error(&dual[r.clone()], &complex[r])
+        );
+    }
+    for (i, input) in all.iter().enumerate().skip(101).take(26) {
+        println!("{} {} {}", input.name(&system), adjoint[i], complex[i]);
+    }
+}

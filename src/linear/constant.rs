@@ -64,8 +64,7 @@ impl Constant {
         };
         let (row, column) = sides.split_at_mut(step.neighbours.len());
         let scale = row.iter().fold(pivot.abs().max(self.scale[position]), |m, e| m.max(e.abs()));
-        // The negation catches NaN.
-        if !(pivot.abs() > SMALLEST_PIVOT * scale && pivot.is_finite()) {
+        if !pivot.is_finite() || pivot.abs() <= SMALLEST_PIVOT * scale {
             return Err((*pivot, scale));
         }
         *pivot = 1.0 / *pivot;

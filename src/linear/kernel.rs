@@ -74,18 +74,17 @@ impl<N: Size> Kernel for PhantomData<N> {
             update(n, b, lines(n, u, &b.lines), lines(n, l, &b.lines), rest, scale);
         }
         for Pair { b, c, upper, lower } in &node.pairs {
-            subtract_products(n, &mut rest[*upper..], lines(n, u, c), lines(n, l, b));
-            subtract_products(n, &mut rest[*lower..], lines(n, l, c), lines(n, u, b));
+            lu::subtract_products(s, &mut rest[*upper..], lines(n, u, c), lines(n, l, b));
+            lu::subtract_products(s, &mut rest[*lower..], lines(n, l, c), lines(n, u, b));
         }
         Ok(worst)
     }
 
     fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
-        let s = n.get();
         let (d, _, l) = parts(n, node, values);
-        let (own, rest) = x[node.first..].split_at_mut(s);
-        lu::permute(&swaps[node.first..][..s], own);
+        let (own, rest) = x[node.first..].split_at_mut(n.get());
+        lu::permute(&swaps[node.first..][..n.get()], own);
         n.on_vector(own, |own| {
             lu::solve_lower(n, d, own);
             scatter(n, node, l, own, rest);
@@ -94,9 +93,8 @@ impl<N: Size> Kernel for PhantomData<N> {
 
     fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]) {
         let n = N::new(node.size);
-        let s = n.get();
         let (d, u, _) = parts(n, node, values);
-        let (own, rest) = x[node.first..].split_at_mut(s);
+        let (own, rest) = x[node.first..].split_at_mut(n.get());
         n.on_vector(own, |own| {
             gather(n, node, u, own, rest);
             lu::solve_upper(n, d, own);
@@ -105,9 +103,8 @@ impl<N: Size> Kernel for PhantomData<N> {
 
     fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]) {
         let n = N::new(node.size);
-        let s = n.get();
         let (d, u, _) = parts(n, node, values);
-        let (own, rest) = x[node.first..].split_at_mut(s);
+        let (own, rest) = x[node.first..].split_at_mut(n.get());
         n.on_vector(own, |own| {
             lu::solve_upper_transposed(n, d, own);
             scatter(n, node, u, own, rest);
@@ -116,24 +113,24 @@ impl<N: Size> Kernel for PhantomData<N> {
 
     fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
-        let s = n.get();
         let (d, _, l) = parts(n, node, values);
-        let (own, rest) = x[node.first..].split_at_mut(s);
+        let (own, rest) = x[node.first..].split_at_mut(n.get());
         n.on_vector(own, |own| {
             gather(n, node, l, own, rest);
             lu::solve_lower_transposed(n, d, own);
         });
-        lu::permute_back(&swaps[node.first..][..s], own);
+        lu::permute_back(&swaps[node.first..][..n.get()], own);
     }
 }
 
 /// Subtracts the products of the lines of a later neighbour from its D and sums up their magnitudes.
 #[inline(always)]
 fn update<N: Size>(n: N, b: &Later, u: &[f64], l: &[f64], rest: &mut [f64], scale: &mut [f64]) {
-    if l.len() == s * s {
-        kernel.products(s, &mut rest[b.diagonal..], u, l);
+    let s = n.get();
+    if b.lines.len() == s {
+        n.subtract_products(&mut rest[b.diagonal..], u, l);
     } else {
-        subtract_products(n, &mut rest[b.diagonal..], u, l);
+        lu::subtract_products(s, &mut rest[b.diagonal..], u, l);
     }
     let pairs = u.chunks_exact(s).zip(l.chunks_exact(s));
     for (scale, (u, l)) in scale[b.first..].iter_mut().zip(pairs) {
@@ -144,6 +141,7 @@ fn update<N: Size>(n: N, b: &Later, u: &[f64], l: &[f64], rest: &mut [f64], scal
 /// D, U and L of a node.
 #[inline(always)]
 fn parts<'a, N: Size>(n: N, node: &Node, values: &'a [f64]) -> (&'a [f64], &'a [f64], &'a [f64]) {
+    let s = n.get();
     let (d, sides) = values[node.start..][..node.panel_len()].split_at(s * s);
     let (u, l) = sides.split_at(s * node.width);
     (d, u, l)
@@ -152,26 +150,14 @@ fn parts<'a, N: Size>(n: N, node: &Node, values: &'a [f64]) -> (&'a [f64], &'a [
 /// The given columns of U or rows of L.
 #[inline(always)]
 fn lines<'a, N: Size>(n: N, side: &'a [f64], lines: &Range<usize>) -> &'a [f64] {
-    &side[lines.start * s..lines.end * s]
-}
-
-/// target −= (products of each line of `outer` with each line of `inner`), the latter running fastest.
-#[inline(always)]
-fn subtract_products<N: Size>(n: N, mut target: &mut [f64], outer: &[f64], inner: &[f64]) {
-    for p in outer.chunks_exact(s) {
-        let (line, more) = target.split_at_mut(inner.len() / s);
-        for (entry, q) in line.iter_mut().zip(inner.chunks_exact(s)) {
-            *entry = lu::minus_dot(*entry, p, q);
-        }
-        target = more;
-    }
+    &side[lines.start * n.get()..lines.end * n.get()]
 }
 
 /// x_b −= (lines of b)·x_a for all later neighbours b.
 #[inline(always)]
 fn scatter<N: Size>(n: N, node: &Node, side: &[f64], own: &[f64], rest: &mut [f64]) {
     for b in &node.later {
-        let lines = lines(n, side, &b.lines).chunks_exact(s);
+        let lines = lines(n, side, &b.lines).chunks_exact(n.get());
         for (x, line) in rest[b.first..].iter_mut().zip(lines) {
             *x = lu::minus_dot(*x, line, own);
         }
@@ -182,7 +168,7 @@ fn scatter<N: Size>(n: N, node: &Node, side: &[f64], own: &[f64], rest: &mut [f6
 #[inline(always)]
 fn gather<N: Size>(n: N, node: &Node, side: &[f64], own: &mut [f64], rest: &[f64]) {
     for b in node.later.iter().rev() {
-        let lines = lines(n, side, &b.lines).chunks_exact(s);
+        let lines = lines(n, side, &b.lines).chunks_exact(n.get());
         for (&x, line) in rest[b.first..][..b.lines.len()].iter().zip(lines).rev() {
             lu::subtract(x, line, own);
         }

@@ -65,7 +65,7 @@ fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f6
 #[inline(always)]
 fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     let (s, k) = (n.get(), k.get());
-    let (d, scale) = (&mut rows.d[..s * s], &rows.scale[..s]);
+    let Rows { d, scale, .. } = rows;
     let row = largest(&d[k * s..(k + 1) * s], k);
     rows.swaps[k] = row;
     if row != k {
@@ -77,8 +77,7 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     let inverse = 1.0 / pivot;
     let scale = pivot.abs() + (summands + scale[k]);
     let ratio = scale * inverse.abs();
-    // The negation catches NaN.
-    if !(ratio * SMALLEST_PIVOT < 1.0) {
+    if ratio.is_nan() || ratio * SMALLEST_PIVOT >= 1.0 {
         return Err(Cancelled { column: k, pivot, scale });
     }
     if ratio > *worst {
@@ -195,5 +194,18 @@ pub(super) fn solve_lower_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
     for (k, column) in lu.chunks_exact(s).enumerate().rev() {
         let known = column[k + 1..].iter().zip(&y[k + 1..]).rev();
         y[k] = known.fold(y[k], |sum, (l, y)| sum - l * y);
+    }
+}
+
+/// target −= (products of each line of `outer` with each line of `inner`), the latter running fastest;
+/// the lines have s entries.
+#[inline(always)]
+pub(super) fn subtract_products(s: usize, mut target: &mut [f64], outer: &[f64], inner: &[f64]) {
+    for p in outer.chunks_exact(s) {
+        let (line, more) = target.split_at_mut(inner.len() / s);
+        for (entry, q) in line.iter_mut().zip(inner.chunks_exact(s)) {
+            *entry = minus_dot(*entry, p, q);
+        }
+        target = more;
     }
 }

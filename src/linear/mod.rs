@@ -24,6 +24,8 @@ mod size;
 mod symbolic;
 
 #[cfg(test)]
+mod samples;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use block_lu::{BlockLu, Breakdown};

@@ -1,5 +1,6 @@
 //! The size of a node, known to the compiler where it is small.
 
+use super::lu;
 use std::fmt::Debug;
 
 /// A number of unknowns or the index of one, as a constant of the type where possible.
@@ -13,6 +14,9 @@ pub(super) trait Size: Copy + Debug + Send + Sync + 'static {
     fn new(size: usize) -> Self;
 
     fn get(self) -> usize;
+
+    /// As `lu::subtract_products`, for as many lines in `inner` as the size.
+    fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]);
 
     /// Works on a local copy of a vector of the size, or in place if the size is not fixed.
     fn on_vector(self, y: &mut [f64], work: impl FnOnce(&mut [f64]));
@@ -36,6 +40,24 @@ impl<const S: usize> Size for Fixed<S> {
     #[inline(always)]
     fn get(self) -> usize {
         S
+    }
+
+    #[inline(always)]
+    fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]) {
+        let mut columns = [[0.0; S]; S];
+        for (i, line) in inner.as_chunks::<S>().0.iter().enumerate().take(S) {
+            for k in 0..S {
+                columns[k][i] = line[k];
+            }
+        }
+        let targets = target.as_chunks_mut::<S>().0.iter_mut();
+        for (target, line) in targets.zip(outer.as_chunks::<S>().0) {
+            let mut sum = *target;
+            for k in 0..S {
+                lu::subtract(line[k], &columns[k], &mut sum);
+            }
+            *target = sum;
+        }
     }
 
     #[inline(always)]
@@ -71,6 +93,11 @@ impl Size for Free {
     #[inline(always)]
     fn get(self) -> usize {
         self.0
+    }
+
+    #[inline(always)]
+    fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]) {
+        lu::subtract_products(self.0, target, outer, inner);
     }
 
     #[inline(always)]

@@ -18,7 +18,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// Place of the row's entries; the column's follow.
+    /// Where the run is stored.
     pub(super) fn run(&self) -> std::ops::Range<usize> {
         self.start..self.start + 1 + 2 * self.neighbours.len()
     }

@@ -1,0 +1,139 @@
+//! dJ/dx for single inputs x, without the adjoint.
+
+use num_dual::Dual64;
+
+use crate::scalar::Real;
+use crate::{Cx, Error, Gradient, Inputs, LiftedSolver, Settings, Solver, System};
+
+/// One number that a motion follows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Input {
+    /// A control channel at a node.
+    Control {
+        /// The channel.
+        channel: usize,
+        /// The node, 0 … N.
+        node: usize,
+    },
+    /// A design variable.
+    Design(usize),
+    /// A coordinate of q₀.
+    Coordinate(usize),
+    /// A component of v₀ or p*₀.
+    Rate(usize),
+    /// The length of step i = 1 … N.
+    Step(usize),
+}
+
+impl Input {
+    /// All controls, design variables, initial values and step lengths of a motion.
+    pub fn all(inputs: &Inputs) -> Vec<Input> {
+        let (channels, nodes) = inputs.controls.shape();
+        let n = inputs.start.q().len();
+        let controls = (0..nodes).flat_map(|node| (0..channels).map(move |channel| Input::Control { channel, node }));
+        controls
+            .chain((0..inputs.design.len()).map(Input::Design))
+            .chain((0..n).map(Input::Coordinate))
+            .chain((0..n).map(Input::Rate))
+            .chain((1..nodes).map(Input::Step))
+            .collect()
+    }
+
+    /// A name for reports.
+    pub fn name(&self, system: &System) -> String {
+        match *self {
+            Input::Control { channel, node } => format!("`{}` at node {node}", system.control_name(channel)),
+            Input::Design(p) => format!("`{}`", system.design_name(p)),
+            Input::Coordinate(i) => format!("the initial value of `{}`", system.coordinate_name(i)),
+            Input::Rate(i) => format!("the initial rate of `{}`", system.coordinate_name(i)),
+            Input::Step(i) => format!("the length of step {i}"),
+        }
+    }
+
+    /// Its place in the inputs.
+    pub fn of<R: Real>(self, inputs: &mut Inputs<R>) -> &mut R {
+        match self {
+            Input::Control { channel, node } => &mut inputs.controls[(channel, node)],
+            Input::Design(p) => &mut inputs.design[p],
+            Input::Coordinate(i) => &mut inputs.start.q_mut()[i],
+            Input::Rate(i) => &mut inputs.start.rate_mut()[i],
+            Input::Step(i) => &mut inputs.grid.steps[i - 1],
+        }
+    }
+
+    /// The derivative with respect to it in a gradient.
+    pub fn in_gradient(self, gradient: &Gradient) -> f64 {
+        match self {
+            Input::Control { channel, node } => gradient.controls[(channel, node)],
+            Input::Design(p) => gradient.design[p],
+            Input::Coordinate(i) => gradient.start.q()[i],
+            Input::Rate(i) => gradient.start.rate()[i],
+            Input::Step(i) => gradient.steps[i - 1],
+        }
+    }
+}
+
+/// dJ/dx = Im J(x + i h)/h with h = 1e-30, one simulation for each input.
+///
+/// # Errors
+/// As [`Solver::simulate`].
+pub fn complex_step(system: &System, inputs: &Inputs, settings: &Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
+    const STEP: f64 = 1e-30;
+    through_lifted::<Cx>(system, inputs, settings, with, Cx::new(0.0, STEP), |j| j.0.im / STEP)
+}
+
+/// dJ/dx by dual numbers through the entire simulation, one simulation for each input.
+///
+/// # Errors
+/// As [`Solver::simulate`].
+pub fn tangent(system: &System, inputs: &Inputs, settings: &Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
+    through_lifted::<Dual64>(system, inputs, settings, with, Dual64::new(0.0, 1.0), |j| j.eps)
+}
+
+fn through_lifted<R: Real>(
+    system: &System,
+    inputs: &Inputs,
+    settings: &Settings,
+    with: &[Input],
+    unit: R,
+    derivative: impl Fn(R) -> f64,
+) -> Result<Vec<f64>, Error> {
+    let mut solver = LiftedSolver::<R>::new(system, inputs, *settings)?;
+    let lifted = inputs.lift::<R>();
+    let one = |input: &Input| {
+        let mut perturbed = lifted.clone();
+        *input.of(&mut perturbed) += unit;
+        solver.simulate(&perturbed)?;
+        Ok(derivative(solver.cost()))
+    };
+    with.iter().map(one).collect()
+}
+
+/// dJ/dx ≈ (J(x + s) − J(x − s))/2s with s = `step` · max(1, |x|), two simulations for each input.
+///
+/// Initial values that leave the constraints by more than the tolerances are refused, as in any simulation.
+///
+/// # Errors
+/// As [`Solver::simulate`].
+pub fn central_differences(
+    system: &System,
+    inputs: &Inputs,
+    settings: &Settings,
+    with: &[Input],
+    step: f64,
+) -> Result<Vec<f64>, Error> {
+    let mut solver = Solver::new(system, *settings);
+    let mut cost = |input: Input, change: f64| -> Result<f64, Error> {
+        let mut perturbed = inputs.clone();
+        *input.of(&mut perturbed) += change;
+        solver.simulate(&perturbed)?;
+        Ok(solver.cost())
+    };
+    let one = |&input: &Input| {
+        let x = *input.of(&mut inputs.clone());
+        // A step that is exact in binary, so that x + s and x − s are s apart from x.
+        let s = (x + step * x.abs().max(1.0)) - x;
+        Ok((cost(input, s)? - cost(input, -s)?) / (2.0 * s))
+    };
+    with.iter().map(one).collect()
+}

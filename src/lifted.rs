@@ -1,0 +1,226 @@
+//! The same simulation on complex or dual numbers: complex step and tangents through all of it, Newton included.
+//!
+//! The motion is first computed in real numbers. Then every step is solved again on the numbers asked for, starting from the real solution,
+//! by the plain element formulas (nothing traced, nothing condensed, nothing skipped) and corrections with
+//! the real tangent matrix: r(x + ε w) = 0 holds for w after one exact correction, because K is converged; another one
+//! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
+//! fast the iteration converges.
+
+use crate::scalar::Real;
+use crate::system::{At, Sums};
+use crate::trajectory::{column, column_mut};
+use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
+
+/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts.
+const CONVERGED: f64 = 1e-14;
+/// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
+const MOST_CORRECTIONS: usize = 30;
+
+/// Simulates on numbers of type R, many times near one real motion.
+///
+/// ```
+/// use hamiltonian_adjoint::{Cx, Grid, Inputs, LiftedSolver, Settings, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+/// let mut perturbed = inputs.lift::<Cx>();
+/// perturbed.controls[(0, 3)] = Cx::new(0.0, 1e-30);
+/// let mut solver = LiftedSolver::new(&system, &inputs, Settings::default())?;
+/// solver.simulate(&perturbed)?;
+/// let derivative = solver.cost().0.im / 1e-30;
+/// # let gradient = hamiltonian_adjoint::gradient(&system, &inputs, &Settings::default())?;
+/// # assert!((derivative - gradient.controls[(0, 3)]).abs() < 1e-12);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct LiftedSolver<'s, R: Real> {
+    real: Solver<'s>,
+    inputs: Inputs<R>,
+    trajectory: Trajectory<R>,
+    sums: Sums<R>,
+    /// q₋ + h v₋ and p*₋ + h ṗ*₋.
+    start_q: Vec<R>,
+    start_p: Vec<R>,
+    residual: Vec<R>,
+    part: Vec<f64>,
+}
+
+impl<'s, R: Real> LiftedSolver<'s, R> {
+    /// Computes the real motion.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`].
+    pub fn new(system: &'s System, inputs: &Inputs, settings: Settings) -> Result<Self, Error> {
+        let mut real = Solver::new(system, settings);
+        real.simulate(inputs)?;
+        let (n, m) = (system.n(), system.m());
+        let zeros = |len| vec![R::zero(); len];
+        Ok(LiftedSolver {
+            inputs: inputs.lift(),
+            trajectory: Trajectory::zeros(system, inputs.grid.nodes()),
+            sums: Sums::new(n, m),
+            start_q: zeros(n),
+            start_p: zeros(n),
+            residual: zeros(n + m),
+            part: vec![0.0; n + m],
+            real,
+        })
+    }
+
+    /// Simulates with inputs whose real parts are those of the real motion.
+    ///
+    /// # Errors
+    /// A step whose corrections do not converge; sizes that differ from those of the real inputs.
+    pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
+        self.check_sizes(inputs)?;
+        self.inputs = inputs.clone();
+        let times = inputs.grid.times();
+        self.trajectory.times.copy_from_slice(&times);
+        self.start()?;
+        for i in 1..inputs.grid.nodes() {
+            let h = self.inputs.grid.steps[i - 1] * 0.5;
+            let y = self.trajectory.columns(i - 1);
+            for k in 0..self.start_q.len() {
+                self.start_q[k] = y.q[k] + h * y.v[k];
+                self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
+            }
+            self.solve_node(i, h)?;
+        }
+        Ok(&self.trajectory)
+    }
+
+    /// J of the last motion.
+    pub fn cost(&self) -> R {
+        self.trajectory.cost(self.real.system(), &self.inputs)
+    }
+
+    /// The real motion.
+    pub fn real(&mut self) -> &mut Solver<'s> {
+        &mut self.real
+    }
+
+    fn check_sizes(&self, inputs: &Inputs<R>) -> Result<(), Error> {
+        let real = self.real.inputs();
+        let sizes = [
+            ("time steps", real.grid.steps.len(), inputs.grid.steps.len()),
+            ("q0", real.start.q().len(), inputs.start.q().len()),
+            ("v0 or p*0", real.start.rate().len(), inputs.start.rate().len()),
+            ("controls", real.controls.len(), inputs.controls.len()),
+            ("design variables", real.design.len(), inputs.design.len()),
+        ];
+        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
+            None => Ok(()),
+        }
+    }
+
+    /// p*₀ = T_v(q₀, v₀), unless it is given; then node 0 as a step with h = 0.
+    fn start(&mut self) -> Result<(), Error> {
+        self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
+        self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
+        if let Start::Velocity { q, v } = &self.inputs.start {
+            let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
+            let at = At {
+                q: q.as_slice(),
+                v: v.as_slice(),
+                sigma: &sigma,
+                u: column(&self.inputs.controls, 0),
+                t: self.trajectory.times[0],
+                design: self.inputs.design.as_slice(),
+            };
+            self.real.system().plain_sums(&at, &mut self.sums);
+            self.start_p.copy_from_slice(&self.sums.l_v);
+        }
+        self.solve_node(0, R::zero())
+    }
+
+    fn solve_node(&mut self, i: usize, h: R) -> Result<(), Error> {
+        let system = self.real.system();
+        self.start_from_real(i);
+        let forward = self.real.forward_mut();
+        let blocks = column(&forward.blocks, i);
+        let factored = forward.newton.factor(system, h.part(0), Some(blocks), &mut forward.report);
+        factored.map_err(|breakdown| Error::SingularStep {
+            step: i,
+            time: forward.trajectory.times[i],
+            unknown: system.unknown_name(breakdown.unknown),
+            pivot: breakdown.pivot / breakdown.scale,
+        })?;
+        let mut last = f64::INFINITY;
+        for correction in 0..MOST_CORRECTIONS {
+            self.evaluate(i, h);
+            let size = self.correct(i, h);
+            // Where rounding is reached, corrections stop shrinking.
+            if correction > 0 && (size <= CONVERGED || size > 0.25 * last && size < 1e-9) {
+                self.evaluate(i, h);
+                return self.store(i, h);
+            }
+            last = size;
+        }
+        Err(Error::Newton {
+            step: i,
+            time: self.trajectory.times[i].part(0),
+            iterations: MOST_CORRECTIONS,
+            residual: last,
+            equation: "the complex or dual part of the step".into(),
+        })
+    }
+
+    fn start_from_real(&mut self, i: usize) {
+        let real = self.real.trajectory();
+        let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
+        lift(column_mut(&mut self.trajectory.v, i), column(&real.v, i));
+        lift(column_mut(&mut self.trajectory.sigma, i), column(&real.sigma, i));
+    }
+
+    /// q = q₋ + h (v₋ + v) and the sums of all elements there.
+    fn evaluate(&mut self, i: usize, h: R) {
+        let v = column(&self.trajectory.v, i);
+        let q = column_mut(&mut self.trajectory.q, i);
+        for ((q, &start), &v) in q.iter_mut().zip(&self.start_q).zip(v) {
+            *q = start + h * v;
+        }
+        self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
+    }
+
+    /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts.
+    fn correct(&mut self, i: usize, h: R) -> f64 {
+        let (system, n) = (self.real.system(), self.start_q.len());
+        for (k, r) in self.residual.iter_mut().enumerate() {
+            *r = match k.checked_sub(n) {
+                None => self.start_p[k] + h * self.sums.force[k] - self.sums.l_v[k],
+                Some(j) => -self.sums.phi_dot[j],
+            };
+        }
+        let mut largest = 0.0f64;
+        for part in 0..R::PARTS {
+            self.part.iter_mut().zip(&self.residual).for_each(|(x, r)| *x = r.part(part));
+            self.real.forward_mut().newton.solve(system, &mut self.part);
+            let (delta_v, delta_sigma) = self.part.split_at(n);
+            for (x, delta) in [(&mut self.trajectory.v, delta_v), (&mut self.trajectory.sigma, delta_sigma)] {
+                largest = largest.max(add(column_mut(x, i), part, delta));
+            }
+        }
+        largest
+    }
+
+    /// p* by E2 and ṗ* by E4.
+    fn store(&mut self, i: usize, h: R) -> Result<(), Error> {
+        for (k, p) in column_mut(&mut self.trajectory.p_star, i).iter_mut().enumerate() {
+            *p = self.start_p[k] + h * self.sums.force[k];
+        }
+        column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
+        self.trajectory.computed = i + 1;
+        Ok(())
+    }
+}
+
+/// Adds a correction to one part and returns its size relative to that part, in the maximum norm.
+fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64]) -> f64 {
+    let (mut change, mut size) = (0.0f64, 0.0f64);
+    for (x, &delta) in x.iter_mut().zip(delta) {
+        x.add_to_part(part, delta);
+        change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
+        size = size.max(x.part(part).abs());
+    }
+    if change == 0.0 { 0.0 } else { change / size }
+}
