@@ -49,6 +49,9 @@ pub struct AdjointVariables {
     pub d: DMatrix<f64>,
     /// Of E5, dΦ/dt.
     pub e: DMatrix<f64>,
+    /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
+    /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).
+    pub w: DMatrix<f64>,
 }
 
 /// Adjoint variables of one node.
@@ -135,9 +138,7 @@ impl Sweep {
             } else {
                 self.start_rows(system, forward);
             }
-            if let Some(variables) = &mut self.variables {
-                variables.store(&self.node, i);
-            }
+            self.store(forward, i);
             std::mem::swap(&mut self.node, &mut self.next);
         }
         Ok(&self.gradient)
@@ -246,6 +247,30 @@ impl Sweep {
         }
     }
 
+    /// Keeps the adjoint variables of node `i`, if they are wanted.
+    fn store(&mut self, forward: &Forward, i: usize) {
+        let Some(variables) = &mut self.variables else { return };
+        let (node, next, cost) = (&self.node, &self.next, &self.cost);
+        // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
+        let a = column_mut(&mut variables.a, i);
+        if i > 0 { a.copy_from_slice(&node.a) } else { a.fill(0.0) }
+        column_mut(&mut variables.b, i).copy_from_slice(&node.b);
+        column_mut(&mut variables.c, i).copy_from_slice(&node.c);
+        column_mut(&mut variables.d, i).copy_from_slice(&node.d);
+        column_mut(&mut variables.e, i).copy_from_slice(&node.e);
+
+        let (n, h_next) = (node.a.len(), forward.inputs.grid.steps.get(i).map_or(0.0, |dt| 0.5 * dt));
+        let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);
+        for k in 0..n {
+            let at_start = (node.a[k], node.c[k] + next.b[k] - cost.p_star[k]);
+            let inside = (h_next * next.a[k] - cost.v[k], h_next * next.b[k] - cost.p_star_dot[k]);
+            (first[k], first[n + k]) = if i > 0 { inside } else { at_start };
+        }
+        rest[..n].copy_from_slice(&node.c);
+        rest[n..2 * n].copy_from_slice(&node.d);
+        rest[2 * n..].copy_from_slice(&node.e);
+    }
+
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
     fn start_rows(&mut self, system: &System, forward: &Forward) {
         if let Some(after) = self.gradient.steps.first_mut() {
@@ -275,20 +300,7 @@ impl Sweep {
 impl AdjointVariables {
     fn zeros(system: &System, nodes: usize) -> Self {
         let state = || DMatrix::zeros(system.n(), nodes);
-        AdjointVariables { a: state(), b: state(), c: state(), d: state(), e: DMatrix::zeros(system.m(), nodes) }
-    }
-
-    fn store(&mut self, node: &Node, i: usize) {
-        // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
-        let a = column_mut(&mut self.a, i);
-        if i > 0 {
-            a.copy_from_slice(&node.a)
-        } else {
-            a.fill(0.0)
-        }
-        column_mut(&mut self.b, i).copy_from_slice(&node.b);
-        column_mut(&mut self.c, i).copy_from_slice(&node.c);
-        column_mut(&mut self.d, i).copy_from_slice(&node.d);
-        column_mut(&mut self.e, i).copy_from_slice(&node.e);
+        let (e, w) = (DMatrix::zeros(system.m(), nodes), DMatrix::zeros(4 * system.n() + system.m(), nodes));
+        AdjointVariables { a: state(), b: state(), c: state(), d: state(), e, w }
     }
 }

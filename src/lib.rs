@@ -9,6 +9,7 @@ pub mod error;
 mod inputs;
 mod lifted;
 mod linear;
+pub mod paper_system;
 pub mod planar;
 mod predict;
 mod scalar;

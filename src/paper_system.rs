@@ -1,0 +1,288 @@
+//! The paper's own equations, dense and plain: the reference for the condensed sweep.
+//!
+//! Unknowns y = (v, ṗ*, q, p*, σ), 4n + m of them; γ = 2/Δt. Equation (2) is used where q̇_i stands, so that, with
+//! V = γ (q_i − q_{i−1}) − v_{i−1} and G = γ (p*_i − p*_{i−1}) − ṗ*_{i−1},
+//!
+//! ```text
+//!   f1 = v_i − V                    (2)          f3 = 𝓛_v(q_i, V, σ_i) − p*_i                      (3)
+//!   f2 = ṗ*_i − G                   (2)          f4 = 𝓛_q(q_i, V, σ_i) + Q(q_i, V, u_i) − G        (3)
+//!                                                f5 = dΦ/dt(q_i, V)                                (3)
+//! ```
+//!
+//! The paper does not define f_0. Here it is what fixes y_0: f1 = q_0 − q̄, f2 = p*_0 − p̄ with the given values, and f3, f4, f5
+//! with v_0 and ṗ*_0 in the place of V and G. Then Eq. (9) and (11) hold for i = 0 too, and the first two parts of
+//! w_0 are −dJ/dq_0 and −dJ/dp*_0.
+//!
+//! Every block is a derivative of these formulas by dual numbers, one column at a time. Nothing here is fast.
+
+use nalgebra::{DMatrix, DMatrixView, DVector};
+use num_dual::Dual64;
+use std::ops::Range;
+
+use crate::scalar::Real;
+use crate::system::{At, CostAt, Sums};
+use crate::trajectory::{column, weights};
+use crate::{Error, Inputs, System, Trajectory};
+
+/// A part of y: a column of the tangent matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// v = q̇.
+    V,
+    /// ṗ*.
+    PStarDot,
+    /// q.
+    Q,
+    /// p*.
+    PStar,
+    /// σ.
+    Sigma,
+}
+
+/// A row of the tangent matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Equation {
+    /// The trapezoidal rule for q.
+    F1,
+    /// The trapezoidal rule for p*.
+    F2,
+    /// Eq. (1a).
+    F3,
+    /// Eq. (1b).
+    F4,
+    /// Eq. (1c).
+    F5,
+}
+
+impl Variable {
+    /// All parts in the paper's order.
+    pub const ALL: [Variable; 5] = [Variable::V, Variable::PStarDot, Variable::Q, Variable::PStar, Variable::Sigma];
+}
+
+impl Equation {
+    /// All rows in the paper's order.
+    pub const ALL: [Equation; 5] = [Equation::F1, Equation::F2, Equation::F3, Equation::F4, Equation::F5];
+}
+
+/// A tangent matrix ∂f/∂y with named blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tangent {
+    /// (4n + m) × (4n + m).
+    pub matrix: DMatrix<f64>,
+    n: usize,
+    m: usize,
+}
+
+impl Tangent {
+    /// The block of an equation and a variable.
+    pub fn block(&self, row: Equation, column: Variable) -> DMatrixView<'_, f64> {
+        let (rows, columns) = (part(row as usize, self.n, self.m), part(column as usize, self.n, self.m));
+        self.matrix.view((rows.start, columns.start), (rows.len(), columns.len()))
+    }
+}
+
+/// The place of part `k` of y (or of f) among the 4n + m.
+fn part(k: usize, n: usize, m: usize) -> Range<usize> {
+    k * n..if k < 4 { (k + 1) * n } else { 4 * n + m }
+}
+
+/// The gradient by Eq. (9), (11) and (12).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperGradient {
+    /// dJ/du_i in column i (k × (N + 1)).
+    pub controls: DMatrix<f64>,
+    /// dJ/db.
+    pub design: DVector<f64>,
+    /// dJ/dq_0 with p*_0 held.
+    pub q0: DVector<f64>,
+    /// dJ/dp*_0.
+    pub p_star0: DVector<f64>,
+    /// The paper's adjoint variables w_i in column i ((4n + m) × (N + 1)).
+    pub w: DMatrix<f64>,
+}
+
+/// The discrete system of one motion in the paper's unknowns.
+pub struct PaperSystem<'a> {
+    system: &'a System,
+    inputs: &'a Inputs,
+    trajectory: &'a Trajectory,
+}
+
+/// Everything that f_i and h_i depend on, on numbers that carry one derivative.
+#[derive(Clone)]
+struct Arguments {
+    y: DVector<Dual64>,
+    y_previous: DVector<Dual64>,
+    u: DVector<Dual64>,
+    b: DVector<Dual64>,
+}
+
+impl<'a> PaperSystem<'a> {
+    /// The system at the nodes of a motion.
+    ///
+    /// # Errors
+    /// A motion that is incomplete.
+    pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
+        let (expected, computed) = (inputs.grid.nodes(), trajectory.computed);
+        if expected != computed {
+            return Err(Error::Incomplete { expected, computed });
+        }
+        Ok(PaperSystem { system, inputs, trajectory })
+    }
+
+    /// y_i = (v, ṗ*, q, p*, σ)_i.
+    pub fn y(&self, i: usize) -> DVector<f64> {
+        let y = self.trajectory.columns(i);
+        DVector::from_vec([y.v, y.p_star_dot, y.q, y.p_star, y.sigma].concat())
+    }
+
+    /// f_i at the motion: zero up to rounding.
+    pub fn f(&self, i: usize) -> DVector<f64> {
+        self.residual(i, &self.arguments(i)).map(|f| f.re)
+    }
+
+    /// ∂f_i/∂y_i, the left matrix of Eq. (10).
+    pub fn f_y(&self, i: usize) -> Tangent {
+        self.tangent(i, |arguments| &mut arguments.y)
+    }
+
+    /// ∂f_i/∂y_{i−1}, the right matrix of Eq. (10) (there with i + 1 for i).
+    pub fn f_y_previous(&self, i: usize) -> Tangent {
+        self.tangent(i, |arguments| &mut arguments.y_previous)
+    }
+
+    /// ∂f_i/∂u_i, (4n + m) × k.
+    pub fn f_u(&self, i: usize) -> DMatrix<f64> {
+        self.columns(i, |arguments| &mut arguments.u)
+    }
+
+    /// ∂f_i/∂b, (4n + m) × the number of design variables.
+    pub fn f_b(&self, i: usize) -> DMatrix<f64> {
+        self.columns(i, |arguments| &mut arguments.b)
+    }
+
+    /// The gradient by solving Eq. (9) backwards with dense matrices, and Eq. (11) and (12) without the factor Δt.
+    ///
+    /// # Errors
+    /// A tangent matrix that is singular.
+    pub fn gradient(&self) -> Result<PaperGradient, Error> {
+        let (n, m, nodes) = (self.system.n(), self.system.m(), self.inputs.grid.nodes());
+        let mut gradient = PaperGradient {
+            controls: DMatrix::zeros(self.system.k(), nodes),
+            design: DVector::zeros(self.system.designs()),
+            q0: DVector::zeros(n),
+            p_star0: DVector::zeros(n),
+            w: DMatrix::zeros(4 * n + m, nodes),
+        };
+        let mut from_next = DVector::zeros(4 * n + m);
+        for i in (0..nodes).rev() {
+            let right = -self.cost_columns(i, |arguments| &mut arguments.y) - &from_next;
+            let solved = self.f_y(i).matrix.transpose().lu().solve(&right);
+            let w = solved.ok_or_else(|| self.singular(i))?;
+            gradient.controls.set_column(i, &(self.cost_columns(i, |arguments| &mut arguments.u) + self.f_u(i).tr_mul(&w)));
+            gradient.design += self.cost_columns(i, |arguments| &mut arguments.b) + self.f_b(i).tr_mul(&w);
+            if i > 0 {
+                from_next = self.f_y_previous(i).matrix.tr_mul(&w);
+            } else {
+                gradient.q0 = -w.rows(0, n);
+                gradient.p_star0 = -w.rows(n, n);
+            }
+            gradient.w.set_column(i, &w);
+        }
+        Ok(gradient)
+    }
+
+    fn singular(&self, i: usize) -> Error {
+        let unknown = "an unknown of the full system".into();
+        Error::SingularStep { step: i, time: self.trajectory.times[i], unknown, pivot: 0.0 }
+    }
+
+    fn arguments(&self, i: usize) -> Arguments {
+        let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
+        let u = DVector::from_column_slice(column(&self.inputs.controls, i));
+        Arguments {
+            y: dual(&self.y(i)),
+            y_previous: dual(&self.y(i.saturating_sub(1))),
+            u: dual(&u),
+            b: dual(&self.inputs.design),
+        }
+    }
+
+    /// f_i on dual numbers.
+    fn residual(&self, i: usize, at: &Arguments) -> DVector<Dual64> {
+        let (n, m) = (self.system.n(), self.system.m());
+        let of = |y: &DVector<Dual64>, which: Variable| {
+            let range = part(which as usize, n, m);
+            y.rows(range.start, range.len()).into_owned()
+        };
+        let [v, g, q, p_star, sigma] = Variable::ALL.map(|which| of(&at.y, which));
+        let (first, second, velocity, rate) = if i == 0 {
+            let given = self.trajectory.columns(0);
+            let fixed = |x: &[f64]| DVector::from_iterator(n, x.iter().map(|&x| Dual64::from_re(x)));
+            (&q - fixed(given.q), &p_star - fixed(given.p_star), v, g)
+        } else {
+            let gamma = Dual64::from_re(2.0 / self.inputs.grid.steps[i - 1]);
+            let [v_previous, g_previous, q_previous, p_previous, _] = Variable::ALL.map(|which| of(&at.y_previous, which));
+            let velocity = (&q - q_previous) * gamma - v_previous;
+            let rate = (&p_star - p_previous) * gamma - g_previous;
+            (&v - &velocity, &g - &rate, velocity, rate)
+        };
+        let mut sums = Sums::new(n, m);
+        let point = At {
+            q: q.as_slice(),
+            v: velocity.as_slice(),
+            sigma: sigma.as_slice(),
+            u: at.u.as_slice(),
+            t: Dual64::from_re(self.trajectory.times[i]),
+            design: at.b.as_slice(),
+        };
+        self.system.plain_sums(&point, &mut sums);
+        let third = DVector::from_vec(sums.l_v) - p_star;
+        let fourth = DVector::from_vec(sums.force) - rate;
+        let parts = [first, second, third, fourth, DVector::from_vec(sums.phi_dot)];
+        DVector::from_iterator(4 * n + m, parts.iter().flat_map(|part| part.iter().copied()))
+    }
+
+    fn tangent(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> Tangent {
+        Tangent { matrix: self.columns(i, which), n: self.system.n(), m: self.system.m() }
+    }
+
+    /// The Jacobian of f_i with respect to one of its arguments.
+    fn columns(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> DMatrix<f64> {
+        let mut arguments = self.arguments(i);
+        let columns = which(&mut arguments).len();
+        let mut jacobian = DMatrix::zeros(4 * self.system.n() + self.system.m(), columns);
+        for k in 0..columns {
+            which(&mut arguments)[k].eps = 1.0;
+            jacobian.set_column(k, &self.residual(i, &arguments).map(|f| f.eps));
+            which(&mut arguments)[k].eps = 0.0;
+        }
+        jacobian
+    }
+
+    /// The gradient of the cost at node `i` (h_i, or S at the last) with respect to one of its arguments.
+    fn cost_columns(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> DVector<f64> {
+        let mut arguments = self.arguments(i);
+        let (n, m) = (self.system.n(), self.system.m());
+        let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
+        let weights = weights(&steps, i);
+        let columns = which(&mut arguments).len();
+        DVector::from_fn(columns, |k, _| {
+            which(&mut arguments)[k].eps = 1.0;
+            let y = arguments.y.as_slice();
+            let at = CostAt {
+                v: &y[part(0, n, m)],
+                p_star_dot: &y[part(1, n, m)],
+                q: &y[part(2, n, m)],
+                p_star: &y[part(3, n, m)],
+                sigma: &y[part(4, n, m)],
+                u: arguments.u.as_slice(),
+                t: Dual64::from_re(self.trajectory.times[i]),
+                design: arguments.b.as_slice(),
+            };
+            let value = self.system.cost(&at, &weights).part(1);
+            which(&mut arguments)[k].eps = 0.0;
+            value
+        })
+    }
+}
