@@ -10,15 +10,18 @@
 //!   ∂q :  a − a₊ + 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e + J_q = 0
 //! ```
 //!
-//! ∂v + h ∂q and ∂σ are n + m equations for (b, e) with the matrix K(h)ᵀ. At node 0 they are the same with h = 0 and
-//! c in the place of b.
+//! Insert b = c + b₊ − J_p* into d: d = −h c + d̂ with d̂ = J_ṗ* + h J_p* − (h + h₊) b₊. Then ∂v + h ∂q and ∂σ are n + m equations for
+//! (c, e) with the matrix K(h)ᵀ, and at node 0 the same with h = 0:
+//!
+//! ```text
+//!   Kᵀ (c, e) = ( (h + h₊) a₊ − J_v − h J_q − (𝓛_qv + Q_v)ᵀ d̂ − h (𝓛_qq + Q_q)ᵀ d̂,   −J_σ − (dΦ/dt)_q d̂ )
+//! ```
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::simulate::Forward;
 use crate::system::{CostRows, Covector, InputRows, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
-use crate::trapezoid::Newton;
 use crate::{Error, Settings, Start, System};
 
 /// The cost and its derivatives with respect to everything a motion follows from.
@@ -77,20 +80,6 @@ pub(crate) struct Sweep {
     x: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     time: f64,
-}
-
-impl Newton {
-    /// The adjoint rows of all elements, from second derivatives.
-    pub(crate) fn pull_back(&self, system: &System, blocks: Option<&[f64]>, with: &Covector, rows: &mut Rows) {
-        rows.clear();
-        self.constants.pull_back(with, rows);
-        let mut rest = blocks.unwrap_or(&self.blocks);
-        for batch in system.batches() {
-            let (own, after) = rest.split_at(batch.block_len());
-            batch.pull_back(own, with, rows);
-            rest = after;
-        }
-    }
 }
 
 impl Sweep {
@@ -182,15 +171,19 @@ impl Sweep {
         let h = if i > 0 { 0.5 * steps[i - 1] } else { 0.0 };
         let h_next = steps.get(i).map_or(0.0, |dt| 0.5 * dt);
         let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
-        // c and d without the part that the unknown b contributes.
-        for k in 0..n {
-            node.c[k] = if i > 0 { cost.p_star[k] - next.b[k] } else { 0.0 };
-            node.d[k] = cost.p_star_dot[k] - h_next * next.b[k];
-        }
+        let y = forward.trajectory.columns(i);
+        let (blocks, at) = (column(&forward.blocks, i), (y.v, y.sigma));
+        let newton = &mut forward.newton;
+        // With c = e = 0 there remains of d what later nodes and the cost contribute.
+        node.c.fill(0.0);
         node.e.fill(0.0);
-        let blocks = column(&forward.blocks, i);
+        for k in 0..n {
+            node.d[k] = cost.p_star_dot[k] + h * cost.p_star[k] - (h + h_next) * next.b[k];
+        }
+        self.rows.clear();
         let known = Covector { c: &node.c, d: &node.d, e: &node.e };
-        forward.newton.pull_back(system, Some(blocks), &known, &mut self.rows);
+        newton.evaluation.constants.pull_back_force(&node.d, &mut self.rows);
+        newton.evaluation.pull_back_nonlinear(system, at, blocks, &known, &mut self.rows);
         let (v, sigma) = self.x.split_at_mut(n);
         for k in 0..n {
             v[k] = (h + h_next) * next.a[k] - cost.v[k] - self.rows.v[k] - h * (cost.q[k] + self.rows.q[k]);
@@ -198,23 +191,25 @@ impl Sweep {
         for (j, x) in sigma.iter_mut().enumerate() {
             *x = -(cost.sigma[j] + self.rows.sigma[j]);
         }
-        let factored = forward.newton.factor(system, h, Some(blocks), &mut self.report);
+        let factored = newton.factor(system, h, blocks, at, &mut self.report);
         factored.map_err(|breakdown| Error::SingularStep {
             step: i,
             time: forward.trajectory.times[i],
             unknown: system.unknown_name(breakdown.unknown),
             pivot: breakdown.pivot / breakdown.scale,
         })?;
-        forward.newton.solve_transposed(system, &mut self.x);
-        let (b, e) = self.x.split_at(n);
-        for k in 0..n {
-            node.b[k] = if i > 0 { b[k] } else { 0.0 };
-            node.c[k] += b[k];
-            node.d[k] -= h * b[k];
-        }
+        newton.solve_transposed(system, &mut self.x);
+        let (c, e) = self.x.split_at(n);
+        node.c.copy_from_slice(c);
         node.e.copy_from_slice(e);
+        for k in 0..n {
+            node.d[k] -= h * c[k];
+            node.b[k] = if i > 0 { c[k] + next.b[k] - cost.p_star[k] } else { 0.0 };
+        }
+        self.rows.clear();
         let full = Covector { c: &node.c, d: &node.d, e: &node.e };
-        forward.newton.pull_back(system, Some(blocks), &full, &mut self.rows);
+        newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
+        newton.evaluation.pull_back_nonlinear(system, at, blocks, &full, &mut self.rows);
         for k in 0..n {
             node.a[k] = next.a[k] - self.rows.q[k] - cost.q[k];
         }
@@ -225,13 +220,13 @@ impl Sweep {
     fn input_rows(&mut self, system: &System, forward: &Forward, i: usize) {
         let u = column_mut(&mut self.gradient.controls, i);
         u.copy_from_slice(&self.cost.u);
-        forward.newton.constants.pull_back_controls(&self.node.d, u);
+        forward.newton.evaluation.constants.pull_back_controls(&self.node.d, u);
         self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
         self.time += self.cost.time;
         let at = forward.trajectory.at(&forward.inputs, i);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
         let mut rows = InputRows { u, design: self.gradient.design.as_mut_slice(), time: &mut self.time };
-        system.batches().iter().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
     }
 
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
@@ -253,7 +248,11 @@ impl Sweep {
         let (node, next, cost) = (&self.node, &self.next, &self.cost);
         // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
         let a = column_mut(&mut variables.a, i);
-        if i > 0 { a.copy_from_slice(&node.a) } else { a.fill(0.0) }
+        if i > 0 {
+            a.copy_from_slice(&node.a)
+        } else {
+            a.fill(0.0)
+        }
         column_mut(&mut variables.b, i).copy_from_slice(&node.b);
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);
@@ -286,11 +285,12 @@ impl Sweep {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
-            forward.newton.pull_back(system, Some(column(&forward.blocks, 0)), &with, &mut self.rows);
             let at = forward.trajectory.at(&forward.inputs, 0);
+            let blocks = column(&forward.blocks, 0);
+            forward.newton.evaluation.pull_back(system, (at.v, at.sigma), blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let mut rows = InputRows { u: &mut u, design: self.gradient.design.as_mut_slice(), time: &mut time };
-            system.batches().iter().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+            system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
             v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
             q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
         }

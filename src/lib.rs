@@ -6,6 +6,7 @@ pub mod check;
 mod complex_step;
 pub mod element;
 pub mod error;
+mod evaluation;
 mod inputs;
 mod lifted;
 mod linear;

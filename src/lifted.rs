@@ -138,7 +138,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.start_from_real(i);
         let forward = self.real.forward_mut();
         let blocks = column(&forward.blocks, i);
-        let factored = forward.newton.factor(system, h.part(0), Some(blocks), &mut forward.report);
+        let at = (column(&forward.trajectory.v, i), column(&forward.trajectory.sigma, i));
+        let factored = forward.newton.factor(system, h.part(0), blocks, at, &mut forward.report);
         factored.map_err(|breakdown| Error::SingularStep {
             step: i,
             time: forward.trajectory.times[i],

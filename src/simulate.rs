@@ -46,7 +46,7 @@ impl Forward {
         self.trajectory.computed = 0;
         inputs.check(system)?;
         self.prepare(system, inputs);
-        self.newton.set_design(system, inputs.design.as_slice());
+        self.newton.evaluation.set_design(system, inputs.design.as_slice());
         start::solve(self, system, settings)?;
         for step in 1..self.inputs.grid.nodes() {
             self.step(system, step, settings)?;
@@ -79,9 +79,10 @@ impl Forward {
         }
         self.predictor.predict(&mut self.trajectory, i);
         self.solve_node(system, i, h, settings)?;
+        let rates = column(&self.trajectory.p_star_dot, i);
         let now = column_mut(&mut self.trajectory.p_star, i);
-        for (k, p_star) in now.iter_mut().enumerate() {
-            *p_star = self.start_p[k] + h * self.newton.sums.force[k];
+        for ((p_star, start), rate) in now.iter_mut().zip(&self.start_p).zip(rates) {
+            *p_star = start + h * rate;
         }
         self.trajectory.computed = i + 1;
         Ok(())
@@ -99,11 +100,11 @@ impl Forward {
             q: column_mut(&mut self.trajectory.q, i),
             v: column_mut(&mut self.trajectory.v, i),
             sigma: column_mut(&mut self.trajectory.sigma, i),
+            p_star_dot: column_mut(&mut self.trajectory.p_star_dot, i),
         };
         let solved = self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report);
         solved.map_err(|failure| self.explain(system, i, failure))?;
-        column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.newton.sums.force);
-        column_mut(&mut self.blocks, i).copy_from_slice(&self.newton.blocks);
+        column_mut(&mut self.blocks, i).copy_from_slice(&self.newton.evaluation.blocks);
         Ok(())
     }
 

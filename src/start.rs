@@ -30,7 +30,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     let mut p_star = rate;
     if given_velocity {
         // σ₀ = 0, so 𝓛_v is T_v.
-        p_star.copy_from_slice(&forward.newton.sums.l_v);
+        p_star.copy_from_slice(&forward.newton.evaluation.sums.l_v);
         check_velocity(forward, system, settings)?;
     }
     if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
@@ -69,7 +69,9 @@ fn evaluate(forward: &mut Forward, system: &System, q: &[f64]) {
         t: forward.trajectory.times[0],
         design: forward.inputs.design.as_slice(),
     };
-    forward.newton.evaluate(system, &at, &mut forward.report);
+    let evaluation = &mut forward.newton.evaluation;
+    evaluation.nonlinear(system, &at, &mut forward.report);
+    evaluation.constants.add(&at, &mut evaluation.sums);
 }
 
 fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
@@ -86,7 +88,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
 
 fn check_velocity(forward: &Forward, system: &System, settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
-    match worst(&forward.newton.sums.phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+    match worst(&forward.newton.evaluation.sums.phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
         Some((j, violation)) => {
             Err(Error::InitialVelocity { equation: system.equation_name(j).into(), violation, tolerance })
         }
@@ -102,7 +104,10 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0], and explains a breakdown by the ranks of its parts.
 fn check_regular(forward: &mut Forward, system: &System, n: usize, m: usize) -> Result<(), Error> {
-    let result = forward.newton.factor(system, 0.0, None, &mut forward.report);
+    let Forward { newton, trajectory, report, .. } = forward;
+    let blocks = newton.evaluation.blocks.clone();
+    let at = (column(&trajectory.v, 0), column(&trajectory.sigma, 0));
+    let result = newton.factor(system, 0.0, &blocks, at, report);
     if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
         return Ok(());
     }
@@ -138,10 +143,12 @@ fn check_regular(forward: &mut Forward, system: &System, n: usize, m: usize) -> 
 fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let (mut mass, mut phi_q) = (DMatrix::zeros(n, n), DMatrix::zeros(m, n));
     let (zeros, none, mut rows) = (vec![0.0; n], vec![0.0; m], Rows::new(n, m));
+    let evaluation = &forward.newton.evaluation;
+    let at = (column(&forward.trajectory.v, 0), &none[..]);
     for j in 0..n {
         let mut unit = zeros.clone();
         unit[j] = 1.0;
-        forward.newton.pull_back(system, None, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
+        evaluation.pull_back(system, at, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         mass.column_mut(j).copy_from_slice(&rows.v);
         phi_q.column_mut(j).copy_from_slice(&rows.sigma);
     }

@@ -2,7 +2,8 @@
 //!
 //! A scene evaluates each element once with it when it is compiled. A formula of degree one (a linear constraint, a linear force)
 //! or two (a constant mass, a linear spring's energy) gives constant blocks, evaluated once and never again; and of a nonlinear one
-//! only the coordinates that enter nonlinearly need dual numbers at every iteration.
+//! only the coordinates that enter nonlinearly need dual numbers at every iteration. A formula that is a sum of
+//! multiples of q_i, sin q_i and cos q_i (most planar joints) needs none at all: its derivatives are its own coefficients.
 
 use num_traits::{One, Zero};
 use std::cell::Cell;
@@ -28,6 +29,10 @@ pub struct Trace {
     inputs: u128,
     bent: u128,
     degree: u8,
+    /// A sum of constants and of multiples of single inputs and of their sines and cosines.
+    sinusoidal: bool,
+    /// One input with the factor 1 or −1, plus a constant.
+    angle: bool,
 }
 
 /// What a formula depends on.
@@ -39,6 +44,8 @@ pub struct Structure {
     pub bent: u128,
     /// 0, 1 or 2 for a polynomial of that degree, 3 for anything else.
     pub degree: u8,
+    /// Whether it is a sum of multiples of x_i, sin x_i and cos x_i over its inputs x_i.
+    pub sinusoidal: bool,
 }
 
 impl Structure {
@@ -46,7 +53,7 @@ impl Structure {
     pub const MOST_INPUTS: usize = 128;
 
     /// What is assumed of a formula that could not be traced: everything.
-    pub const UNKNOWN: Structure = Structure { inputs: u128::MAX, bent: u128::MAX, degree: BEYOND };
+    pub const UNKNOWN: Structure = Structure { inputs: u128::MAX, bent: u128::MAX, degree: BEYOND, sinusoidal: false };
 
     /// Whether it depends on input `i`.
     pub fn depends_on(&self, i: usize) -> bool {
@@ -63,11 +70,12 @@ impl Structure {
     /// If the formula branches on a traced value, nothing is known of the branch it did not take: [`Structure::UNKNOWN`].
     pub fn of<I: IntoIterator<Item = Trace>>(formula: impl FnOnce() -> I) -> Structure {
         LOOKED.set(false);
-        let none = Structure { inputs: 0, bent: 0, degree: 0 };
+        let none = Structure { inputs: 0, bent: 0, degree: 0, sinusoidal: true };
         let found = formula().into_iter().fold(none, |all, x| Structure {
             inputs: all.inputs | x.inputs,
             bent: all.bent | x.bent,
             degree: all.degree.max(x.degree),
+            sinusoidal: all.sinusoidal && x.sinusoidal,
         });
         if LOOKED.take() { Structure::UNKNOWN } else { found }
     }
@@ -77,12 +85,12 @@ impl Trace {
     /// Input number `index`, with a value for formulas that look at it.
     pub fn input(value: f64, index: usize) -> Self {
         let bit = 1u128.checked_shl(index as u32).unwrap_or(u128::MAX);
-        Trace { value, known: false, inputs: bit, bent: 0, degree: 1 }
+        Trace { value, known: false, inputs: bit, bent: 0, degree: 1, sinusoidal: true, angle: true }
     }
 
     /// A constant of the run whose value may be another in the next run (a design variable).
     pub fn unknown_constant(value: f64) -> Self {
-        Trace { value, known: false, inputs: 0, bent: 0, degree: 0 }
+        Trace { known: false, ..Trace::from(value) }
     }
 
     fn is_known_zero(&self) -> bool {
@@ -98,8 +106,19 @@ impl Trace {
 
     /// f(self) for a function that is not a polynomial.
     fn beyond(self, f: impl Fn(f64) -> f64) -> Self {
-        let degree = if self.degree == 0 { 0 } else { BEYOND };
-        Trace { value: f(self.value), degree, bent: self.inputs, ..self }
+        let constant = self.degree == 0;
+        let degree = if constant { 0 } else { BEYOND };
+        Trace { value: f(self.value), degree, bent: self.inputs, sinusoidal: constant, angle: false, ..self }
+    }
+
+    /// Sine or cosine.
+    fn wave(self, f: impl Fn(f64) -> f64) -> Self {
+        Trace { sinusoidal: self.degree == 0 || self.angle, ..self.beyond(f) }
+    }
+
+    /// Whether it is a constant whose value is always 1 or −1.
+    fn keeps_angle(&self) -> bool {
+        self.known && self.value.abs() == 1.0
     }
 }
 
@@ -112,6 +131,8 @@ impl Add for Trace {
             inputs: self.inputs | other.inputs,
             bent: self.bent | other.bent,
             degree: self.degree.max(other.degree),
+            sinusoidal: self.sinusoidal && other.sinusoidal,
+            angle: self.angle && other.degree == 0 || self.degree == 0 && other.angle,
         }
     }
 }
@@ -131,6 +152,8 @@ impl Mul for Trace {
             inputs,
             bent: if product { inputs } else { self.bent | other.bent },
             degree: (self.degree + other.degree).min(BEYOND),
+            sinusoidal: !product && self.sinusoidal && other.sinusoidal,
+            angle: self.angle && other.keeps_angle() || self.keeps_angle() && other.angle,
         }
     }
 }
@@ -182,7 +205,7 @@ with_constants! {
 
 impl From<f64> for Trace {
     fn from(value: f64) -> Self {
-        Trace { value, known: true, inputs: 0, bent: 0, degree: 0 }
+        Trace { value, known: true, inputs: 0, bent: 0, degree: 0, sinusoidal: true, angle: false }
     }
 }
 
@@ -250,10 +273,10 @@ impl Scalar for Trace {
         (self.sin(), self.cos())
     }
     fn sin(&self) -> Self {
-        self.beyond(f64::sin)
+        self.wave(f64::sin)
     }
     fn cos(&self) -> Self {
-        self.beyond(f64::cos)
+        self.wave(f64::cos)
     }
     fn tan(&self) -> Self {
         self.beyond(f64::tan)
@@ -292,22 +315,42 @@ mod tests {
         Structure::of(|| [formula(Trace::input(0.3, 0), Trace::input(0.7, 1))])
     }
 
+    /// Inputs, bent inputs, degree.
+    fn parts(formula: impl Fn(Trace, Trace) -> Trace) -> (u128, u128, u8) {
+        let Structure { inputs, bent, degree, .. } = of(formula);
+        (inputs, bent, degree)
+    }
+
     #[test]
     fn degrees_and_bent_inputs_are_those_of_the_formula() {
-        assert_eq!(of(|x, y| x * 2.0 - y / 3.0 + 1.0), Structure { inputs: 3, bent: 0, degree: 1 });
-        assert_eq!(of(|x, y| x * x + y), Structure { inputs: 3, bent: 1, degree: 2 });
-        assert_eq!(of(|x, y| x * y), Structure { inputs: 3, bent: 3, degree: 2 });
-        assert_eq!(of(|x, y| x.sin() + y), Structure { inputs: 3, bent: 1, degree: BEYOND });
-        assert_eq!(of(|x, y| x / y), Structure { inputs: 3, bent: 3, degree: BEYOND });
-        assert_eq!(of(|x, y| x * x * y), Structure { inputs: 3, bent: 3, degree: BEYOND });
-        assert_eq!(of(|_, y| y.powi(2)), Structure { inputs: 2, bent: 2, degree: 2 });
+        assert_eq!(parts(|x, y| x * 2.0 - y / 3.0 + 1.0), (3, 0, 1));
+        assert_eq!(parts(|x, y| x * x + y), (3, 1, 2));
+        assert_eq!(parts(|x, y| x * y), (3, 3, 2));
+        assert_eq!(parts(|x, y| x.sin() + y), (3, 1, BEYOND));
+        assert_eq!(parts(|x, y| x / y), (3, 3, BEYOND));
+        assert_eq!(parts(|x, y| x * x * y), (3, 3, BEYOND));
+        assert_eq!(parts(|_, y| y.powi(2)), (2, 2, 2));
+    }
+
+    #[test]
+    fn sums_of_sines_are_recognised_and_nothing_else_is_taken_for_one() {
+        let sinusoidal = |formula: fn(Trace, Trace) -> Trace| of(formula).sinusoidal;
+        assert!(sinusoidal(|x, y| x.sin() * 0.5 - (-y + 0.3).cos() * 2.0 + x * 4.0 + 1.0));
+        assert!(!sinusoidal(|x, y| x.sin() * y));
+        assert!(!sinusoidal(|x, _| (x * 2.0).sin()));
+        assert!(!sinusoidal(|x, y| (x + y).sin()));
+        assert!(!sinusoidal(|x, _| x.sin().sin()));
+        assert!(!sinusoidal(|x, _| x.sin() * x.cos()));
+        assert!(!sinusoidal(|x, _| x.exp()));
+        // A design variable of value 1 may have another value in the next run.
+        assert!(!sinusoidal(|x, _| (x * Trace::unknown_constant(1.0)).sin()));
     }
 
     #[test]
     fn a_known_zero_removes_what_it_multiplies_and_a_design_variable_does_not() {
-        assert_eq!(of(|x, y| x.cos() * 0.0 + y), Structure { inputs: 2, bent: 0, degree: 1 });
+        assert_eq!(parts(|x, y| x.cos() * 0.0 + y), (2, 0, 1));
         let bound = Trace::unknown_constant(0.0);
-        assert_eq!(of(|x, y| x.cos() * bound + y), Structure { inputs: 3, bent: 1, degree: BEYOND });
+        assert_eq!(parts(|x, y| x.cos() * bound + y), (3, 1, BEYOND));
     }
 
     #[test]

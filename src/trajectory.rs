@@ -137,12 +137,12 @@ pub struct Report {
     pub most_iterations: usize,
     /// Factorisations of tangent matrices.
     pub factorisations: usize,
-    /// Evaluations of single nonlinear elements with their second derivatives.
+    /// Evaluations of single elements with their second derivatives by dual numbers.
     pub element_evaluations: usize,
+    /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
+    pub sine_evaluations: usize,
     /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
     pub worst_residual: f64,
-    /// The largest |dΦ/dt| at any node, m/s or rad/s.
-    pub worst_phi_dot: f64,
     /// The largest relative last Newton correction that was accepted.
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
@@ -156,8 +156,8 @@ impl Default for Report {
             most_iterations: 0,
             factorisations: 0,
             element_evaluations: 0,
+            sine_evaluations: 0,
             worst_residual: 0.0,
-            worst_phi_dot: 0.0,
             worst_correction: 0.0,
             worst_pivot: 1.0,
         }

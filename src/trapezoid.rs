@@ -13,25 +13,37 @@
 //!   r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) = 0,      r_σ = dΦ/dt = 0,      K = ∂(r_v, r_σ)/∂(v, σ)
 //! ```
 //!
-//! with the tangent matrix K(h) of [`tangent`](crate::system). Node 0 is the same with h = 0.
+//! Node 0 is the same with h = 0.
+//!
+//! Newton's method on r = L + N, with L linear and K = L′ + N′: after a correction δ with K δ = −r, the new residual is
+//!
+//! ```text
+//!   r(x + δ) = N(x + δ) − N(x) − N′(x) δ
+//! ```
+//!
+//! So L is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
+//! first iteration and found after the last.
 
+use crate::evaluation::Evaluation;
 use crate::linear::{BlockLu, Breakdown};
-use crate::system::{At, Constants, Sums};
+use crate::system::{At, Pair};
 use crate::trajectory::Report;
 use crate::{Settings, System};
 
-/// Where a step begins, as far as its equations need it: p*₋ + h g₋ and q₋ + h v₋, and h.
+/// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, and h.
 pub(crate) struct StepStart<'a> {
     pub(crate) h: f64,
     pub(crate) q: &'a [f64],
     pub(crate) p_star: &'a [f64],
 }
 
-/// The unknowns of a step and the coordinates that follow from them.
+/// The unknowns of a step and what follows from them; v and σ hold the first guess.
 pub(crate) struct Unknowns<'a> {
     pub(crate) q: &'a mut [f64],
     pub(crate) v: &'a mut [f64],
     pub(crate) sigma: &'a mut [f64],
+    /// 𝓛_q + Q.
+    pub(crate) p_star_dot: &'a mut [f64],
 }
 
 /// What stays the same in a step.
@@ -49,82 +61,79 @@ pub(crate) enum StepFailure {
     NotFinite,
 }
 
-/// The tangent matrix of a step, and everything a Newton iteration writes to.
-pub(crate) struct Newton {
-    matrix: BlockLu,
-    /// The half step whose constant part the matrix holds.
-    assembled_for: Option<f64>,
-    pub(crate) constants: Constants,
-    triplets: Vec<(usize, usize, f64)>,
-    pub(crate) sums: Sums<f64>,
-    pub(crate) blocks: Vec<f64>,
-    /// Right-hand side, then correction, in the solver's order.
-    x: Vec<f64>,
+/// Where one unknown stands among the velocities or multipliers and in the solver's order.
+#[derive(Clone, Copy)]
+struct Place {
+    index: usize,
+    position: usize,
 }
 
-/// The last correction of a Newton iteration, relative to the unknowns.
-struct Correction {
+/// Newton's method for the steps of one system, with its memory.
+pub(crate) struct Newton {
+    pub(crate) evaluation: Evaluation,
+    pub(crate) matrix: BlockLu,
+    /// The velocities and multipliers that are iterated on, and those that are condensed.
+    velocities: Vec<Place>,
+    multipliers: Vec<Place>,
+    condensed_velocities: Vec<Place>,
+    condensed_multipliers: Vec<Place>,
+    /// −r, then a correction, in the solver's order; and −r as it was reduced first.
+    x: Vec<f64>,
+    reduced: Vec<f64>,
+    /// N at the point before, δ, N′ δ and Σ δ.
+    before: Pair,
+    delta: Pair,
+    product: Pair,
+    total: Pair,
+}
+
+/// The size of a residual, relative to the largest term in it.
+#[derive(Clone, Copy)]
+struct Residual {
     relative: f64,
-    residual: f64,
     equation: usize,
 }
 
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
+        let symbolic = system.symbolic();
+        let places = |range: std::ops::Range<usize>, condensed: bool| -> Vec<Place> {
+            let first = range.start;
+            let all = range.map(|unknown| Place { index: unknown - first, position: symbolic.position(unknown) });
+            all.filter(|place| (place.position < symbolic.condensed()) == condensed).collect()
+        };
         Newton {
-            matrix: BlockLu::new(system.symbolic()),
-            assembled_for: None,
-            constants: Constants::new(n, m, system.k()),
-            triplets: Vec::new(),
-            sums: Sums::new(n, m),
-            blocks: vec![0.0; system.block_len()],
+            evaluation: Evaluation::new(system),
+            matrix: BlockLu::new(symbolic),
+            velocities: places(0..n, false),
+            multipliers: places(n..n + m, false),
+            condensed_velocities: places(0..n, true),
+            condensed_multipliers: places(n..n + m, true),
             x: vec![0.0; n + m],
+            reduced: vec![0.0; n + m],
+            before: Pair::new(n, m),
+            delta: Pair::new(n, m),
+            product: Pair::new(n, m),
+            total: Pair::new(n, m),
         }
     }
 
-    /// Takes over the values of the design variables.
-    pub(crate) fn set_design(&mut self, system: &System, design: &[f64]) {
-        system.constants(design, &mut self.constants);
-        self.assembled_for = None;
-    }
-
-    /// 𝓛_v, 𝓛_q + Q, dΦ/dt and all second derivatives at a point.
-    pub(crate) fn evaluate(&mut self, system: &System, at: &At<f64>, report: &mut Report) {
-        self.constants.write(at, &mut self.sums);
-        let mut rest = &mut self.blocks[..];
-        for batch in system.batches() {
-            let (own, after) = rest.split_at_mut(batch.block_len());
-            batch.evaluate(at, &mut self.sums, own);
-            report.element_evaluations += batch.varying();
-            rest = after;
-        }
-    }
-
-    /// Assembles K(h) from second derivatives and factors it.
+    /// Assembles K(h) from given derivatives and factors it.
     pub(crate) fn factor(
         &mut self,
         system: &System,
         h: f64,
-        blocks: Option<&[f64]>,
+        blocks: &[f64],
+        at: (&[f64], &[f64]),
         report: &mut Report,
     ) -> Result<(), Breakdown> {
-        if self.assembled_for != Some(h) {
-            self.constants.tangent(h, &mut self.triplets);
-            self.matrix.set_constant(system.symbolic(), &self.triplets)?;
-            self.assembled_for = Some(h);
-        }
-        self.matrix.reset();
-        let mut rest = blocks.unwrap_or(&self.blocks);
-        for batch in system.batches() {
-            let (own, after) = rest.split_at(batch.block_len());
-            batch.scatter(own, h, self.matrix.values_mut());
-            rest = after;
-        }
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, at, &mut self.matrix);
         report.factorisations += 1;
-        let result = self.matrix.factor(system.symbolic());
+        self.matrix.factor(system.symbolic())?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
-        result
+        Ok(())
     }
 
     /// Solves K x = r in place; r and x are given by unknown (v, then σ).
@@ -144,7 +153,7 @@ impl Newton {
         x.iter_mut().enumerate().for_each(|(unknown, x)| *x = self.x[position(unknown)]);
     }
 
-    /// Solves a step; on return q, v, σ are its solution, and `sums` and `blocks` belong to it.
+    /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.
     pub(crate) fn solve_step(
         &mut self,
         system: &System,
@@ -154,82 +163,156 @@ impl Newton {
         settings: &Settings,
         report: &mut Report,
     ) -> Result<(), StepFailure> {
-        let mut last = f64::INFINITY;
+        let scale = self.begin(system, from, given, y, report)?;
+        let (mut last, mut residual) = (f64::INFINITY, self.residual(scale));
         for iteration in 1..=settings.max_iterations {
-            self.evaluate_at(system, from, given, y, report);
-            self.factor(system, from.h, None, report).map_err(StepFailure::Singular)?;
-            let correction = self.correct(system, from, y);
+            let correction = self.correct(system, from.h, y, report)?;
+            self.evaluate(system, from, given, y, report);
+            self.next_residual(from.h);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            if !correction.relative.is_finite() {
-                return Err(StepFailure::NotFinite);
-            }
+            let before = std::mem::replace(&mut residual, self.residual(scale));
             // Near rounding level the corrections stop shrinking: then nothing is left to gain.
-            let stalled = correction.relative > 0.25 * last && correction.residual < settings.rounding;
-            if correction.relative <= settings.tolerance || stalled {
-                report.worst_correction = report.worst_correction.max(correction.relative);
-                self.evaluate_at(system, from, given, y, report);
-                let (residual, _) = self.residual(from);
-                report.worst_residual = report.worst_residual.max(residual);
-                report.worst_phi_dot = self.sums.phi_dot.iter().fold(report.worst_phi_dot, |worst, r| worst.max(r.abs()));
-                return if residual.is_finite() { Ok(()) } else { Err(StepFailure::NotFinite) };
+            let stalled = correction > 0.25 * last && before.relative < settings.rounding;
+            if correction <= settings.tolerance || stalled {
+                report.worst_correction = report.worst_correction.max(correction);
+                report.worst_residual = report.worst_residual.max(residual.relative);
+                return self.finish(system, from, given, y);
             }
-            last = correction.relative;
+            last = correction;
         }
-        self.evaluate_at(system, from, given, y, report);
-        let (residual, equation) = self.residual(from);
-        Err(StepFailure::Diverged { iterations: settings.max_iterations, residual, equation })
+        let Residual { relative, equation } = residual;
+        Err(StepFailure::Diverged { iterations: settings.max_iterations, residual: relative, equation })
     }
 
-    fn evaluate_at(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns, report: &mut Report) {
+    /// Evaluates everything at the first guess and reduces −r; returns the size of the terms in r.
+    fn begin(
+        &mut self,
+        system: &System,
+        from: &StepStart,
+        given: Given,
+        y: &mut Unknowns,
+        report: &mut Report,
+    ) -> Result<f64, StepFailure> {
+        let h = from.h;
         for ((q, &start), &v) in y.q.iter_mut().zip(from.q).zip(y.v.iter()) {
-            *q = start + from.h * v;
+            *q = start + h * v;
+        }
+        self.evaluate(system, from, given, y, report);
+        for &Place { index, .. } in &self.velocities {
+            self.before.v[index] = self.evaluation.sums.l_v[index] - h * self.evaluation.sums.force[index];
+        }
+        for &Place { index, .. } in &self.multipliers {
+            self.before.sigma[index] = self.evaluation.sums.phi_dot[index];
+        }
+        self.total.clear();
+        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
+        self.evaluation.constants.add(&at, &mut self.evaluation.sums);
+
+        let (sums, mut scale) = (&self.evaluation.sums, 0.0f64);
+        for &Place { index, position } in self.velocities.iter().chain(&self.condensed_velocities) {
+            let (start, l_v, force) = (from.p_star[index], sums.l_v[index], h * sums.force[index]);
+            self.x[position] = start + force - l_v;
+            scale = scale.max(start.abs()).max(l_v.abs()).max(force.abs());
+        }
+        for &Place { index, position } in self.multipliers.iter().chain(&self.condensed_multipliers) {
+            self.x[position] = -sums.phi_dot[index];
+        }
+        self.evaluation.set_step(system, h, &mut self.matrix).map_err(StepFailure::Singular)?;
+        self.matrix.reduce(system.symbolic(), &mut self.x);
+        self.reduced.copy_from_slice(&self.x);
+        Ok(scale)
+    }
+
+    /// N at the present point, with q = q₋ + h (v₋ + v) where N depends on it.
+    fn evaluate(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns, report: &mut Report) {
+        for &Place { index, .. } in &self.velocities {
+            y.q[index] = from.q[index] + from.h * y.v[index];
         }
         let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
-        self.evaluate(system, &at, report);
+        self.evaluation.nonlinear(system, &at, report);
     }
 
-    /// One Newton correction: K δ = −r, x += δ.
-    fn correct(&mut self, system: &System, from: &StepStart, y: &mut Unknowns) -> Correction {
-        let (residual, equation) = self.residual(from);
-        let n = y.v.len();
-        let position = |unknown| system.symbolic().position(unknown);
-        for (i, start) in from.p_star.iter().enumerate() {
-            self.x[position(i)] = start + from.h * self.sums.force[i] - self.sums.l_v[i];
-        }
-        for (j, phi_dot) in self.sums.phi_dot.iter().enumerate() {
-            self.x[position(n + j)] = -phi_dot;
-        }
-        self.matrix.solve(system.symbolic(), &mut self.x);
-        let v = add_correction(y.v, |i| self.x[position(i)]);
-        let sigma = add_correction(y.sigma, |j| self.x[position(n + j)]);
-        Correction { relative: v.max(sigma), residual, equation }
+    /// One correction, K δ = −r and x += δ; returns its relative size.
+    fn correct(&mut self, system: &System, h: f64, y: &mut Unknowns, report: &mut Report) -> Result<f64, StepFailure> {
+        let at = (&*y.v, &*y.sigma);
+        self.evaluation.assemble(system, h, &self.evaluation.blocks, at, &mut self.matrix);
+        report.factorisations += 1;
+        let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.x);
+        solved.map_err(StepFailure::Singular)?;
+        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        load(&self.velocities, &self.x, &mut self.delta.v, &mut self.total.v);
+        load(&self.multipliers, &self.x, &mut self.delta.sigma, &mut self.total.sigma);
+        self.evaluation.multiply(system, h, at, &self.delta, &mut self.product);
+        let velocity = add(&self.velocities, &self.delta.v, y.v);
+        let multiplier = add(&self.multipliers, &self.delta.sigma, y.sigma);
+        let correction = velocity.max(multiplier);
+        if correction.is_finite() { Ok(correction) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// The largest residual relative to the largest term of its kind, and its equation.
-    fn residual(&self, from: &StepStart) -> (f64, usize) {
-        let (mut worst, mut scale, mut equation) = (0.0f64, 0.0f64, 0);
-        for (i, start) in from.p_star.iter().enumerate() {
-            let (l_v, force) = (self.sums.l_v[i], from.h * self.sums.force[i]);
-            scale = scale.max(l_v.abs()).max(force.abs()).max(start.abs());
-            let r = (l_v - force - start).abs();
-            if r > worst || r.is_nan() {
-                (worst, equation) = (r, i);
+    /// −r = N(x − δ) + N′(x − δ) δ − N(x).
+    fn next_residual(&mut self, h: f64) {
+        let sums = &self.evaluation.sums;
+        for &Place { index, position } in &self.velocities {
+            let now = sums.l_v[index] - h * sums.force[index];
+            self.x[position] = self.before.v[index] + self.product.v[index] - now;
+            self.before.v[index] = now;
+        }
+        for &Place { index, position } in &self.multipliers {
+            let now = sums.phi_dot[index];
+            self.x[position] = self.before.sigma[index] + self.product.sigma[index] - now;
+            self.before.sigma[index] = now;
+        }
+    }
+
+    /// The largest momentum residual relative to the largest term at the first guess.
+    fn residual(&self, scale: f64) -> Residual {
+        let mut worst = Residual { relative: 0.0, equation: 0 };
+        for &Place { index, position } in &self.velocities {
+            let r = self.x[position].abs();
+            if r > worst.relative || r.is_nan() {
+                worst = Residual { relative: r, equation: index };
             }
         }
-        if worst > 0.0 { (worst / scale, equation) } else { (worst, equation) }
+        if worst.relative > 0.0 { Residual { relative: worst.relative / scale, ..worst } } else { worst }
+    }
+
+    /// The condensed unknowns, q and 𝓛_q + Q at the solution.
+    fn finish(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
+        self.x.copy_from_slice(&self.reduced);
+        self.velocities.iter().for_each(|at| self.x[at.position] = self.total.v[at.index]);
+        self.multipliers.iter().for_each(|at| self.x[at.position] = self.total.sigma[at.index]);
+        self.matrix.expand(system.symbolic(), &mut self.x);
+        for &Place { index, position } in &self.condensed_velocities {
+            y.v[index] += self.x[position];
+            y.q[index] = from.q[index] + from.h * y.v[index];
+        }
+        self.condensed_multipliers.iter().for_each(|at| y.sigma[at.index] += self.x[at.position]);
+        y.p_star_dot.copy_from_slice(&self.evaluation.sums.force);
+        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
+        self.evaluation.constants.add_force(&at, y.p_star_dot);
+        let finite = y.p_star_dot.iter().chain(y.q.iter()).all(|x| x.is_finite());
+        if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
+    }
+}
+
+/// Takes corrections out of the solver's order and adds them up.
+fn load(places: &[Place], x: &[f64], delta: &mut [f64], total: &mut [f64]) {
+    for &Place { index, position } in places {
+        delta[index] = x[position];
+        total[index] += x[position];
     }
 }
 
 /// Adds a correction and returns its size relative to the result, in the maximum norm.
-fn add_correction(x: &mut [f64], correction: impl Fn(usize) -> f64) -> f64 {
+fn add(places: &[Place], delta: &[f64], x: &mut [f64]) -> f64 {
     let (mut change, mut size) = (0.0f64, 0.0f64);
-    for (i, x) in x.iter_mut().enumerate() {
-        let delta = correction(i);
-        *x += delta;
+    for &Place { index, .. } in places {
+        let delta = delta[index];
+        x[index] += delta;
         // `max` would swallow a NaN.
         change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
-        size = size.max(x.abs());
+        size = size.max(x[index].abs());
     }
     if change == 0.0 { 0.0 } else { change / size }
 }

@@ -68,15 +68,24 @@ impl BlockLu {
         self.factor_with(symbolic, None)
     }
 
-    /// Factors the assembled values and solves K x = r, for r in `x` by positions.
+    /// Eliminates the condensed unknowns from a right-hand side.
+    pub(crate) fn reduce(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        self.constant.forward(symbolic, x);
+    }
+
+    /// Factors the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
     ///
     /// # Errors
     /// As `factor`; `x` is then lost.
-    pub(crate) fn factor_and_solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
-        self.constant.forward(symbolic, x);
+    pub(crate) fn factor_and_solve_reduced(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
         self.factor_with(symbolic, Some(x))?;
-        self.backward(symbolic, x);
+        self.backward_nodes(symbolic, x);
         Ok(())
+    }
+
+    /// The condensed unknowns from their reduced right-hand sides and the others' values.
+    pub(crate) fn expand(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        self.constant.backward(symbolic, x);
     }
 
     /// Eliminates the nodes, in `x` too if it is given.
@@ -106,14 +115,14 @@ impl BlockLu {
         for node in symbolic.panels() {
             node.kernel.forward(node, &self.values, &self.swaps, x);
         }
-        self.backward(symbolic, x);
+        self.backward_nodes(symbolic, x);
+        self.constant.backward(symbolic, x);
     }
 
-    fn backward(&self, symbolic: &Symbolic, x: &mut [f64]) {
+    fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
         for node in symbolic.panels().iter().rev() {
             node.kernel.backward(node, &self.values, x);
         }
-        self.constant.backward(symbolic, x);
     }
 
     /// Solves Kᵀ x = r with the factors, for r in `x` by positions.

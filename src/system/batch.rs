@@ -45,6 +45,24 @@ impl<R: Real> Sums<R> {
     }
 }
 
+/// Numbers for each velocity (n) and each multiplier (m).
+#[derive(Clone, Debug, Default)]
+pub struct Pair {
+    pub v: Vec<f64>,
+    pub sigma: Vec<f64>,
+}
+
+impl Pair {
+    pub fn new(n: usize, m: usize) -> Self {
+        Pair { v: vec![0.0; n], sigma: vec![0.0; m] }
+    }
+
+    pub fn clear(&mut self) {
+        self.v.fill(0.0);
+        self.sigma.fill(0.0);
+    }
+}
+
 /// The adjoint variables c (of E3), d (of E4) and e (of E5) at one node.
 #[derive(Clone, Copy)]
 pub struct Covector<'a> {
@@ -113,10 +131,14 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn block_len(&self) -> usize;
     /// The number of elements evaluated by `evaluate`.
     fn varying(&self) -> usize;
+    /// Whether `pull_back_inputs` has anything to add.
+    fn is_sensitive(&self) -> bool;
     /// Adds what the varying elements contribute and writes their second derivatives.
     fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
     /// Adds the varying entries of K(h), made from blocks, to its values.
     fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]);
+    /// Adds the product of the varying entries of K(h) with x.
+    fn multiply(&self, blocks: &[f64], h: f64, x: &Pair, y: &mut Pair);
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
     fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
@@ -126,16 +148,18 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
-/// All elements of one type, the varying ones first.
+/// All elements of one type, those with dual numbers at every iteration (the varying ones) first.
 pub struct Batch<J, const N: usize, const M: usize, const K: usize, const P: usize> {
     pub items: Vec<Item<J, N, M, K, P>>,
     varying: usize,
+    /// The elements whose derivatives with respect to inputs are not constant.
+    sensitive: Vec<usize>,
     slots: Vec<u32>,
 }
 
 impl<J, const N: usize, const M: usize, const K: usize, const P: usize> Default for Batch<J, N, M, K, P> {
     fn default() -> Self {
-        Batch { items: Vec::new(), varying: 0, slots: Vec::new() }
+        Batch { items: Vec::new(), varying: 0, sensitive: Vec::new(), slots: Vec::new() }
     }
 }
 
@@ -172,8 +196,10 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             item.b = item.b.map(|b| b.resolve(gravity));
             item.trace();
         }
-        self.items.sort_by_key(|item| item.plan.constant);
-        self.varying = self.items.iter().filter(|item| !item.plan.constant).count();
+        let differentiated = |item: &Item<J, N, M, K, P>| !item.plan.constant && !item.plan.sinusoidal;
+        self.items.sort_by_key(|item| !differentiated(item));
+        self.varying = self.items.iter().filter(|item| differentiated(item)).count();
+        self.sensitive = (0..self.items.len()).filter(|&i| self.items[i].is_sensitive()).collect();
     }
 
     fn footprints(&self) -> Vec<Footprint<'_>> {
@@ -223,6 +249,10 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.varying
     }
 
+    fn is_sensitive(&self) -> bool {
+        !self.sensitive.is_empty()
+    }
+
     fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, mut blocks: &mut [f64]) {
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at_mut(item.block_len());
@@ -239,6 +269,15 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
+    fn multiply(&self, mut blocks: &[f64], h: f64, x: &Pair, y: &mut Pair) {
+        for item in self.varying_items() {
+            let (own, rest) = blocks.split_at(item.block_len());
+            let coordinates = item.plan.active.map(|i| item.q[i]);
+            tangent::multiply(J::FORM, own, &coordinates[..item.plan.count], &item.sigma, h, x, y);
+            blocks = rest;
+        }
+    }
+
     fn pull_back(&self, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at(item.block_len());
@@ -250,8 +289,8 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
-        for item in &self.items {
-            item.pull_back_inputs(at, with, rows);
+        for &i in &self.sensitive {
+            self.items[i].pull_back_inputs(at, with, rows);
         }
     }
 

@@ -8,8 +8,7 @@
 
 use super::batch::{At, Covector, Rows, Sums};
 use super::jet::Form;
-use crate::scalar::Real;
-
+use super::sines::Wave;
 /// One entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
@@ -27,6 +26,8 @@ pub struct Constants {
     pub qq: Vec<Entry>,
     pub phi_q: Vec<Entry>,
     pub q_u: Vec<Entry>,
+    /// The coefficients of sinusoidal constraints, which vary along the motion but not their shape.
+    pub waves: Vec<Wave>,
     l_v: Vec<f64>,
     force: Vec<f64>,
     controls: usize,
@@ -95,6 +96,7 @@ impl Constants {
         for list in [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u] {
             list.clear();
         }
+        self.waves.clear();
         self.l_v.fill(0.0);
         self.force.fill(0.0);
     }
@@ -113,22 +115,22 @@ impl Constants {
         }
     }
 
-    /// Writes the constant part of 𝓛_v, 𝓛_q + Q and dΦ/dt.
-    pub fn write<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
-        for (sum, &constant) in sums.l_v.iter_mut().zip(&self.l_v) {
-            *sum = constant.into();
-        }
-        for (sum, &constant) in sums.force.iter_mut().zip(&self.force) {
-            *sum = constant.into();
-        }
-        sums.phi_dot.fill(R::zero());
+    /// Adds the constant part of 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    pub fn add(&self, at: &At<f64>, sums: &mut Sums<f64>) {
+        sums.l_v.iter_mut().zip(&self.l_v).for_each(|(sum, constant)| *sum += constant);
         multiply(&self.vv, at.v, &mut sums.l_v);
         multiply(&self.vq, at.q, &mut sums.l_v);
-        multiply(&self.qv, at.v, &mut sums.force);
-        multiply(&self.qq, at.q, &mut sums.force);
-        multiply(&self.q_u, at.u, &mut sums.force);
-        multiply(&self.phi_q, at.v, &mut sums.phi_dot);
         multiply_transposed(&self.phi_q, at.sigma, &mut sums.l_v);
+        multiply(&self.phi_q, at.v, &mut sums.phi_dot);
+        self.add_force(at, &mut sums.force);
+    }
+
+    /// Adds the constant part of 𝓛_q + Q.
+    pub fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
+        force.iter_mut().zip(&self.force).for_each(|(sum, constant)| *sum += constant);
+        multiply(&self.qv, at.v, force);
+        multiply(&self.qq, at.q, force);
+        multiply(&self.q_u, at.u, force);
     }
 
     /// The constant part of K(h) as (row, column, value); unknowns are numbered v, then σ.
@@ -144,7 +146,19 @@ impl Constants {
         }
     }
 
-    /// Adds the constant part of the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)).
+    /// Adds the constant part of the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)) for c = e = 0.
+    pub fn pull_back_force(&self, d: &[f64], rows: &mut Rows) {
+        multiply_transposed(&self.qv, d, &mut rows.v);
+        multiply_transposed(&self.qq, d, &mut rows.q);
+    }
+
+    /// Adds the constant part of the adjoint row ∂q alone.
+    pub fn pull_back_q(&self, with: &Covector, row_q: &mut [f64]) {
+        multiply_transposed(&self.vq, with.c, row_q);
+        multiply_transposed(&self.qq, with.d, row_q);
+    }
+
+    /// Adds the constant part of all adjoint rows.
     pub fn pull_back(&self, with: &Covector, rows: &mut Rows) {
         multiply_transposed(&self.vv, with.c, &mut rows.v);
         multiply_transposed(&self.qv, with.d, &mut rows.v);
@@ -166,13 +180,13 @@ fn put(list: &mut Vec<Entry>, row: usize, col: usize, value: f64) {
     }
 }
 
-fn multiply<R: Real>(matrix: &[Entry], x: &[R], y: &mut [R]) {
+fn multiply(matrix: &[Entry], x: &[f64], y: &mut [f64]) {
     for e in matrix {
         y[e.row] += x[e.col] * e.value;
     }
 }
 
-fn multiply_transposed<R: Real>(matrix: &[Entry], x: &[R], y: &mut [R]) {
+fn multiply_transposed(matrix: &[Entry], x: &[f64], y: &mut [f64]) {
     for e in matrix {
         y[e.col] += x[e.row] * e.value;
     }

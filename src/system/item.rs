@@ -3,10 +3,12 @@
 use nalgebra::SVector;
 use num_dual::Dual64;
 use num_traits::Zero;
+use std::f64::consts::FRAC_PI_2;
 
 use super::batch::{At, Covector, InputRows, Sums};
 use super::constants::{Constants, Entry};
 use super::jet::{First, Form, Jet, Local, time_input};
+use super::sines::Wave;
 use crate::scalar::Real;
 use crate::scene::Param;
 use crate::trace::{Structure, Trace};
@@ -27,6 +29,8 @@ pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usiz
 #[derive(Clone, Copy)]
 pub struct Plan<const N: usize> {
     pub constant: bool,
+    /// A constraint that is a sum of q_i, sin q_i, cos q_i.
+    pub sinusoidal: bool,
     timed: bool,
     bound: bool,
     /// Local numbers of the active coordinates; the first `count` are valid.
@@ -38,7 +42,15 @@ pub struct Plan<const N: usize> {
 
 impl<const N: usize> Default for Plan<N> {
     fn default() -> Self {
-        Plan { constant: false, timed: true, bound: true, active: std::array::from_fn(|i| i), count: N, slots: 0 }
+        Plan {
+            constant: false,
+            sinusoidal: false,
+            timed: true,
+            bound: true,
+            active: std::array::from_fn(|i| i),
+            count: N,
+            slots: 0,
+        }
     }
 }
 
@@ -106,18 +118,23 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     fn plan(structure: &Structure, bound: bool) -> Plan<N> {
         let timed = structure.depends_on(time_input(N, K).min(Structure::MOST_INPUTS - 1));
         let highest = if matches!(J::FORM, Form::Kinetic | Form::Potential) { 2 } else { 1 };
-        // M must not depend on q even where T is quadratic in both (T = q v, say): its Hessian is constant all the same.
         let constant = structure.degree <= highest && !timed;
         let mut plan = Plan { constant, timed, bound, ..Plan::default() };
         if matches!(J::FORM, Form::Holonomic) {
+            plan.sinusoidal = structure.sinusoidal && !timed && !constant;
             let bent: Vec<usize> = (0..N).filter(|&i| structure.is_bent_in(i)).collect();
-            // Sizes that are not made are rounded up to all coordinates.
-            if bent.len() <= 3 {
+            // For dual numbers, sizes that are not made are rounded up to all coordinates.
+            if plan.sinusoidal || bent.len() <= 3 {
                 plan.count = bent.len();
                 plan.active[..bent.len()].copy_from_slice(&bent);
             }
         }
         plan
+    }
+
+    /// Whether its derivatives with respect to inputs must be asked for at every node.
+    pub fn is_sensitive(&self) -> bool {
+        self.plan.timed || self.plan.bound || K > 0 && !self.plan.constant
     }
 
     pub fn block_len(&self) -> usize {
@@ -211,6 +228,29 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let q = SVector::from_fn(|k, _| 0.3 + 0.17 * k as f64);
         for i in (0..N).filter(|i| !active.contains(i)) {
             self.phi_q_column(i, &q, 0.2, design, &mut |e| into.add_phi_q(e));
+        }
+        for &i in active.iter().filter(|_| self.plan.sinusoidal) {
+            self.add_waves(i, q, design, into);
+        }
+    }
+
+    /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
+    fn add_waves(&self, i: usize, mut q: SVector<f64, N>, design: &[f64], into: &mut Constants) {
+        let mut slopes = [SVector::<f64, M>::zeros(); 3];
+        for (quarter, slope) in slopes.iter_mut().enumerate() {
+            q[i] = quarter as f64 * FRAC_PI_2;
+            let mut row = 0..M;
+            self.phi_q_column(i, &q, 0.2, design, &mut |e| row.by_ref().take(1).for_each(|j| slope[j] = e.value));
+        }
+        for (j, &equation) in self.sigma.iter().enumerate() {
+            let [at_0, at_90, at_180] = slopes.map(|slope| slope[j]);
+            // π is not exact in binary: what is left of a zero coefficient is rounding.
+            let rounding = 4.0 * f64::EPSILON * at_0.abs().max(at_90.abs()).max(at_180.abs());
+            let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
+            let linear = clean(0.5 * (at_0 + at_180));
+            let (sine, cosine) = (clean(0.5 * (at_0 - at_180)), clean(linear - at_90));
+            into.waves.push(Wave { coordinate: self.q[i], equation, sine, cosine });
+            into.add_phi_q(Entry { row: equation, col: self.q[i], value: linear });
         }
     }
 

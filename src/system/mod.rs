@@ -10,19 +10,21 @@ mod holonomic;
 mod item;
 mod jet;
 mod names;
+mod sines;
 mod structure;
 mod tangent;
 
 use nalgebra::DVector;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{At, Batch, Covector, InputRows, Rows, Sums};
+pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Rows, Sums};
 pub(crate) use constants::Constants;
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::{Item, Plan};
 pub(crate) use jet::Jet;
+pub(crate) use sines::Sines;
 
 // Named in the signature of the sealed trait `Real`.
 pub use batch::{AnyBatch, PlainBatch};
@@ -42,9 +44,14 @@ pub struct System {
     m: usize,
     k: usize,
     batches: Vec<Box<dyn AnyBatch>>,
+    /// The batches with elements that dual numbers differentiate at every iteration, and the lengths of their blocks.
+    differentiated: Vec<(usize, usize)>,
+    /// The batches with elements whose derivatives with respect to inputs are not constant.
+    sensitive: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     symbolic: Symbolic,
+    sines: Sines,
     names: Names,
     initial: Vec<f64>,
     design: Vec<f64>,
@@ -66,10 +73,28 @@ impl System {
         check_positive(&scene.positive, &design)?;
         check_inertia(&batches, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
-        let symbolic = structure::analyse(&mut batches, &blocks, (n, m, k), &design);
+        let (symbolic, sines) = structure::analyse(&mut batches, &blocks, (n, m, k), &design);
         let running = costs.iter().any(|costs| costs.is_running());
         let (initial, positive) = (scene.initial, scene.positive);
-        Ok(System { n, m, k, batches, costs, running, symbolic, names, initial, design, positive })
+        let numbered = || batches.iter().enumerate();
+        let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
+        let sensitive = numbered().filter(|(_, b)| b.is_sensitive()).map(|(i, _)| i).collect();
+        Ok(System {
+            n,
+            m,
+            k,
+            batches,
+            differentiated,
+            sensitive,
+            costs,
+            running,
+            symbolic,
+            sines,
+            names,
+            initial,
+            design,
+            positive,
+        })
     }
 
     /// The number of coordinates.
@@ -131,8 +156,14 @@ impl System {
         &self.symbolic
     }
 
-    pub(crate) fn batches(&self) -> &[Box<dyn AnyBatch>] {
-        &self.batches
+    /// The batches that are evaluated at every iteration, with the lengths of their blocks.
+    pub(crate) fn differentiated(&self) -> impl Iterator<Item = (&dyn AnyBatch, usize)> {
+        self.differentiated.iter().map(|&(i, len)| (self.batches[i].as_ref(), len))
+    }
+
+    /// The batches that have derivatives with respect to inputs beyond the constant ones.
+    pub(crate) fn sensitive(&self) -> impl Iterator<Item = &dyn AnyBatch> {
+        self.sensitive.iter().map(|&i| self.batches[i].as_ref())
     }
 
     pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
@@ -144,9 +175,14 @@ impl System {
         self.running
     }
 
-    /// The number of stored second derivatives at one node.
+    /// The sinusoidal constraints, with the coefficients of the scene's design.
+    pub(crate) fn sines(&self) -> &Sines {
+        &self.sines
+    }
+
+    /// The number of stored derivatives at one node.
     pub(crate) fn block_len(&self) -> usize {
-        self.batches.iter().map(|batch| batch.block_len()).sum()
+        self.sines.block_len() + self.differentiated.iter().map(|(_, len)| len).sum::<usize>()
     }
 
     /// The name of an unknown of the reduced step: a velocity or a multiplier.

@@ -8,6 +8,7 @@ use super::batch::AnyBatch;
 use super::constants::Constants;
 use super::groups;
 use super::jet::Form;
+use super::sines::Sines;
 use crate::linear::{Pattern, Symbolic};
 
 type Batches = [Box<dyn AnyBatch>];
@@ -25,15 +26,17 @@ pub(super) fn analyse(
     blocks: &[Range<usize>],
     (n, m, k): (usize, usize, usize),
     design: &[f64],
-) -> Symbolic {
+) -> (Symbolic, Sines) {
     let (entries, constant) = entries(batches, (n, m, k), design);
     let groups = groups::groups(batches, blocks, (n, m), design);
     let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
-    for batch in batches {
-        // Row and column of a varying entry vary, so neither is condensed.
-        batch.place(&|row, col| symbolic.slot(row, col).unwrap_or_default(), n);
-    }
-    symbolic
+    // Row and column of a varying entry vary, so neither is condensed.
+    let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
+    batches.iter_mut().for_each(|batch| batch.place(&slot, n));
+    let mut values = Constants::new(n, m, k);
+    constants(batches, design, &mut values);
+    let sines = Sines::new(values.waves, n, slot);
+    (symbolic, sines)
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
