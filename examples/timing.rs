@@ -1,7 +1,9 @@
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes::CartPendulum};
 use std::time::Instant;
 fn main() {
-    for k in [3, 10, 30, 100] {
+    let ks: Vec<usize> = std::env::args().skip(1).map(|k| k.parse().unwrap()).collect();
+    let ks = if ks.is_empty() { vec![3, 10, 30, 100] } else { ks };
+    for k in ks {
         let system = CartPendulum::with_links(k).scene().compile().unwrap();
         let dt = if k == 3 { 0.02 } else { 0.01 };
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, dt));
@@ -21,9 +23,11 @@ fn main() {
         f.sort_by(f64::total_cmp);
         g.sort_by(f64::total_cmp);
         println!(
-            "k={k} fwd {:.1} us adj {:.1} us its {}",
+            "k={k} fwd {:.1} adj {:.1} us (min {:.1} {:.1}) its {}",
             f[f.len() / 2],
             g[g.len() / 2],
+            f[0],
+            g[0],
             solver.report().newton_iterations
         );
     }

@@ -20,7 +20,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::simulate::Forward;
-use crate::system::{CostRows, Covector, InputRows, Rows};
+use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
 use crate::{Error, Settings, Start, System};
 
@@ -77,7 +77,7 @@ pub(crate) struct Sweep {
     next: Node,
     cost: CostRows,
     rows: Rows,
-    x: Vec<f64>,
+    x: Pair,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     time: f64,
 }
@@ -97,7 +97,7 @@ impl Sweep {
             node,
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: Rows::new(n, m),
-            x: zeros(n + m),
+            x: Pair::new(n, m),
             time: 0.0,
         }
     }
@@ -171,8 +171,7 @@ impl Sweep {
         let h = if i > 0 { 0.5 * steps[i - 1] } else { 0.0 };
         let h_next = steps.get(i).map_or(0.0, |dt| 0.5 * dt);
         let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
-        let y = forward.trajectory.columns(i);
-        let (blocks, at) = (column(&forward.blocks, i), (y.v, y.sigma));
+        let blocks = column(&forward.blocks, i);
         let newton = &mut forward.newton;
         // With c = e = 0 there remains of d what later nodes and the cost contribute.
         node.c.fill(0.0);
@@ -183,15 +182,14 @@ impl Sweep {
         self.rows.clear();
         let known = Covector { c: &node.c, d: &node.d, e: &node.e };
         newton.evaluation.constants.pull_back_force(&node.d, &mut self.rows);
-        newton.evaluation.pull_back_nonlinear(system, at, blocks, &known, &mut self.rows);
-        let (v, sigma) = self.x.split_at_mut(n);
+        newton.evaluation.pull_back_nonlinear(system, blocks, &known, &mut self.rows);
         for k in 0..n {
-            v[k] = (h + h_next) * next.a[k] - cost.v[k] - self.rows.v[k] - h * (cost.q[k] + self.rows.q[k]);
+            self.x.v[k] = (h + h_next) * next.a[k] - cost.v[k] - self.rows.v[k] - h * (cost.q[k] + self.rows.q[k]);
         }
-        for (j, x) in sigma.iter_mut().enumerate() {
+        for (j, x) in self.x.sigma.iter_mut().enumerate() {
             *x = -(cost.sigma[j] + self.rows.sigma[j]);
         }
-        let factored = newton.factor(system, h, blocks, at, &mut self.report);
+        let factored = newton.factor(system, h, blocks, &mut self.report);
         factored.map_err(|breakdown| Error::SingularStep {
             step: i,
             time: forward.trajectory.times[i],
@@ -199,17 +197,16 @@ impl Sweep {
             pivot: breakdown.pivot / breakdown.scale,
         })?;
         newton.solve_transposed(system, &mut self.x);
-        let (c, e) = self.x.split_at(n);
-        node.c.copy_from_slice(c);
-        node.e.copy_from_slice(e);
+        node.c.copy_from_slice(&self.x.v);
+        node.e.copy_from_slice(&self.x.sigma);
         for k in 0..n {
-            node.d[k] -= h * c[k];
-            node.b[k] = if i > 0 { c[k] + next.b[k] - cost.p_star[k] } else { 0.0 };
+            node.d[k] -= h * node.c[k];
+            node.b[k] = if i > 0 { node.c[k] + next.b[k] - cost.p_star[k] } else { 0.0 };
         }
         self.rows.clear();
         let full = Covector { c: &node.c, d: &node.d, e: &node.e };
         newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
-        newton.evaluation.pull_back_nonlinear(system, at, blocks, &full, &mut self.rows);
+        newton.evaluation.pull_back_nonlinear(system, blocks, &full, &mut self.rows);
         for k in 0..n {
             node.a[k] = next.a[k] - self.rows.q[k] - cost.q[k];
         }
@@ -287,7 +284,7 @@ impl Sweep {
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
             let at = forward.trajectory.at(&forward.inputs, 0);
             let blocks = column(&forward.blocks, 0);
-            forward.newton.evaluation.pull_back(system, (at.v, at.sigma), blocks, &with, &mut self.rows);
+            forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let mut rows = InputRows { u: &mut u, design: self.gradient.design.as_mut_slice(), time: &mut time };
             system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));

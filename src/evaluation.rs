@@ -1,36 +1,47 @@
-//! The mechanics at one point in real numbers: what is constant, what is sinusoidal, and what dual numbers differentiate.
+//! The equations of a step in real numbers: what is linear, what is sinusoidal, and what dual numbers differentiate.
 //!
-//! 𝓛_v, 𝓛_q + Q and dΦ/dt are linear functions plus a nonlinear part N; the tangent matrix K(h) is a constant plus N′(h). Only
-//! N and N′ are evaluated at every iteration.
+//! With x = (v, σ) in the solver's order, the reduced residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
+//! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
 use crate::System;
 use crate::linear::{BlockLu, Breakdown};
 use crate::system::{At, Constants, Covector, Pair, Rows, Sines, Sums};
 use crate::trajectory::Report;
+use crate::trapezoid::{Given, StepStart};
 
-/// All elements of a system for one set of design variables, and their values at the point evaluated last.
+/// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.
 pub(crate) struct Evaluation {
     pub(crate) constants: Constants,
     sines: Sines,
-    /// The nonlinear part N.
-    pub(crate) sums: Sums<f64>,
-    /// What N′ is made of: (sin q, cos q) of the sinusoidal constraints, second derivatives of the other elements.
+    /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
+    /// The half step that L belongs to, and L by (row, column, value), by unknown and in the solver's order.
+    half_step: Option<f64>,
     triplets: Vec<(usize, usize, f64)>,
-    /// The half step whose constants the matrix holds.
-    assembled_for: Option<f64>,
+    linear: Vec<(u32, u32, f64)>,
+    elements: Option<Elements>,
+}
+
+/// What elements with dual numbers need besides: their point and sums in the scene's order.
+struct Elements {
+    q: Vec<f64>,
+    x: Pair,
+    y: Pair,
+    sums: Sums<f64>,
 }
 
 impl Evaluation {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
+        let elements = || Elements { q: vec![0.0; n], x: Pair::new(n, m), y: Pair::new(n, m), sums: Sums::new(n, m) };
         Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
-            sums: Sums::new(n, m),
             blocks: vec![0.0; system.block_len()],
+            half_step: None,
             triplets: Vec::new(),
-            assembled_for: None,
+            linear: Vec::new(),
+            elements: system.differentiated().next().map(|_| elements()),
         }
     }
 
@@ -38,45 +49,78 @@ impl Evaluation {
     pub(crate) fn set_design(&mut self, system: &System, design: &[f64]) {
         system.constants(design, &mut self.constants);
         self.sines.set_coefficients(&mut self.constants.waves);
-        self.assembled_for = None;
+        self.half_step = None;
     }
 
-    /// N and what N′ is made of.
-    pub(crate) fn nonlinear(&mut self, system: &System, at: &At<f64>, report: &mut Report) {
-        self.sums.clear();
-        let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
-        self.sines.evaluate(at.q, at.v, at.sigma, &mut self.sums, angles);
-        report.sine_evaluations += self.sines.angles();
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at_mut(len);
-            batch.evaluate(at, &mut self.sums, own);
-            report.element_evaluations += batch.varying();
-            rest = after;
-        }
-    }
-
-    /// Gives the matrix the constant part of K(h).
+    /// Prepares L, here and in the matrix, for steps of half length h.
     pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
-        if self.assembled_for != Some(h) {
-            self.constants.tangent(h, &mut self.triplets);
-            matrix.set_constant(system.symbolic(), &self.triplets)?;
-            self.assembled_for = Some(h);
+        if self.half_step == Some(h) {
+            return Ok(());
         }
+        self.constants.tangent(h, &mut self.triplets);
+        let position = |unknown| system.symbolic().position(unknown) as u32;
+        self.linear.clear();
+        self.linear.extend(self.triplets.iter().map(|&(row, col, value)| (position(row), position(col), value)));
+        matrix.set_constant(system.symbolic(), &self.triplets)?;
+        self.half_step = Some(h);
         Ok(())
     }
 
-    /// Assembles K(h) from its constants and from derivatives that were evaluated at (v, σ).
-    pub(crate) fn assemble(
-        &self,
+    /// r := k + L x, and the size of the largest term in k or of x against L.
+    pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) -> f64 {
+        let scale = self.constants.step_constants(from, given, system.positions(), r);
+        for &(row, col, value) in &self.linear {
+            r[row as usize] += value * x[col as usize];
+        }
+        scale
+    }
+
+    /// r += N(x), and what N′ is made of.
+    pub(crate) fn nonlinear_residual(
+        &mut self,
         system: &System,
-        h: f64,
-        blocks: &[f64],
-        (v, sigma): (&[f64], &[f64]),
-        matrix: &mut BlockLu,
+        from: &StepStart,
+        given: Given,
+        x: &[f64],
+        r: &mut [f64],
+        report: &mut Report,
     ) {
+        let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
+        self.sines.residual(from.q, from.h, x, r, angles);
+        report.sine_evaluations += self.sines.angles();
+        let Some(elements) = &mut self.elements else { return };
+        elements.load(system, from, x);
+        let Elements { q, x, sums, .. } = elements;
+        sums.clear();
+        let at = At { q, v: &x.v, sigma: &x.sigma, u: given.u, t: given.t, design: given.design };
+        for (batch, len) in system.differentiated() {
+            let (own, after) = rest.split_at_mut(len);
+            batch.evaluate(&at, sums, own);
+            report.element_evaluations += batch.varying();
+            rest = after;
+        }
+        for (i, &position) in system.positions().v.iter().enumerate() {
+            r[position] += sums.l_v[i] - from.h * sums.force[i];
+        }
+        for (j, &position) in system.positions().sigma.iter().enumerate() {
+            r[position] += sums.phi_dot[j];
+        }
+    }
+
+    /// Adds 𝓛_q + Q at the point that was evaluated last; `at` is that point in the scene's order.
+    pub(crate) fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
+        self.constants.add_force(at, force);
+        self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
+        if let Some(elements) = &self.elements {
+            force.iter_mut().zip(&elements.sums.force).for_each(|(sum, force)| *sum += force);
+        }
+    }
+
+    /// Assembles K(h) from L and from what N′ is made of.
+    pub(crate) fn assemble(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut BlockLu) {
         matrix.reset();
         let (angles, mut rest) = blocks.split_at(self.sines.block_len());
-        self.sines.scatter(angles, v, sigma, h, matrix.values_mut());
+        self.sines.scatter(angles, h, matrix.values_mut());
         for (batch, len) in system.differentiated() {
             let (own, after) = rest.split_at(len);
             batch.scatter(own, h, matrix.values_mut());
@@ -84,40 +128,45 @@ impl Evaluation {
         }
     }
 
-    /// y := N′(h) x at the point evaluated last.
-    pub(crate) fn multiply(&self, system: &System, h: f64, (v, sigma): (&[f64], &[f64]), x: &Pair, y: &mut Pair) {
-        y.clear();
+    /// y += N′(h) x at the point evaluated last.
+    pub(crate) fn multiply(&mut self, system: &System, h: f64, x: &[f64], y: &mut [f64]) {
         let (angles, mut rest) = self.blocks.split_at(self.sines.block_len());
-        self.sines.multiply(angles, v, sigma, h, x, y);
+        self.sines.multiply(angles, h, x, y);
+        let Some(elements) = &mut self.elements else { return };
+        elements.x.load(system.positions(), x);
+        elements.y.clear();
         for (batch, len) in system.differentiated() {
             let (own, after) = rest.split_at(len);
-            batch.multiply(own, h, x, y);
+            batch.multiply(own, h, &elements.x, &mut elements.y);
             rest = after;
         }
+        elements.y.add_to(system.positions(), y);
     }
 
-    /// The adjoint rows of all elements (see [`tangent`](crate::system)) for any c, d, e.
-    pub(crate) fn pull_back(&self, system: &System, at: (&[f64], &[f64]), blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
+    pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
         rows.clear();
         self.constants.pull_back(with, rows);
-        self.pull_back_nonlinear(system, at, blocks, with, rows);
+        self.pull_back_nonlinear(system, blocks, with, rows);
     }
 
     /// Adds the adjoint rows of the nonlinear part.
-    pub(crate) fn pull_back_nonlinear(
-        &self,
-        system: &System,
-        (v, sigma): (&[f64], &[f64]),
-        blocks: &[f64],
-        with: &Covector,
-        rows: &mut Rows,
-    ) {
+    pub(crate) fn pull_back_nonlinear(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
         let (angles, mut rest) = blocks.split_at(self.sines.block_len());
-        self.sines.pull_back(angles, v, sigma, with, rows);
+        self.sines.pull_back(angles, with, rows);
         for (batch, len) in system.differentiated() {
             let (own, after) = rest.split_at(len);
             batch.pull_back(own, with, rows);
             rest = after;
+        }
+    }
+}
+
+impl Elements {
+    fn load(&mut self, system: &System, from: &StepStart, x: &[f64]) {
+        self.x.load(system.positions(), x);
+        for ((q, &start), &v) in self.q.iter_mut().zip(from.q).zip(&self.x.v) {
+            *q = start + from.h * v;
         }
     }
 }

@@ -7,7 +7,7 @@
 //! fast the iteration converges.
 
 use crate::scalar::Real;
-use crate::system::{At, Sums};
+use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
@@ -40,8 +40,8 @@ pub struct LiftedSolver<'s, R: Real> {
     /// q₋ + h v₋ and p*₋ + h ṗ*₋.
     start_q: Vec<R>,
     start_p: Vec<R>,
-    residual: Vec<R>,
-    part: Vec<f64>,
+    /// A residual, then a correction, of one part.
+    part: Pair,
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
@@ -60,8 +60,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             sums: Sums::new(n, m),
             start_q: zeros(n),
             start_p: zeros(n),
-            residual: zeros(n + m),
-            part: vec![0.0; n + m],
+            part: Pair::new(n, m),
             real,
         })
     }
@@ -138,8 +137,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.start_from_real(i);
         let forward = self.real.forward_mut();
         let blocks = column(&forward.blocks, i);
-        let at = (column(&forward.trajectory.v, i), column(&forward.trajectory.sigma, i));
-        let factored = forward.newton.factor(system, h.part(0), blocks, at, &mut forward.report);
+        let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
         factored.map_err(|breakdown| Error::SingularStep {
             step: i,
             time: forward.trajectory.times[i],
@@ -185,21 +183,16 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
 
     /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts.
     fn correct(&mut self, i: usize, h: R) -> f64 {
-        let (system, n) = (self.real.system(), self.start_q.len());
-        for (k, r) in self.residual.iter_mut().enumerate() {
-            *r = match k.checked_sub(n) {
-                None => self.start_p[k] + h * self.sums.force[k] - self.sums.l_v[k],
-                Some(j) => -self.sums.phi_dot[j],
-            };
-        }
+        let system = self.real.system();
         let mut largest = 0.0f64;
         for part in 0..R::PARTS {
-            self.part.iter_mut().zip(&self.residual).for_each(|(x, r)| *x = r.part(part));
-            self.real.forward_mut().newton.solve(system, &mut self.part);
-            let (delta_v, delta_sigma) = self.part.split_at(n);
-            for (x, delta) in [(&mut self.trajectory.v, delta_v), (&mut self.trajectory.sigma, delta_sigma)] {
-                largest = largest.max(add(column_mut(x, i), part, delta));
+            for (k, r) in self.part.v.iter_mut().enumerate() {
+                *r = (self.start_p[k] + h * self.sums.force[k] - self.sums.l_v[k]).part(part);
             }
+            self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
+            self.real.forward_mut().newton.solve(system, &mut self.part);
+            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v));
+            largest = largest.max(add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma));
         }
         largest
     }

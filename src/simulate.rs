@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::linear::Breakdown;
 use crate::predict::Predictor;
 use crate::start;
 use crate::system::At;
@@ -113,6 +114,18 @@ impl Forward {
         self.start_p.copy_from_slice(p_star);
     }
 
+    /// Factors K(0) at the given state, before anything is solved with it.
+    pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
+        let from = StepStart { h: 0.0, q: &self.start_q, p_star: &self.start_p };
+        let given = Given {
+            u: column(&self.inputs.controls, 0),
+            t: self.trajectory.times[0],
+            design: self.inputs.design.as_slice(),
+        };
+        let (v, sigma) = (column(&self.trajectory.v, 0), column(&self.trajectory.sigma, 0));
+        self.newton.factor_at(system, &from, given, (v, sigma), &mut self.report)
+    }
+
     fn explain(&self, system: &System, i: usize, failure: StepFailure) -> Error {
         let time = self.trajectory.times[i];
         match failure {
@@ -122,13 +135,9 @@ impl Forward {
                 unknown: system.unknown_name(breakdown.unknown),
                 pivot: breakdown.pivot / breakdown.scale,
             },
-            StepFailure::Diverged { iterations, residual, equation } => Error::Newton {
-                step: i,
-                time,
-                iterations,
-                residual,
-                equation: format!("the momentum equation of `{}`", system.coordinate_name(equation)),
-            },
+            StepFailure::Diverged { iterations, residual, unknown } => {
+                Error::Newton { step: i, time, iterations, residual, equation: system.residual_name(unknown) }
+            }
             StepFailure::NotFinite => self.not_finite(system, i),
         }
     }

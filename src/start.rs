@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::simulate::Forward;
-use crate::system::{At, Covector, Rows};
+use crate::system::{At, Covector, Rows, Sums};
 use crate::trajectory::{column, column_mut};
 use crate::{Error, Settings, Start, System};
 
@@ -26,12 +26,13 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
         v.fill(0.0);
     }
     check_position(forward, system, &q, settings)?;
-    evaluate(forward, system, &q);
     let mut p_star = rate;
     if given_velocity {
+        let mut sums = Sums::new(n, m);
+        system.plain_sums(&point(forward, &q), &mut sums);
+        check_velocity(&sums.phi_dot, system, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
-        p_star.copy_from_slice(&forward.newton.evaluation.sums.l_v);
-        check_velocity(forward, system, settings)?;
+        p_star = sums.l_v;
     }
     if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
         let element = system.find_not_finite(&point(forward, &q)).unwrap_or_else(|| system.coordinate_name(what).into());
@@ -41,8 +42,8 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
             time: forward.trajectory.times[0],
         });
     }
-    check_regular(forward, system, n, m)?;
     forward.set_start(&q, &p_star);
+    check_regular(forward, system, n, m)?;
     forward.solve_node(system, 0, 0.0, settings)?;
     column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
     forward.trajectory.computed = 1;
@@ -60,20 +61,6 @@ fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> At<'a, f64> {
     }
 }
 
-fn evaluate(forward: &mut Forward, system: &System, q: &[f64]) {
-    let at = At {
-        q,
-        v: column(&forward.trajectory.v, 0),
-        sigma: column(&forward.trajectory.sigma, 0),
-        u: column(&forward.inputs.controls, 0),
-        t: forward.trajectory.times[0],
-        design: forward.inputs.design.as_slice(),
-    };
-    let evaluation = &mut forward.newton.evaluation;
-    evaluation.nonlinear(system, &at, &mut forward.report);
-    evaluation.constants.add(&at, &mut evaluation.sums);
-}
-
 fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
     let mut phi = vec![0.0; system.m()];
     system.phi(&point(forward, q), &mut phi);
@@ -86,9 +73,9 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     }
 }
 
-fn check_velocity(forward: &Forward, system: &System, settings: &Settings) -> Result<(), Error> {
+fn check_velocity(phi_dot: &[f64], system: &System, settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
-    match worst(&forward.newton.evaluation.sums.phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+    match worst(phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
         Some((j, violation)) => {
             Err(Error::InitialVelocity { equation: system.equation_name(j).into(), violation, tolerance })
         }
@@ -104,10 +91,7 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0], and explains a breakdown by the ranks of its parts.
 fn check_regular(forward: &mut Forward, system: &System, n: usize, m: usize) -> Result<(), Error> {
-    let Forward { newton, trajectory, report, .. } = forward;
-    let blocks = newton.evaluation.blocks.clone();
-    let at = (column(&trajectory.v, 0), column(&trajectory.sigma, 0));
-    let result = newton.factor(system, 0.0, &blocks, at, report);
+    let result = forward.factor_start(system);
     if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
         return Ok(());
     }
@@ -144,11 +128,10 @@ fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> 
     let (mut mass, mut phi_q) = (DMatrix::zeros(n, n), DMatrix::zeros(m, n));
     let (zeros, none, mut rows) = (vec![0.0; n], vec![0.0; m], Rows::new(n, m));
     let evaluation = &forward.newton.evaluation;
-    let at = (column(&forward.trajectory.v, 0), &none[..]);
     for j in 0..n {
         let mut unit = zeros.clone();
         unit[j] = 1.0;
-        evaluation.pull_back(system, at, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
+        evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         mass.column_mut(j).copy_from_slice(&rows.v);
         phi_q.column_mut(j).copy_from_slice(&rows.sigma);
     }

@@ -21,7 +21,7 @@
 //!   r(x + δ) = N(x + δ) − N(x) − N′(x) δ
 //! ```
 //!
-//! So L is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
+//! Here L includes the constant k. So it is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
 //! first iteration and found after the last.
 
 use crate::evaluation::Evaluation;
@@ -31,6 +31,7 @@ use crate::trajectory::Report;
 use crate::{Settings, System};
 
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, and h.
+#[derive(Clone, Copy)]
 pub(crate) struct StepStart<'a> {
     pub(crate) h: f64,
     pub(crate) q: &'a [f64],
@@ -57,100 +58,90 @@ pub(crate) struct Given<'a> {
 /// Why a step has no solution.
 pub(crate) enum StepFailure {
     Singular(Breakdown),
-    Diverged { iterations: usize, residual: f64, equation: usize },
+    Diverged { iterations: usize, residual: f64, unknown: usize },
     NotFinite,
 }
 
-/// Where one unknown stands among the velocities or multipliers and in the solver's order.
-#[derive(Clone, Copy)]
-struct Place {
-    index: usize,
-    position: usize,
-}
-
-/// Newton's method for the steps of one system, with its memory.
+/// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
 pub(crate) struct Newton {
     pub(crate) evaluation: Evaluation,
-    pub(crate) matrix: BlockLu,
-    /// The velocities and multipliers that are iterated on, and those that are condensed.
-    velocities: Vec<Place>,
-    multipliers: Vec<Place>,
-    condensed_velocities: Vec<Place>,
-    condensed_multipliers: Vec<Place>,
-    /// −r, then a correction, in the solver's order; and −r as it was reduced first.
+    matrix: BlockLu,
+    condensed: usize,
+    /// (v, σ) of the iterate, and of the first guess.
     x: Vec<f64>,
+    guess: Vec<f64>,
+    /// N(x) + N′(x) δ of the iterate before, and N(x).
+    expected: Vec<f64>,
+    nonlinear: Vec<f64>,
+    /// −r, then a correction; and −r at the first guess, reduced.
+    delta: Vec<f64>,
     reduced: Vec<f64>,
-    /// N at the point before, δ, N′ δ and Σ δ.
-    before: Pair,
-    delta: Pair,
-    product: Pair,
-    total: Pair,
-}
-
-/// The size of a residual, relative to the largest term in it.
-#[derive(Clone, Copy)]
-struct Residual {
-    relative: f64,
-    equation: usize,
+    /// 1/|v| and 1/|σ|, in the maximum norm, at the place of each unknown.
+    weights: Vec<f64>,
 }
 
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
-        let (n, m) = (system.n(), system.m());
-        let symbolic = system.symbolic();
-        let places = |range: std::ops::Range<usize>, condensed: bool| -> Vec<Place> {
-            let first = range.start;
-            let all = range.map(|unknown| Place { index: unknown - first, position: symbolic.position(unknown) });
-            all.filter(|place| (place.position < symbolic.condensed()) == condensed).collect()
-        };
+        let zeros = || vec![0.0; system.n() + system.m()];
         Newton {
             evaluation: Evaluation::new(system),
-            matrix: BlockLu::new(symbolic),
-            velocities: places(0..n, false),
-            multipliers: places(n..n + m, false),
-            condensed_velocities: places(0..n, true),
-            condensed_multipliers: places(n..n + m, true),
-            x: vec![0.0; n + m],
-            reduced: vec![0.0; n + m],
-            before: Pair::new(n, m),
-            delta: Pair::new(n, m),
-            product: Pair::new(n, m),
-            total: Pair::new(n, m),
+            matrix: BlockLu::new(system.symbolic()),
+            condensed: system.symbolic().condensed(),
+            x: zeros(),
+            guess: zeros(),
+            expected: zeros(),
+            nonlinear: zeros(),
+            delta: zeros(),
+            reduced: zeros(),
+            weights: vec![f64::INFINITY; system.n() + system.m()],
         }
     }
 
     /// Assembles K(h) from given derivatives and factors it.
-    pub(crate) fn factor(
-        &mut self,
-        system: &System,
-        h: f64,
-        blocks: &[f64],
-        at: (&[f64], &[f64]),
-        report: &mut Report,
-    ) -> Result<(), Breakdown> {
+    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
         self.evaluation.set_step(system, h, &mut self.matrix)?;
-        self.evaluation.assemble(system, h, blocks, at, &mut self.matrix);
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
         report.factorisations += 1;
         self.matrix.factor(system.symbolic())?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         Ok(())
     }
 
-    /// Solves K x = r in place; r and x are given by unknown (v, then σ).
-    pub(crate) fn solve(&mut self, system: &System, x: &mut [f64]) {
-        self.in_solver_order(system, x, |matrix, x| matrix.solve(system.symbolic(), x));
+    /// Factors K(h) at any v and σ.
+    pub(crate) fn factor_at(
+        &mut self,
+        system: &System,
+        from: &StepStart,
+        given: Given,
+        (v, sigma): (&[f64], &[f64]),
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.load(system, v, sigma);
+        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
+        let blocks = std::mem::take(&mut self.evaluation.blocks);
+        let result = self.factor(system, from.h, &blocks, report);
+        self.evaluation.blocks = blocks;
+        result
+    }
+
+    fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
+        let positions = system.positions();
+        positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
+        positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);
+    }
+
+    /// Solves K x = r in place.
+    pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
+        x.store(system.positions(), &mut self.delta);
+        self.matrix.solve(system.symbolic(), &mut self.delta);
+        x.load(system.positions(), &self.delta);
     }
 
     /// Solves Kᵀ x = r in place.
-    pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut [f64]) {
-        self.in_solver_order(system, x, |matrix, x| matrix.solve_transposed(system.symbolic(), x));
-    }
-
-    fn in_solver_order(&mut self, system: &System, x: &mut [f64], solve: impl Fn(&BlockLu, &mut [f64])) {
-        let position = |unknown| system.symbolic().position(unknown);
-        x.iter().enumerate().for_each(|(unknown, r)| self.x[position(unknown)] = *r);
-        solve(&self.matrix, &mut self.x);
-        x.iter_mut().enumerate().for_each(|(unknown, x)| *x = self.x[position(unknown)]);
+    pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut Pair) {
+        x.store(system.positions(), &mut self.delta);
+        self.matrix.solve_transposed(system.symbolic(), &mut self.delta);
+        x.load(system.positions(), &self.delta);
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.
@@ -164,155 +155,130 @@ impl Newton {
         report: &mut Report,
     ) -> Result<(), StepFailure> {
         let scale = self.begin(system, from, given, y, report)?;
-        let (mut last, mut residual) = (f64::INFINITY, self.residual(scale));
+        let mut last = f64::INFINITY;
         for iteration in 1..=settings.max_iterations {
-            let correction = self.correct(system, from.h, y, report)?;
-            self.evaluate(system, from, given, y, report);
-            self.next_residual(from.h);
+            let residual = self.largest_residual();
+            let correction = self.correct(system, from.h, report)?;
+            self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            let before = std::mem::replace(&mut residual, self.residual(scale));
+            if iteration == 1 {
+                self.set_weights(system);
+            }
             // Near rounding level the corrections stop shrinking: then nothing is left to gain.
-            let stalled = correction > 0.25 * last && before.relative < settings.rounding;
+            let stalled = correction > 0.25 * last && residual <= settings.rounding * scale;
             if correction <= settings.tolerance || stalled {
                 report.worst_correction = report.worst_correction.max(correction);
-                report.worst_residual = report.worst_residual.max(residual.relative);
+                let residual = self.largest_residual();
+                if residual > 0.0 {
+                    report.worst_residual = report.worst_residual.max(residual / scale);
+                }
                 return self.finish(system, from, given, y);
             }
             last = correction;
         }
-        let Residual { relative, equation } = residual;
-        Err(StepFailure::Diverged { iterations: settings.max_iterations, residual: relative, equation })
+        Err(self.diverged(system, settings.max_iterations, scale))
     }
 
-    /// Evaluates everything at the first guess and reduces −r; returns the size of the terms in r.
+    /// −r at the first guess, reduced; returns the size of the terms in r.
     fn begin(
         &mut self,
         system: &System,
         from: &StepStart,
         given: Given,
-        y: &mut Unknowns,
+        y: &Unknowns,
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
-        let h = from.h;
-        for ((q, &start), &v) in y.q.iter_mut().zip(from.q).zip(y.v.iter()) {
-            *q = start + h * v;
+        self.load(system, y.v, y.sigma);
+        self.guess.copy_from_slice(&self.x);
+        self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
+        let scale = self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
+        self.nonlinear.fill(0.0);
+        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
+        for (r, n) in self.delta.iter_mut().zip(&self.nonlinear) {
+            *r = -(*r + n);
         }
-        self.evaluate(system, from, given, y, report);
-        for &Place { index, .. } in &self.velocities {
-            self.before.v[index] = self.evaluation.sums.l_v[index] - h * self.evaluation.sums.force[index];
-        }
-        for &Place { index, .. } in &self.multipliers {
-            self.before.sigma[index] = self.evaluation.sums.phi_dot[index];
-        }
-        self.total.clear();
-        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
-        self.evaluation.constants.add(&at, &mut self.evaluation.sums);
-
-        let (sums, mut scale) = (&self.evaluation.sums, 0.0f64);
-        for &Place { index, position } in self.velocities.iter().chain(&self.condensed_velocities) {
-            let (start, l_v, force) = (from.p_star[index], sums.l_v[index], h * sums.force[index]);
-            self.x[position] = start + force - l_v;
-            scale = scale.max(start.abs()).max(l_v.abs()).max(force.abs());
-        }
-        for &Place { index, position } in self.multipliers.iter().chain(&self.condensed_multipliers) {
-            self.x[position] = -sums.phi_dot[index];
-        }
-        self.evaluation.set_step(system, h, &mut self.matrix).map_err(StepFailure::Singular)?;
-        self.matrix.reduce(system.symbolic(), &mut self.x);
-        self.reduced.copy_from_slice(&self.x);
+        self.matrix.reduce(system.symbolic(), &mut self.delta);
+        self.reduced.copy_from_slice(&self.delta);
         Ok(scale)
     }
 
-    /// N at the present point, with q = q₋ + h (v₋ + v) where N depends on it.
-    fn evaluate(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns, report: &mut Report) {
-        for &Place { index, .. } in &self.velocities {
-            y.q[index] = from.q[index] + from.h * y.v[index];
-        }
-        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
-        self.evaluation.nonlinear(system, &at, report);
-    }
-
-    /// One correction, K δ = −r and x += δ; returns its relative size.
-    fn correct(&mut self, system: &System, h: f64, y: &mut Unknowns, report: &mut Report) -> Result<f64, StepFailure> {
-        let at = (&*y.v, &*y.sigma);
-        self.evaluation.assemble(system, h, &self.evaluation.blocks, at, &mut self.matrix);
+    /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
+    fn correct(&mut self, system: &System, h: f64, report: &mut Report) -> Result<f64, StepFailure> {
+        self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
         report.factorisations += 1;
-        let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.x);
+        let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
         solved.map_err(StepFailure::Singular)?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
-        load(&self.velocities, &self.x, &mut self.delta.v, &mut self.total.v);
-        load(&self.multipliers, &self.x, &mut self.delta.sigma, &mut self.total.sigma);
-        self.evaluation.multiply(system, h, at, &self.delta, &mut self.product);
-        let velocity = add(&self.velocities, &self.delta.v, y.v);
-        let multiplier = add(&self.multipliers, &self.delta.sigma, y.sigma);
-        let correction = velocity.max(multiplier);
-        if correction.is_finite() { Ok(correction) } else { Err(StepFailure::NotFinite) }
+        let free = self.condensed..;
+        let mut size = 0.0f64;
+        let corrected = self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).zip(&self.weights[free.clone()]);
+        for ((x, delta), weight) in corrected {
+            *x += delta;
+            size = size.max(delta.abs() * weight);
+        }
+        self.expected[free.clone()].copy_from_slice(&self.nonlinear[free]);
+        self.evaluation.multiply(system, h, &self.delta, &mut self.expected);
+        Ok(size)
     }
 
     /// −r = N(x − δ) + N′(x − δ) δ − N(x).
-    fn next_residual(&mut self, h: f64) {
-        let sums = &self.evaluation.sums;
-        for &Place { index, position } in &self.velocities {
-            let now = sums.l_v[index] - h * sums.force[index];
-            self.x[position] = self.before.v[index] + self.product.v[index] - now;
-            self.before.v[index] = now;
+    fn next_residual(&mut self, system: &System, from: &StepStart, given: Given, report: &mut Report) {
+        let free = self.condensed..;
+        self.nonlinear[free.clone()].fill(0.0);
+        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
+        let terms = self.expected[free.clone()].iter().zip(&self.nonlinear[free.clone()]);
+        for (r, (expected, now)) in self.delta[free].iter_mut().zip(terms) {
+            *r = expected - now;
         }
-        for &Place { index, position } in &self.multipliers {
-            let now = sums.phi_dot[index];
-            self.x[position] = self.before.sigma[index] + self.product.sigma[index] - now;
-            self.before.sigma[index] = now;
-        }
-    }
-
-    /// The largest momentum residual relative to the largest term at the first guess.
-    fn residual(&self, scale: f64) -> Residual {
-        let mut worst = Residual { relative: 0.0, equation: 0 };
-        for &Place { index, position } in &self.velocities {
-            let r = self.x[position].abs();
-            if r > worst.relative || r.is_nan() {
-                worst = Residual { relative: r, equation: index };
-            }
-        }
-        if worst.relative > 0.0 { Residual { relative: worst.relative / scale, ..worst } } else { worst }
     }
 
     /// The condensed unknowns, q and 𝓛_q + Q at the solution.
     fn finish(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
-        self.x.copy_from_slice(&self.reduced);
-        self.velocities.iter().for_each(|at| self.x[at.position] = self.total.v[at.index]);
-        self.multipliers.iter().for_each(|at| self.x[at.position] = self.total.sigma[at.index]);
-        self.matrix.expand(system.symbolic(), &mut self.x);
-        for &Place { index, position } in &self.condensed_velocities {
-            y.v[index] += self.x[position];
-            y.q[index] = from.q[index] + from.h * y.v[index];
+        let (condensed, total) = self.delta.split_at_mut(self.condensed);
+        condensed.copy_from_slice(&self.reduced[..self.condensed]);
+        for ((total, x), guess) in total.iter_mut().zip(&self.x[self.condensed..]).zip(&self.guess[self.condensed..]) {
+            *total = x - guess;
         }
-        self.condensed_multipliers.iter().for_each(|at| y.sigma[at.index] += self.x[at.position]);
-        y.p_star_dot.copy_from_slice(&self.evaluation.sums.force);
+        self.matrix.expand(system.symbolic(), &mut self.delta);
+        for (x, delta) in self.x[..self.condensed].iter_mut().zip(&self.delta) {
+            *x += delta;
+        }
+        let positions = system.positions();
+        for ((v, q), (&position, start)) in y.v.iter_mut().zip(y.q.iter_mut()).zip(positions.v.iter().zip(from.q)) {
+            *v = self.x[position];
+            *q = start + from.h * *v;
+        }
+        y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
+        y.p_star_dot.fill(0.0);
         let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
-        self.evaluation.constants.add_force(&at, y.p_star_dot);
-        let finite = y.p_star_dot.iter().chain(y.q.iter()).all(|x| x.is_finite());
-        if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
+        self.evaluation.add_force(&at, y.p_star_dot);
+        // A value that is not finite anywhere makes this sum so.
+        let sum: f64 = y.p_star_dot.iter().chain(y.q.iter()).chain(y.sigma.iter()).map(|x| x * 0.0).sum();
+        if sum == 0.0 { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
-}
 
-/// Takes corrections out of the solver's order and adds them up.
-fn load(places: &[Place], x: &[f64], delta: &mut [f64], total: &mut [f64]) {
-    for &Place { index, position } in places {
-        delta[index] = x[position];
-        total[index] += x[position];
+    /// Corrections are judged against the sizes of v and σ after the first one (and the first against those of the step before).
+    fn set_weights(&mut self, system: &System) {
+        let positions = system.positions();
+        for places in [&positions.v, &positions.sigma] {
+            let size = places.iter().fold(0.0f64, |size, &position| size.max(self.x[position].abs()));
+            // Where everything is zero, no correction but zero is small: 0 · ∞ is not a number and is passed over by `max`.
+            places.iter().for_each(|&position| self.weights[position] = 1.0 / size);
+        }
     }
-}
 
-/// Adds a correction and returns its size relative to the result, in the maximum norm.
-fn add(places: &[Place], delta: &[f64], x: &mut [f64]) -> f64 {
-    let (mut change, mut size) = (0.0f64, 0.0f64);
-    for &Place { index, .. } in places {
-        let delta = delta[index];
-        x[index] += delta;
-        // `max` would swallow a NaN.
-        change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
-        size = size.max(x[index].abs());
+    fn largest_residual(&self) -> f64 {
+        self.delta[self.condensed..].iter().fold(0.0, |largest: f64, r| largest.max(r.abs()))
     }
-    if change == 0.0 { 0.0 } else { change / size }
+
+    fn diverged(&self, system: &System, iterations: usize, scale: f64) -> StepFailure {
+        let size = |position: &usize| self.delta[*position].abs();
+        let free = self.condensed..self.delta.len();
+        let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        let positions = system.positions();
+        let all = positions.v.iter().chain(&positions.sigma);
+        let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
+        StepFailure::Diverged { iterations, residual: size(&worst) / scale, unknown }
+    }
 }

@@ -45,6 +45,13 @@ impl<R: Real> Sums<R> {
     }
 }
 
+/// Where each velocity and each multiplier stands in the solver's order.
+#[derive(Clone, Debug)]
+pub struct Positions {
+    pub v: Vec<usize>,
+    pub sigma: Vec<usize>,
+}
+
 /// Numbers for each velocity (n) and each multiplier (m).
 #[derive(Clone, Debug, Default)]
 pub struct Pair {
@@ -55,6 +62,24 @@ pub struct Pair {
 impl Pair {
     pub fn new(n: usize, m: usize) -> Self {
         Pair { v: vec![0.0; n], sigma: vec![0.0; m] }
+    }
+
+    /// Takes the values out of the solver's order.
+    pub fn load(&mut self, positions: &Positions, x: &[f64]) {
+        self.v.iter_mut().zip(&positions.v).for_each(|(v, &at)| *v = x[at]);
+        self.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &at)| *sigma = x[at]);
+    }
+
+    /// Puts the values into the solver's order.
+    pub fn store(&self, positions: &Positions, x: &mut [f64]) {
+        self.v.iter().zip(&positions.v).for_each(|(v, &at)| x[at] = *v);
+        self.sigma.iter().zip(&positions.sigma).for_each(|(sigma, &at)| x[at] = *sigma);
+    }
+
+    /// Adds the values in the solver's order.
+    pub fn add_to(&self, positions: &Positions, x: &mut [f64]) {
+        self.v.iter().zip(&positions.v).for_each(|(v, &at)| x[at] += v);
+        self.sigma.iter().zip(&positions.sigma).for_each(|(sigma, &at)| x[at] += sigma);
     }
 
     pub fn clear(&mut self) {

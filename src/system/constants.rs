@@ -6,9 +6,10 @@
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
 //! ```
 
-use super::batch::{At, Covector, Rows, Sums};
+use super::batch::{At, Covector, Positions, Rows};
 use super::jet::Form;
 use super::sines::Wave;
+use crate::trapezoid::{Given, StepStart};
 /// One entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
@@ -115,14 +116,25 @@ impl Constants {
         }
     }
 
-    /// Adds the constant part of 𝓛_v, 𝓛_q + Q and dΦ/dt.
-    pub fn add(&self, at: &At<f64>, sums: &mut Sums<f64>) {
-        sums.l_v.iter_mut().zip(&self.l_v).for_each(|(sum, constant)| *sum += constant);
-        multiply(&self.vv, at.v, &mut sums.l_v);
-        multiply(&self.vq, at.q, &mut sums.l_v);
-        multiply_transposed(&self.phi_q, at.sigma, &mut sums.l_v);
-        multiply(&self.phi_q, at.v, &mut sums.phi_dot);
-        self.add_force(at, &mut sums.force);
+    /// Writes what is left of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), in the solver's order,
+    /// and returns the largest of its terms.
+    pub fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) -> f64 {
+        let h = from.h;
+        let mut scale = 0.0f64;
+        for (i, &position) in positions.v.iter().enumerate() {
+            let force = h * self.force[i];
+            r[position] = self.l_v[i] - force - from.p_star[i];
+            scale = scale.max(force.abs()).max(from.p_star[i].abs());
+        }
+        positions.sigma.iter().for_each(|&position| r[position] = 0.0);
+        for (matrix, x, factor) in [(&self.vq, from.q, 1.0), (&self.qq, from.q, -h), (&self.q_u, given.u, -h)] {
+            for e in matrix {
+                let term = factor * e.value * x[e.col];
+                r[positions.v[e.row]] += term;
+                scale = scale.max(term.abs());
+            }
+        }
+        scale
     }
 
     /// Adds the constant part of 𝓛_q + Q.

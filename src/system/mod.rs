@@ -17,7 +17,7 @@ mod tangent;
 use nalgebra::DVector;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Rows, Sums};
+pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums};
 pub(crate) use constants::Constants;
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
@@ -51,6 +51,7 @@ pub struct System {
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     symbolic: Symbolic,
+    positions: Positions,
     sines: Sines,
     names: Names,
     initial: Vec<f64>,
@@ -74,6 +75,8 @@ impl System {
         check_inertia(&batches, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let (symbolic, sines) = structure::analyse(&mut batches, &blocks, (n, m, k), &design);
+        let place = |unknown| symbolic.position(unknown);
+        let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
         let (initial, positive) = (scene.initial, scene.positive);
         let numbered = || batches.iter().enumerate();
@@ -89,6 +92,7 @@ impl System {
             costs,
             running,
             symbolic,
+            positions,
             sines,
             names,
             initial,
@@ -175,6 +179,11 @@ impl System {
         self.running
     }
 
+    /// Where the unknowns of a step stand in the solver's order.
+    pub(crate) fn positions(&self) -> &Positions {
+        &self.positions
+    }
+
     /// The sinusoidal constraints, with the coefficients of the scene's design.
     pub(crate) fn sines(&self) -> &Sines {
         &self.sines
@@ -191,6 +200,14 @@ impl System {
             format!("the velocity of `{}`", self.names.coordinates[unknown])
         } else {
             format!("the multiplier of {}", self.names.equations[unknown - self.n])
+        }
+    }
+
+    /// The name of an equation of the reduced step: a momentum equation or a velocity constraint.
+    pub(crate) fn residual_name(&self, unknown: usize) -> String {
+        match unknown.checked_sub(self.n) {
+            None => format!("the momentum equation of `{}`", self.names.coordinates[unknown]),
+            Some(j) => format!("the velocity constraint of {}", self.names.equations[j]),
         }
     }
 

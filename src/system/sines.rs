@@ -8,9 +8,9 @@
 //!   𝓛_v += A cos q − B sin q =: s      𝓛_vq = 𝓛_qv = −(A sin q + B cos q) =: s′       𝓛_q += v s′       𝓛_qq = −v s
 //! ```
 //!
-//! What is kept of a node is (sin q, cos q) of each such coordinate. The plain formulas hold these expressions to account in the tests.
+//! The plain formulas hold these expressions to account in the tests.
 
-use super::batch::{Covector, Pair, Rows, Sums};
+use super::batch::{Covector, Rows};
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Wave {
 #[derive(Clone, Debug)]
 struct Angle {
     coordinate: usize,
+    /// The place of its velocity in the solver's order.
+    position: usize,
     /// Where K_vv of the coordinate is stored.
     diagonal: usize,
     terms: std::ops::Range<usize>,
@@ -34,6 +36,8 @@ struct Angle {
 #[derive(Clone, Debug)]
 struct Term {
     equation: usize,
+    /// The place of its multiplier in the solver's order.
+    position: usize,
     /// Where K_σv and K_vσ are stored.
     below: usize,
     beside: usize,
@@ -48,46 +52,71 @@ pub struct Sines {
     terms: Vec<Term>,
 }
 
-/// The sums over an angle's equations at a point.
+/// What is kept of an angle at a node: v and, of the sums over its equations, s and s′.
+#[derive(Clone, Copy, Debug, Default)]
 struct State {
     sin: f64,
     cos: f64,
     v: f64,
-    /// s and s′.
     s: f64,
     s_prime: f64,
 }
 
+/// The length of a state among the blocks.
+const STATE: usize = 5;
+
+impl State {
+    fn of(block: &[f64; STATE]) -> Self {
+        let [sin, cos, v, s, s_prime] = *block;
+        State { sin, cos, v, s, s_prime }
+    }
+}
+
 impl Term {
     /// Φ_q.
+    #[inline]
     fn phi_q(&self, at: &State) -> f64 {
         self.sine * at.cos - self.cosine * at.sin
     }
 
     /// (dΦ/dt)_q.
+    #[inline]
     fn phi_dot_q(&self, at: &State) -> f64 {
         -at.v * (self.sine * at.sin + self.cosine * at.cos)
     }
 }
 
+/// Where the unknowns and the entries of K are stored; unknown n + j is the multiplier of equation j.
+pub struct Places<P, S> {
+    pub n: usize,
+    pub position: P,
+    pub slot: S,
+}
+
 impl Sines {
-    /// Sorts waves by coordinate and notes where their entries of K are stored; unknown n + j is the multiplier of equation j.
-    pub fn new(mut waves: Vec<Wave>, n: usize, slot: impl Fn(usize, usize) -> usize) -> Self {
+    /// Sorts waves by coordinate.
+    pub fn new<P: Fn(usize) -> usize, S: Fn(usize, usize) -> usize>(mut waves: Vec<Wave>, places: &Places<P, S>) -> Self {
         waves.sort_by_key(|wave| (wave.coordinate, wave.equation));
         let mut sines = Sines::default();
         for run in waves.chunk_by(|a, b| a.coordinate == b.coordinate) {
             let (coordinate, first) = (run[0].coordinate, sines.terms.len());
             sines.terms.extend(run.iter().map(|wave| {
-                let row = n + wave.equation;
+                let row = places.n + wave.equation;
                 Term {
                     equation: wave.equation,
-                    below: slot(row, coordinate),
-                    beside: slot(coordinate, row),
+                    position: (places.position)(row),
+                    below: (places.slot)(row, coordinate),
+                    beside: (places.slot)(coordinate, row),
                     sine: wave.sine,
                     cosine: wave.cosine,
                 }
             }));
-            sines.angles.push(Angle { coordinate, diagonal: slot(coordinate, coordinate), terms: first..sines.terms.len() });
+            sines.angles.push(Angle {
+                coordinate,
+                position: (places.position)(coordinate),
+                diagonal: (places.slot)(coordinate, coordinate),
+                terms: first..sines.terms.len(),
+            });
         }
         sines
     }
@@ -107,39 +136,44 @@ impl Sines {
 
     /// The length of what is kept of a node.
     pub fn block_len(&self) -> usize {
-        2 * self.angles.len()
+        STATE * self.angles.len()
     }
 
-    fn state(&self, angle: &Angle, block: &[f64; 2], v: &[f64], sigma: &[f64]) -> State {
-        let [sin, cos] = *block;
-        let (mut a, mut b) = (0.0, 0.0);
-        for term in &self.terms[angle.terms.clone()] {
-            a += sigma[term.equation] * term.sine;
-            b += sigma[term.equation] * term.cosine;
-        }
-        State { sin, cos, v: v[angle.coordinate], s: a * cos - b * sin, s_prime: -(a * sin + b * cos) }
+    fn each<'a>(&'a self, blocks: &'a [f64]) -> impl Iterator<Item = (&'a Angle, &'a [Term], State)> {
+        let states = blocks.as_chunks::<STATE>().0.iter().map(State::of);
+        self.angles.iter().zip(states).map(|(angle, state)| (angle, &self.terms[angle.terms.clone()], state))
     }
 
-    /// Adds to 𝓛_v, 𝓛_q and dΦ/dt, and writes (sin q, cos q).
-    pub fn evaluate(&self, q: &[f64], v: &[f64], sigma: &[f64], sums: &mut Sums<f64>, blocks: &mut [f64]) {
-        for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<2>().0) {
-            let (sin, cos) = q[angle.coordinate].sin_cos();
-            *block = [sin, cos];
-            let at = self.state(angle, block, v, sigma);
-            sums.l_v[angle.coordinate] += at.s;
-            sums.force[angle.coordinate] += at.v * at.s_prime;
+    /// Adds the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
+    pub fn residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+        for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<STATE>().0) {
+            let v = x[angle.position];
+            let (sin, cos) = (start_q[angle.coordinate] + h * v).sin_cos();
+            let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
-                sums.phi_dot[term.equation] += term.phi_q(&at) * at.v;
+                let sigma = x[term.position];
+                a += sigma * term.sine;
+                b += sigma * term.cosine;
+                r[term.position] += v * (term.sine * cos - term.cosine * sin);
             }
+            let (s, s_prime) = (a * cos - b * sin, -(a * sin + b * cos));
+            r[angle.position] += s - h * v * s_prime;
+            *block = [sin, cos, v, s, s_prime];
+        }
+    }
+
+    /// Adds 𝓛_q.
+    pub fn add_force(&self, blocks: &[f64], force: &mut [f64]) {
+        for (angle, _, at) in self.each(blocks) {
+            force[angle.coordinate] += at.v * at.s_prime;
         }
     }
 
     /// Adds K(h): h² v s on the diagonal, Φ_q ± h (dΦ/dt)_q beside it.
-    pub fn scatter(&self, blocks: &[f64], v: &[f64], sigma: &[f64], h: f64, values: &mut [f64]) {
-        for (angle, block) in self.angles.iter().zip(blocks.as_chunks::<2>().0) {
-            let at = self.state(angle, block, v, sigma);
+    pub fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
+        for (angle, terms, at) in self.each(blocks) {
             values[angle.diagonal] += h * h * at.v * at.s;
-            for term in &self.terms[angle.terms.clone()] {
+            for term in terms {
                 let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
                 values[term.below] += phi_q + h_phi_dot_q;
                 values[term.beside] += phi_q - h_phi_dot_q;
@@ -147,29 +181,27 @@ impl Sines {
         }
     }
 
-    /// Adds the product of these entries of K(h) with x.
-    pub fn multiply(&self, blocks: &[f64], v: &[f64], sigma: &[f64], h: f64, x: &Pair, y: &mut Pair) {
-        for (angle, block) in self.angles.iter().zip(blocks.as_chunks::<2>().0) {
-            let at = self.state(angle, block, v, sigma);
-            let own = x.v[angle.coordinate];
+    /// Adds the product of these entries of K(h) with x, both in the solver's order.
+    pub fn multiply(&self, blocks: &[f64], h: f64, x: &[f64], y: &mut [f64]) {
+        for (angle, terms, at) in self.each(blocks) {
+            let own = x[angle.position];
             let mut sum = h * h * at.v * at.s * own;
-            for term in &self.terms[angle.terms.clone()] {
+            for term in terms {
                 let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
-                y.sigma[term.equation] += (phi_q + h_phi_dot_q) * own;
-                sum += (phi_q - h_phi_dot_q) * x.sigma[term.equation];
+                y[term.position] += (phi_q + h_phi_dot_q) * own;
+                sum += (phi_q - h_phi_dot_q) * x[term.position];
             }
-            y.v[angle.coordinate] += sum;
+            y[angle.position] += sum;
         }
     }
 
     /// Adds the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)).
-    pub fn pull_back(&self, blocks: &[f64], v: &[f64], sigma: &[f64], with: &Covector, rows: &mut Rows) {
-        for (angle, block) in self.angles.iter().zip(blocks.as_chunks::<2>().0) {
-            let at = self.state(angle, block, v, sigma);
+    pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows) {
+        for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;
             let (c, d) = (with.c[i], with.d[i]);
             let (mut row_v, mut row_q) = (at.s_prime * d, at.s_prime * c - at.v * at.s * d);
-            for term in &self.terms[angle.terms.clone()] {
+            for term in terms {
                 let (phi_q, phi_dot_q, e) = (term.phi_q(&at), term.phi_dot_q(&at), with.e[term.equation]);
                 row_v += phi_q * e;
                 row_q += phi_dot_q * e;

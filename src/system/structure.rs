@@ -8,7 +8,7 @@ use super::batch::AnyBatch;
 use super::constants::Constants;
 use super::groups;
 use super::jet::Form;
-use super::sines::Sines;
+use super::sines::{Places, Sines};
 use crate::linear::{Pattern, Symbolic};
 
 type Batches = [Box<dyn AnyBatch>];
@@ -35,7 +35,8 @@ pub(super) fn analyse(
     batches.iter_mut().for_each(|batch| batch.place(&slot, n));
     let mut values = Constants::new(n, m, k);
     constants(batches, design, &mut values);
-    let sines = Sines::new(values.waves, n, slot);
+    let position = |unknown| symbolic.position(unknown);
+    let sines = Sines::new(values.waves, &Places { n, position, slot });
     (symbolic, sines)
 }
 
