@@ -6,6 +6,7 @@
 use super::lu::{self, Cancelled};
 use super::node::{Later, Node, Pair};
 use super::size::{Fixed, Free, Size};
+use super::square::Square;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -35,9 +36,13 @@ pub(super) trait Kernel: Debug + Sync {
     fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
-/// The kernels for nodes of `size` unknowns.
-pub(super) fn kernel(size: usize) -> &'static dyn Kernel {
+/// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
+pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     match size {
+        2 if linked => &Square::<2>,
+        3 if linked => &Square::<3>,
+        4 if linked => &Square::<4>,
+        5 if linked => &Square::<5>,
         1 => &PhantomData::<Fixed<1>>,
         2 => &PhantomData::<Fixed<2>>,
         3 => &PhantomData::<Fixed<3>>,

@@ -21,6 +21,7 @@ mod node;
 mod order;
 mod pattern;
 mod size;
+mod square;
 mod symbolic;
 
 #[cfg(test)]

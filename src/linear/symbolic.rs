@@ -227,6 +227,11 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
     for (index, node) in order.iter().enumerate() {
         rank[node.group] = index;
         let size = sizes[node.group];
+        let linked = match node.neighbours.as_slice() {
+            [] => true,
+            [later] => sizes[*later] == size,
+            _ => false,
+        };
         nodes.push(Node {
             first,
             size,
@@ -234,7 +239,7 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
             start,
             later: Vec::new(),
             pairs: Vec::new(),
-            kernel: kernel(size),
+            kernel: kernel(size, linked),
         });
         first += size;
         start += nodes[index].panel_len();

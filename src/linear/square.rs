@@ -1,0 +1,155 @@
+//! The kernel for a node of S unknowns that couples to at most one later node, of S unknowns too: a link of a chain.
+//!
+//! Everything fits into registers, and rows are not interchanged: the velocities of a node come before its
+//! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. A pivot that loses digits all the same sends the
+//! node to the kernel with pivoting.
+
+use super::kernel::{Kernel, State};
+use super::lu::Cancelled;
+use super::node::Node;
+use super::size::Fixed;
+use std::marker::PhantomData;
+
+/// The largest loss of digits (magnitudes summed up in a pivot against the pivot) that is accepted without pivoting.
+const MOST_LOSS: f64 = 1e4;
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Square<const S: usize>;
+
+type Matrix<const S: usize> = [[f64; S]; S];
+
+/// D by columns, U by columns, L by rows.
+struct Panel<const S: usize> {
+    d: Matrix<S>,
+    u: Matrix<S>,
+    l: Matrix<S>,
+}
+
+#[inline(always)]
+fn load<const S: usize>(values: &[f64]) -> Matrix<S> {
+    let mut matrix = [[0.0; S]; S];
+    matrix.as_flattened_mut().copy_from_slice(&values[..S * S]);
+    matrix
+}
+
+#[inline(always)]
+fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
+    values[..S * S].copy_from_slice(matrix.as_flattened());
+}
+
+impl<const S: usize> Square<S> {
+    /// The kernel that interchanges rows.
+    const PIVOTING: PhantomData<Fixed<S>> = PhantomData;
+
+    /// D = L U in place, with reciprocal pivots; the worst loss of digits, or None if it is too large.
+    #[inline(always)]
+    fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
+        let mut worst = 1.0f64;
+        for k in 0..S {
+            let mut magnitude = scale[k] + d[k][k].abs();
+            for m in 0..k {
+                magnitude += (d[m][k] * d[k][m]).abs();
+            }
+            let inverse = 1.0 / d[k][k];
+            let loss = magnitude * inverse.abs();
+            // The comparison is false for NaN too.
+            if !(loss < MOST_LOSS) {
+                return None;
+            }
+            worst = worst.max(loss);
+            d[k][k] = inverse;
+            for i in k + 1..S {
+                d[k][i] *= inverse;
+            }
+            for c in k + 1..S {
+                for i in k + 1..S {
+                    d[c][i] -= d[k][i] * d[c][k];
+                }
+            }
+        }
+        Some(worst)
+    }
+
+    /// U := L_D⁻¹ U and L := L U_D⁻¹.
+    #[inline(always)]
+    fn eliminate_sides(panel: &mut Panel<S>) {
+        let Panel { d, u, l } = panel;
+        for column in u.iter_mut() {
+            for k in 0..S {
+                for i in k + 1..S {
+                    column[i] -= d[k][i] * column[k];
+                }
+            }
+        }
+        for row in l.iter_mut() {
+            for k in 0..S {
+                for m in 0..k {
+                    row[k] -= row[m] * d[k][m];
+                }
+                row[k] *= d[k][k];
+            }
+        }
+    }
+
+    /// D of the later node −= L U, and the magnitudes that go into its diagonal.
+    #[inline(always)]
+    fn update(panel: &Panel<S>, next: &mut [f64], scale: &mut [f64]) {
+        let mut d: Matrix<S> = load(next);
+        for c in 0..S {
+            for r in 0..S {
+                let mut product = 0.0;
+                for k in 0..S {
+                    product += panel.l[r][k] * panel.u[c][k];
+                }
+                d[c][r] -= product;
+            }
+            let mut magnitude = 0.0;
+            for k in 0..S {
+                magnitude += (panel.l[c][k] * panel.u[c][k]).abs();
+            }
+            scale[c] += magnitude;
+        }
+        store(&d, next);
+    }
+}
+
+impl<const S: usize> Kernel for Square<S> {
+    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+        let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
+        let (own, later) = state.scale[node.first..].split_at_mut(S);
+        let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
+        let Some(worst) = Self::factor(&mut panel.d, own) else {
+            return Self::PIVOTING.eliminate(node, state);
+        };
+        store(&panel.d, values);
+        if let [b] = node.later.as_slice() {
+            let (u, l) = values[S * S..].split_at_mut(S * S);
+            (panel.u, panel.l) = (load(u), load(l));
+            Self::eliminate_sides(&mut panel);
+            store(&panel.u, u);
+            store(&panel.l, l);
+            Self::update(&panel, &mut rest[b.diagonal..], &mut later[b.first..]);
+        }
+        for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
+            *swap = k;
+        }
+        Ok(worst)
+    }
+
+    fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        Self::PIVOTING.forward(node, values, swaps, x);
+    }
+
+    fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+        Self::PIVOTING.backward(node, values, x);
+    }
+
+    fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+        Self::PIVOTING.forward_transposed(node, values, x);
+    }
+
+    fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        Self::PIVOTING.backward_transposed(node, values, swaps, x);
+    }
+}
