@@ -15,6 +15,8 @@ pub(crate) struct Evaluation {
     sines: Sines,
     /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
+    /// The design variables that the constants belong to.
+    design: Option<Vec<f64>>,
     /// The half step that L belongs to, and L by (row, column, value), by unknown and in the solver's order.
     half_step: Option<f64>,
     triplets: Vec<(usize, usize, f64)>,
@@ -38,6 +40,7 @@ impl Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
+            design: None,
             half_step: None,
             triplets: Vec::new(),
             linear: Vec::new(),
@@ -47,6 +50,10 @@ impl Evaluation {
 
     /// Takes over the values of the design variables.
     pub(crate) fn set_design(&mut self, system: &System, design: &[f64]) {
+        if self.design.as_deref() == Some(design) {
+            return;
+        }
+        self.design = Some(design.to_vec());
         system.constants(design, &mut self.constants);
         self.sines.set_coefficients(&mut self.constants.waves);
         self.half_step = None;

@@ -10,19 +10,22 @@ const MOST_AMPLIFICATION: f64 = 20.0;
 /// Extrapolation by the polynomial in t through the last nodes.
 pub(crate) struct Predictor {
     weights: [f64; MOST],
+    /// The steps that the weights belong to, the one to be predicted last.
+    steps: [f64; MOST],
+    used: usize,
 }
 
 impl Predictor {
     pub(crate) fn new() -> Self {
-        Predictor { weights: [0.0; MOST] }
+        Predictor { weights: [0.0; MOST], steps: [0.0; MOST], used: 0 }
     }
 
     /// Writes the guess for node `i` ≥ 1 into its columns.
-    pub(crate) fn predict(&mut self, trajectory: &mut Trajectory, i: usize) {
-        let used = (1..=MOST.min(i)).rev().find(|&used| self.find_weights(&trajectory.times, i, used)).unwrap_or(1);
+    pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize) {
+        self.prepare(&steps[i - MOST.min(i)..i]);
         for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
             let rows = matrix.nrows();
-            let (before, now) = matrix.as_mut_slice()[(i - used) * rows..(i + 1) * rows].split_at_mut(used * rows);
+            let (before, now) = matrix.as_mut_slice()[(i - self.used) * rows..(i + 1) * rows].split_at_mut(self.used * rows);
             now.fill(0.0);
             for (node, &weight) in before.chunks_exact(rows.max(1)).zip(&self.weights) {
                 now.iter_mut().zip(node).for_each(|(x, &y)| *x += weight * y);
@@ -30,12 +33,28 @@ impl Predictor {
         }
     }
 
-    /// Lagrange's weights w_j = Π (t − t_l)/(t_j − t_l) of nodes i − used … i − 1 at t_i; false if they are too large.
-    fn find_weights(&mut self, times: &[f64], i: usize, used: usize) -> bool {
-        let nodes = &times[i - used..i];
-        for (j, &tj) in nodes.iter().enumerate() {
-            let others = nodes.iter().enumerate().filter(|&(l, _)| l != j);
-            self.weights[j] = others.map(|(_, &tl)| (times[i] - tl) / (tj - tl)).product();
+    /// Finds the weights for the last steps, the one to be predicted included.
+    fn prepare(&mut self, steps: &[f64]) {
+        if self.used == steps.len() && self.steps[..self.used] == *steps {
+            return;
+        }
+        let most = steps.len();
+        self.used = (1..=most).rev().find(|&used| self.find_weights(&steps[most - used..])).unwrap_or(1);
+        // Fewer nodes than steps: not to be used again without looking.
+        self.steps[..most].copy_from_slice(steps);
+    }
+
+    /// Lagrange's weights w_j = Π (t − t_l)/(t_j − t_l) of the nodes where the steps begin, at the end of the last; false if too large.
+    fn find_weights(&mut self, steps: &[f64]) -> bool {
+        let used = steps.len();
+        let mut nodes = [0.0; MOST];
+        for j in (0..used).rev() {
+            nodes[j] = steps[j] + if j + 1 < used { nodes[j + 1] } else { 0.0 };
+        }
+        // nodes[j] is how far node j lies before the end.
+        for j in 0..used {
+            let others = (0..used).filter(|&l| l != j);
+            self.weights[j] = others.map(|l| nodes[l] / (nodes[l] - nodes[j])).product();
         }
         self.weights[..used].iter().map(|w| w.abs()).sum::<f64>() <= MOST_AMPLIFICATION
     }
@@ -48,8 +67,11 @@ mod tests {
     #[test]
     fn weights_on_equal_steps_are_the_binomial_ones_and_coincident_nodes_are_refused() {
         let mut predictor = Predictor::new();
-        assert!(predictor.find_weights(&[0.0, 1.0, 2.0, 3.0, 4.0], 4, 4));
+        assert!(predictor.find_weights(&[0.5, 0.5, 0.5, 0.5]));
         assert_eq!(predictor.weights, [-1.0, 4.0, -6.0, 4.0]);
-        assert!(!predictor.find_weights(&[0.0, 0.5, 0.5, 1.0], 3, 3));
+        assert!(!predictor.find_weights(&[0.5, 0.0, 0.5]));
+        // Forth, back and forth again: the end lies where node 1 does.
+        predictor.prepare(&[1.0, -1.0, 1.0]);
+        assert_eq!((predictor.used, &predictor.weights[..2]), (2, &[1.0, 0.0][..]));
     }
 }

@@ -78,7 +78,7 @@ impl Forward {
             self.start_q[k] = before.q[k] + h * before.v[k];
             self.start_p[k] = before.p_star[k] + h * before.p_star_dot[k];
         }
-        self.predictor.predict(&mut self.trajectory, i);
+        self.predictor.predict(&self.inputs.grid.steps, &mut self.trajectory, i);
         self.solve_node(system, i, h, settings)?;
         let rates = column(&self.trajectory.p_star_dot, i);
         let now = column_mut(&mut self.trajectory.p_star, i);

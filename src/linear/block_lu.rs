@@ -94,12 +94,12 @@ impl BlockLu {
         self.worst = 1.0;
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
         for node in symbolic.panels() {
-            let ratio =
-                (node.kernel.eliminate(node, &mut state)).map_err(|cancelled| breakdown(symbolic, node.first, cancelled))?;
+            let eliminated = match x.as_deref_mut() {
+                Some(x) => node.kernel.eliminate_with(node, &mut state, x),
+                None => node.kernel.eliminate(node, &mut state),
+            };
+            let ratio = eliminated.map_err(|cancelled| breakdown(symbolic, node.first, cancelled))?;
             self.worst = self.worst.max(ratio);
-            if let Some(x) = x.as_deref_mut() {
-                node.kernel.forward(node, state.values, state.swaps, x);
-            }
         }
         Ok(())
     }

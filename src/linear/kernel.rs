@@ -26,6 +26,12 @@ pub(super) struct State<'a> {
 pub(super) trait Kernel: Debug + Sync {
     /// Factors the panel, updates the later ones and returns the worst ratio of `lu::factor`.
     fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
+    /// The same, and `forward` at once.
+    fn eliminate_with(&self, node: &Node, state: &mut State<'_>, x: &mut [f64]) -> Result<f64, Cancelled> {
+        let worst = self.eliminate(node, state)?;
+        self.forward(node, state.values, state.swaps, x);
+        Ok(worst)
+    }
     /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
     fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := U_D⁻¹ (x_a − U x_later).

@@ -12,15 +12,17 @@ pub(super) struct Eliminated {
 
 /// Orders the nonempty groups by minimum fill, a group's `after` going before it.
 ///
-/// Ties go to the minimum degree, then to the lowest index; fill and degree are measured in unknowns
-/// (`sizes`). Chains and trees get no fill, which the degree alone would not ensure. If a cycle of `after`
+/// Ties go to the lowest height above the leaves, so that independent branches (the two ends of a chain, too) are
+/// eliminated side by side and the processor can overlap them; then to the minimum degree and the lowest index. Fill and
+/// degree are measured in unknowns (`sizes`). Chains and trees get no fill, which the degree alone would not ensure. If a cycle of `after`
 /// blocks all groups that are left, the condition is waived for one step.
 pub(super) fn order(mut graph: Graph, sizes: &[usize], groups: &[Group]) -> Vec<Eliminated> {
     let mut done: Vec<bool> = sizes.iter().map(|&size| size == 0).collect();
     let mut order = Vec::new();
+    let mut heights = vec![0; sizes.len()];
     loop {
         let degree = |g| graph.neighbours(g).map(|n| sizes[n]).sum::<usize>();
-        let cost = |&g: &usize| (fill(&graph, sizes, g), degree(g));
+        let cost = |&g: &usize| (fill(&graph, sizes, g), heights[g], degree(g));
         let left = || (0..sizes.len()).filter(|&g| !done[g]);
         let free = left().filter(|&g| groups[g].after.iter().all(|&a| done[a]));
         let Some(group) = free.min_by_key(cost).or(left().min_by_key(cost)) else {
@@ -28,6 +30,9 @@ pub(super) fn order(mut graph: Graph, sizes: &[usize], groups: &[Group]) -> Vec<
         };
         let neighbours = graph.eliminate(group);
         done[group] = true;
+        for &n in &neighbours {
+            heights[n] = heights[n].max(heights[group] + 1);
+        }
         order.push(Eliminated { group, neighbours });
     }
 }

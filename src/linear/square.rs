@@ -114,13 +114,74 @@ impl<const S: usize> Square<S> {
     }
 }
 
-impl<const S: usize> Kernel for Square<S> {
-    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+/// Σ of the products of the entries.
+#[inline(always)]
+fn dot<const S: usize>(a: &[f64; S], b: &[f64; S]) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..S {
+        sum += a[k] * b[k];
+    }
+    sum
+}
+
+#[inline(always)]
+fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
+    let mut vector = [0.0; S];
+    vector.copy_from_slice(&x[..S]);
+    vector
+}
+
+/// x_b −= (lines of b)·y for the later node, if there is one.
+#[inline(always)]
+fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: &mut [f64]) {
+    if let [b] = node.later.as_slice() {
+        for (x, line) in later[b.first..].iter_mut().zip(lines) {
+            *x -= dot(line, y);
+        }
+    }
+}
+
+/// y −= (lines of b)ᵀ·x_b for the later node, if there is one.
+#[inline(always)]
+fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S]) {
+    if let [b] = node.later.as_slice() {
+        let lines: Matrix<S> = load(lines);
+        for (x, line) in later[b.first..].iter().zip(&lines) {
+            for k in 0..S {
+                y[k] -= line[k] * x;
+            }
+        }
+    }
+}
+
+/// y := L⁻¹ y.
+#[inline(always)]
+fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
+    for k in 0..S {
+        for i in k + 1..S {
+            y[i] -= d[k][i] * y[k];
+        }
+    }
+}
+
+/// Whether the node was factored without interchanges.
+fn in_order(swaps: &[usize]) -> bool {
+    swaps.iter().enumerate().all(|(k, &row)| k == row)
+}
+
+impl<const S: usize> Square<S> {
+    /// Factors the panel and updates the later node, and carries a right-hand side along if there is one.
+    #[inline(always)]
+    fn work(node: &Node, state: &mut State<'_>, x: Option<&mut [f64]>) -> Result<f64, Cancelled> {
         let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
         let (own, later) = state.scale[node.first..].split_at_mut(S);
         let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
         let Some(worst) = Self::factor(&mut panel.d, own) else {
-            return Self::PIVOTING.eliminate(node, state);
+            let worst = Self::PIVOTING.eliminate(node, state)?;
+            if let Some(x) = x {
+                Self::PIVOTING.forward(node, state.values, state.swaps, x);
+            }
+            return Ok(worst);
         };
         store(&panel.d, values);
         if let [b] = node.later.as_slice() {
@@ -131,25 +192,85 @@ impl<const S: usize> Kernel for Square<S> {
             store(&panel.l, l);
             Self::update(&panel, &mut rest[b.diagonal..], &mut later[b.first..]);
         }
+        if let Some(x) = x {
+            let (own, later) = x[node.first..].split_at_mut(S);
+            let mut y = vector::<S>(own);
+            solve_lower(&panel.d, &mut y);
+            scatter(node, &panel.l, &y, later);
+            own.copy_from_slice(&y);
+        }
         for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
             *swap = k;
         }
         Ok(worst)
     }
+}
+
+impl<const S: usize> Kernel for Square<S> {
+    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+        Self::work(node, state, None)
+    }
 
     fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        Self::PIVOTING.forward(node, values, swaps, x);
+        if !in_order(&swaps[node.first..][..S]) {
+            return Self::PIVOTING.forward(node, values, swaps, x);
+        }
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        solve_lower(&load(values), &mut y);
+        if !node.later.is_empty() {
+            scatter(node, &load(&values[S * (S + node.width)..]), &y, later);
+        }
+        own.copy_from_slice(&y);
     }
 
     fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]) {
-        Self::PIVOTING.backward(node, values, x);
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        gather(node, &values[S * S..], later, &mut y);
+        let d: Matrix<S> = load(values);
+        for k in (0..S).rev() {
+            y[k] *= d[k][k];
+            for i in 0..k {
+                y[i] -= d[k][i] * y[k];
+            }
+        }
+        own.copy_from_slice(&y);
     }
 
     fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]) {
-        Self::PIVOTING.forward_transposed(node, values, x);
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        let d: Matrix<S> = load(values);
+        for k in 0..S {
+            for m in 0..k {
+                y[k] -= d[k][m] * y[m];
+            }
+            y[k] *= d[k][k];
+        }
+        if !node.later.is_empty() {
+            scatter(node, &load(&values[S * S..]), &y, later);
+        }
+        own.copy_from_slice(&y);
     }
 
     fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        Self::PIVOTING.backward_transposed(node, values, swaps, x);
+        if !in_order(&swaps[node.first..][..S]) {
+            return Self::PIVOTING.backward_transposed(node, values, swaps, x);
+        }
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        gather(node, &values[S * (S + node.width)..], later, &mut y);
+        let d: Matrix<S> = load(values);
+        for k in (0..S).rev() {
+            for i in k + 1..S {
+                y[k] -= d[k][i] * y[i];
+            }
+        }
+        own.copy_from_slice(&y);
     }
 }
