@@ -3,12 +3,10 @@
 /// How a simulation is solved; the defaults suit nearly every scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Newton stops after a correction of (v, σ) below this, relative to their size.
+    /// Newton stops when the next correction of (v, σ) would be below this, relative to their size.
     ///
-    /// Convergence is quadratic: after a correction of 1e-7 the error is near 1e-14.
+    /// It is estimated from the last correction and from how much that one reduced the residual.
     pub tolerance: f64,
-    /// The relative residual below which corrections that do not shrink any more are taken for rounding.
-    pub rounding: f64,
     /// The most Newton iterations in one step.
     pub max_iterations: usize,
     /// The largest |Φ(q₀)| that is accepted, in m or rad.
@@ -22,8 +20,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            tolerance: 1e-7,
-            rounding: 1e-12,
+            tolerance: 1e-13,
             max_iterations: 25,
             position_tolerance: 1e-9,
             velocity_tolerance: 1e-9,

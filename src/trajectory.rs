@@ -143,7 +143,7 @@ pub struct Report {
     pub sine_evaluations: usize,
     /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
     pub worst_residual: f64,
-    /// The largest relative last Newton correction that was accepted.
+    /// The largest relative Newton correction that was left undone, as estimated.
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,

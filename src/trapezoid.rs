@@ -30,6 +30,11 @@ use crate::system::{At, Pair};
 use crate::trajectory::Report;
 use crate::{Settings, System};
 
+/// A residual below this fraction of its terms is rounding.
+const ROUNDING: f64 = 3e-14;
+/// Below this fraction it may be, where the sums are long or the masses far apart.
+const STALLED: f64 = 1e-10;
+
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, and h.
 #[derive(Clone, Copy)]
 pub(crate) struct StepStart<'a> {
@@ -156,8 +161,8 @@ impl Newton {
     ) -> Result<(), StepFailure> {
         let scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
+        let mut residual = self.largest_residual();
         for iteration in 1..=settings.max_iterations {
-            let residual = self.largest_residual();
             let correction = self.correct(system, from.h, report)?;
             self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
@@ -165,11 +170,13 @@ impl Newton {
             if iteration == 1 {
                 self.set_weights(system);
             }
-            // Near rounding level the corrections stop shrinking: then nothing is left to gain.
-            let stalled = correction > 0.25 * last && residual <= settings.rounding * scale;
-            if correction <= settings.tolerance || stalled {
-                report.worst_correction = report.worst_correction.max(correction);
-                let residual = self.largest_residual();
+            let before = std::mem::replace(&mut residual, self.largest_residual());
+            // The next correction would be smaller than this one as the residual is.
+            let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
+            // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
+            let rounding = residual <= ROUNDING * scale || correction > 0.25 * last && before <= STALLED * scale;
+            if next <= settings.tolerance || rounding {
+                report.worst_correction = report.worst_correction.max(next);
                 if residual > 0.0 {
                     report.worst_residual = report.worst_residual.max(residual / scale);
                 }
