@@ -73,13 +73,12 @@ impl Evaluation {
         Ok(())
     }
 
-    /// r := k + L x, and the size of the largest term in k or of x against L.
-    pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) -> f64 {
-        let scale = self.constants.step_constants(from, given, system.positions(), r);
+    /// r := k + L x.
+    pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) {
+        self.constants.step_constants(from, given, system.positions(), r);
         for &(row, col, value) in &self.linear {
             r[row as usize] += value * x[col as usize];
         }
-        scale
     }
 
     /// r += N(x), and what N′ is made of.

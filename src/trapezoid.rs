@@ -81,13 +81,32 @@ pub(crate) struct Newton {
     /// −r, then a correction; and −r at the first guess, reduced.
     delta: Vec<f64>,
     reduced: Vec<f64>,
-    /// 1/|v| and 1/|σ|, in the maximum norm, at the place of each unknown.
-    weights: Vec<f64>,
+    /// 1 for a velocity, 0 for a multiplier.
+    is_velocity: Vec<f64>,
+    /// |v| and |σ| in the maximum norm, which corrections are compared with.
+    size: Sizes,
+}
+
+/// The largest velocity and the largest multiplier.
+#[derive(Clone, Copy, Default)]
+struct Sizes {
+    v: f64,
+    sigma: f64,
+}
+
+impl Sizes {
+    /// This relative to another, the larger of the two ratios.
+    fn relative_to(self, other: Sizes) -> f64 {
+        let ratio = |x: f64, to: f64| if x == 0.0 { 0.0 } else { x / to };
+        ratio(self.v, other.v).max(ratio(self.sigma, other.sigma))
+    }
 }
 
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
+        let mut is_velocity = zeros();
+        system.positions().v.iter().for_each(|&position| is_velocity[position] = 1.0);
         Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
@@ -98,7 +117,8 @@ impl Newton {
             nonlinear: zeros(),
             delta: zeros(),
             reduced: zeros(),
-            weights: vec![f64::INFINITY; system.n() + system.m()],
+            is_velocity,
+            size: Sizes::default(),
         }
     }
 
@@ -167,9 +187,6 @@ impl Newton {
             self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            if iteration == 1 {
-                self.set_weights(system);
-            }
             let before = std::mem::replace(&mut residual, self.largest_residual());
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
@@ -187,7 +204,7 @@ impl Newton {
         Err(self.diverged(system, settings.max_iterations, scale))
     }
 
-    /// −r at the first guess, reduced; returns the size of the terms in r.
+    /// −r at the first guess, reduced; returns the size of the terms in r, p*₋ + h g₋.
     fn begin(
         &mut self,
         system: &System,
@@ -197,17 +214,18 @@ impl Newton {
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
+        self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
         self.guess.copy_from_slice(&self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
-        let scale = self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
+        self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
         self.nonlinear.fill(0.0);
         self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
         for (r, n) in self.delta.iter_mut().zip(&self.nonlinear) {
             *r = -(*r + n);
         }
         self.matrix.reduce(system.symbolic(), &mut self.delta);
-        self.reduced.copy_from_slice(&self.delta);
-        Ok(scale)
+        self.reduced[..self.condensed].copy_from_slice(&self.delta[..self.condensed]);
+        Ok(largest(from.p_star))
     }
 
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
@@ -218,15 +236,14 @@ impl Newton {
         solved.map_err(StepFailure::Singular)?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         let free = self.condensed..;
-        let mut size = 0.0f64;
-        let corrected = self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).zip(&self.weights[free.clone()]);
-        for ((x, delta), weight) in corrected {
-            *x += delta;
-            size = size.max(delta.abs() * weight);
+        self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).for_each(|(x, delta)| *x += delta);
+        if self.size.v == 0.0 || self.size.sigma == 0.0 {
+            self.size = self.sizes(&self.x);
         }
+        let correction = self.sizes(&self.delta).relative_to(self.size);
         self.expected[free.clone()].copy_from_slice(&self.nonlinear[free]);
         self.evaluation.multiply(system, h, &self.delta, &mut self.expected);
-        Ok(size)
+        Ok(correction)
     }
 
     /// −r = N(x − δ) + N′(x − δ) δ − N(x).
@@ -265,18 +282,18 @@ impl Newton {
         if sum == 0.0 { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// Corrections are judged against the sizes of v and σ after the first one (and the first against those of the step before).
-    fn set_weights(&mut self, system: &System) {
-        let positions = system.positions();
-        for places in [&positions.v, &positions.sigma] {
-            let size = places.iter().fold(0.0f64, |size, &position| size.max(self.x[position].abs()));
-            // Where everything is zero, no correction but zero is small: 0 · ∞ is not a number and is passed over by `max`.
-            places.iter().for_each(|&position| self.weights[position] = 1.0 / size);
+    /// The sizes of the velocities and multipliers that are not condensed.
+    fn sizes(&self, x: &[f64]) -> Sizes {
+        let mut sizes = Sizes::default();
+        for (x, is_velocity) in x[self.condensed..].iter().zip(&self.is_velocity[self.condensed..]) {
+            sizes.v = larger(sizes.v, (x * is_velocity).abs());
+            sizes.sigma = larger(sizes.sigma, (x - x * is_velocity).abs());
         }
+        sizes
     }
 
     fn largest_residual(&self) -> f64 {
-        self.delta[self.condensed..].iter().fold(0.0, |largest: f64, r| largest.max(r.abs()))
+        largest(&self.delta[self.condensed..])
     }
 
     fn diverged(&self, system: &System, iterations: usize, scale: f64) -> StepFailure {
@@ -288,4 +305,22 @@ impl Newton {
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
         StepFailure::Diverged { iterations, residual: size(&worst) / scale, unknown }
     }
+}
+
+/// The larger of two numbers; a single instruction, where `f64::max` takes care of NaN too.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// The maximum norm, in four independent chains.
+fn largest(x: &[f64]) -> f64 {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let mut lanes = [0.0; 4];
+    for chunk in chunks {
+        for (lane, x) in lanes.iter_mut().zip(chunk) {
+            *lane = larger(*lane, x.abs());
+        }
+    }
+    lanes.iter().chain(rest).fold(0.0, |size, x| larger(size, x.abs()))
 }

@@ -116,25 +116,17 @@ impl Constants {
         }
     }
 
-    /// Writes what is left of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), in the solver's order,
-    /// and returns the largest of its terms.
-    pub fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) -> f64 {
+    /// Writes what is left of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), in the solver's order.
+    pub(crate) fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
-        let mut scale = 0.0f64;
-        for (i, &position) in positions.v.iter().enumerate() {
-            let force = h * self.force[i];
-            r[position] = self.l_v[i] - force - from.p_star[i];
-            scale = scale.max(force.abs()).max(from.p_star[i].abs());
+        let terms = self.l_v.iter().zip(&self.force).zip(from.p_star);
+        for (((l_v, force), start), &position) in terms.zip(&positions.v) {
+            r[position] = l_v - h * force - start;
         }
         positions.sigma.iter().for_each(|&position| r[position] = 0.0);
         for (matrix, x, factor) in [(&self.vq, from.q, 1.0), (&self.qq, from.q, -h), (&self.q_u, given.u, -h)] {
-            for e in matrix {
-                let term = factor * e.value * x[e.col];
-                r[positions.v[e.row]] += term;
-                scale = scale.max(term.abs());
-            }
+            matrix.iter().for_each(|e| r[positions.v[e.row]] += factor * e.value * x[e.col]);
         }
-        scale
     }
 
     /// Adds the constant part of 𝓛_q + Q.
