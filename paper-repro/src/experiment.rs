@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::constraints::Violations;
 use crate::error::Error;
 use crate::settings::Settings;
+use crate::statistics::largest;
 use crate::steepest_descent::{self, ControlObjective, Iterate};
 use crate::timing::{self, Timing};
 
@@ -20,20 +21,10 @@ pub struct Experiment {
     pub system: System,
     /// The inputs of the starting iteration.
     pub inputs: Inputs,
-    start: OnceCell<Start>,
+    violations: OnceCell<Violations>,
     gradients: OnceCell<Gradients>,
     optimum: OnceCell<Optimum>,
     timing: OnceCell<Timing>,
-}
-
-/// The motion of the starting iteration.
-pub struct Start {
-    /// The motion.
-    pub motion: Trajectory,
-    /// J.
-    pub cost: f64,
-    /// How well it keeps the constraints.
-    pub violations: Violations,
 }
 
 /// dJ/du at the start, by two methods.
@@ -63,7 +54,7 @@ impl Experiment {
             inputs: settings.inputs(&system),
             settings,
             system,
-            start: OnceCell::new(),
+            violations: OnceCell::new(),
             gradients: OnceCell::new(),
             optimum: OnceCell::new(),
             timing: OnceCell::new(),
@@ -75,16 +66,15 @@ impl Experiment {
         self.inputs.grid.times()
     }
 
-    /// The starting iteration.
+    /// How well the starting iteration keeps its constraints.
     ///
     /// # Errors
     /// A simulation without a solution.
-    pub fn start(&self) -> Result<&Start, Error> {
-        once(&self.start, || {
+    pub fn violations(&self) -> Result<&Violations, Error> {
+        once(&self.violations, || {
             let mut solver = Solver::new(&self.system, SolverSettings::default());
-            let motion = solver.simulate(&self.inputs)?.clone();
-            let violations = Violations::of(&self.system, &self.inputs, &motion)?;
-            Ok(Start { cost: solver.cost(), motion, violations })
+            let motion = solver.simulate(&self.inputs)?;
+            Ok(Violations::of(&self.system, &self.inputs, motion)?)
         })
     }
 
@@ -139,8 +129,8 @@ impl Experiment {
     }
 
     /// The runs that were made, for the summary.
-    pub fn made(&self) -> (Option<&Start>, Option<&Gradients>, Option<&Optimum>, Option<&Timing>) {
-        (self.start.get(), self.gradients.get(), self.optimum.get(), self.timing.get())
+    pub fn made(&self) -> (Option<&Violations>, Option<&Gradients>, Option<&Optimum>, Option<&Timing>) {
+        (self.violations.get(), self.gradients.get(), self.optimum.get(), self.timing.get())
     }
 
     /// u_0 … u_N.
@@ -157,14 +147,19 @@ impl Gradients {
 
     /// The largest difference relative to the gradient at the same node, and that node.
     pub fn worst_component(&self) -> (usize, f64) {
-        let relative = self.differences().into_iter().zip(&self.complex_step).map(|(d, c)| d / c.abs());
-        relative.enumerate().fold((0, 0.0), |worst, (i, error)| if error > worst.1 { (i, error) } else { worst })
+        let relative = |(d, c): (f64, &f64)| if d == 0.0 { 0.0 } else { d / c.abs() };
+        let relative = self.differences().into_iter().zip(&self.complex_step).map(relative).enumerate();
+        relative.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
     }
 
     /// The largest difference relative to the largest component.
     pub fn relative_error(&self) -> f64 {
-        let size = self.complex_step.iter().fold(0.0, |size: f64, c| size.max(c.abs()));
-        self.differences().into_iter().fold(0.0, f64::max) / size
+        largest(&self.differences()) / self.largest_component()
+    }
+
+    /// ‖dJ/du‖∞.
+    pub fn largest_component(&self) -> f64 {
+        largest(&self.complex_step.iter().map(|c| c.abs()).collect::<Vec<_>>())
     }
 }
 

@@ -7,6 +7,7 @@ mod figures;
 mod parts;
 pub mod plot;
 mod settings;
+mod statistics;
 mod steepest_descent;
 mod summary;
 pub mod table;

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use crate::experiment::{Experiment, Gradients, Optimum, Start};
-use crate::figures::fig4::{largest, median};
+use crate::constraints::Violations;
+use crate::experiment::{Experiment, Gradients, Optimum};
+use crate::statistics::{largest, median};
 use crate::table::Claim;
 use crate::timing::Timing;
 
@@ -63,7 +64,7 @@ impl<'a> Summary<'a> {
     /// The numbers of all runs that were made.
     pub fn new(experiment: &Experiment, claims: &'a [Claim]) -> Self {
         let settings = &experiment.settings;
-        let (start, gradients, optimum, timing) = experiment.made();
+        let (violations, gradients, optimum, timing) = experiment.made();
         Summary {
             assumed: Assumed {
                 link_length_m: settings.length,
@@ -74,7 +75,7 @@ impl<'a> Summary<'a> {
                 line_search_backtrack: settings.backtrack,
             },
             gradient: gradients.map(GradientNumbers::from),
-            constraints: start.map(ConstraintNumbers::from),
+            constraints: violations.map(ConstraintNumbers::from),
             optimization: optimum.map(OptimizationNumbers::from),
             timing: timing.map(TimingNumbers::from),
             claims,
@@ -91,9 +92,8 @@ impl From<&Gradients> for GradientNumbers {
     }
 }
 
-impl From<&Start> for ConstraintNumbers {
-    fn from(start: &Start) -> Self {
-        let violations = &start.violations;
+impl From<&Violations> for ConstraintNumbers {
+    fn from(violations: &Violations) -> Self {
         ConstraintNumbers {
             position_max: largest(&violations.position),
             position_median: median(&violations.position),
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn promised_keys_are_there() {
         let experiment = Experiment::new(settings()).unwrap();
-        experiment.start().unwrap();
+        experiment.violations().unwrap();
         experiment.gradients().unwrap();
         experiment.optimum().unwrap();
         experiment.timing().unwrap();

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System};
 
+use crate::statistics::median;
 use crate::table::{Claim, Verdict};
 
 /// T_adjoint of the paper, s.
@@ -33,25 +34,25 @@ pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<T
     solver.simulate(inputs)?;
     solver.gradient()?;
     Ok(Timing {
-        forward: median(501, || solver.simulate(inputs).map(|_| ()))?,
-        value_and_gradient: median(501, || {
+        forward: median_time(|| solver.simulate(inputs).map(|_| ()))?,
+        value_and_gradient: median_time(|| {
             solver.simulate(inputs)?;
             solver.gradient().map(|_| ())
         })?,
-        complex_step: median(11, || complex_step(system, inputs, &settings, controls).map(|_| ()))?,
+        complex_step: median_time(|| complex_step(system, inputs, &settings, controls).map(|_| ()))?,
     })
 }
 
-/// The median time of an odd number of calls, s.
-fn median(repeats: usize, mut run: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
-    let mut one = || -> Result<Duration, Error> {
+/// The median time of a call, s, over at least five calls and half a second.
+fn median_time(mut run: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
+    const ENOUGH: (usize, Duration) = (5, Duration::from_millis(500));
+    let (begin, mut times) = (Instant::now(), Vec::new());
+    while times.len() < ENOUGH.0 || begin.elapsed() < ENOUGH.1 {
         let start = Instant::now();
         run()?;
-        Ok(start.elapsed())
-    };
-    let mut times = (0..repeats).map(|_| one()).collect::<Result<Vec<_>, _>>()?;
-    times.sort();
-    Ok(times.get(repeats / 2).map_or(0.0, Duration::as_secs_f64))
+        times.push(start.elapsed().as_secs_f64());
+    }
+    Ok(median(&times))
 }
 
 /// The times beside those of the paper, which no claim can fail: they are another computer's.

@@ -12,39 +12,43 @@ use crate::table::{Claim, Verdict};
 /// Angles of the links in the sketch, repeated for longer chains.
 const ANGLES: [f64; 3] = [-0.19 * TAU, -0.09 * TAU, -0.16 * TAU];
 
+/// Where the last line of the notes is.
+const LOWEST_NOTE: f64 = -2.2;
+/// The link that carries the dimension, or the only one.
+const DIMENSIONED: usize = 1;
+
 /// Draws the figure.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
-    let mut shapes = cart(experiment);
-    let mut hinge = (0.0, 0.0);
-    for j in 0..usize::from(experiment.settings.links) {
+    let links = usize::from(experiment.settings.links);
+    let mut shapes = cart();
+    let (mut hinge, mut low) = ((0.0, 0.0), LOWEST_NOTE);
+    for j in 0..links {
         let angle = ANGLES[j % ANGLES.len()];
         let tip = (hinge.0 + angle.cos(), hinge.1 + angle.sin());
         shapes.extend(link(j, hinge, tip, angle));
-        if j == 1 || experiment.settings.links == 1 {
-            let (across, up) = (0.16 * angle.sin(), -0.16 * angle.cos());
-            let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
-            shapes.push(Shape::Dimension { from, to, label: format!("{} m (assumed)", experiment.settings.length) });
+        if j == DIMENSIONED.min(links - 1) {
+            shapes.extend(dimension(hinge, tip, experiment.settings.length));
         }
-        hinge = tip;
+        (hinge, low) = (tip, tip.1.min(low));
     }
     shapes.extend(notes(experiment));
+    let range = Some(((-1.65, low - 0.15), (hinge.0.max(1.6) + 0.3, 0.9)));
     let scenes = vec![Scene { title: String::new(), shapes }];
-    let chart = SceneChart { scenes, range: None, width: 620.0, ..SceneChart::default() };
+    let chart = SceneChart { scenes, range, width: 560.0, ..SceneChart::default() };
     saved(chart.save(stem), stem)?;
     Ok(claims(experiment))
 }
 
 /// The rail, the cart, its force and the axes; lengths are in link lengths.
-fn cart(experiment: &Experiment) -> Vec<Shape> {
+fn cart() -> Vec<Shape> {
     let floor = -0.5 * CART.1;
     let centre = (0.0, 0.0);
-    let arrow = |from, to, colour, label: &str| Shape::Arrow { from, to, colour, label: label.to_owned() };
     let origin = (-1.45, 0.3);
     vec![
-        Shape::Ground { from: (-1.5, floor), to: (1.9, floor) },
+        Shape::Ground { from: (-1.55, floor), to: (1.8, floor) },
         Shape::Rectangle { centre, size: CART, colour: Colour::SKY, filled: true },
         Shape::Rectangle { centre, size: CART, colour: Colour::BLACK, filled: false },
         arrow((-0.95, 0.0), (-0.5 * CART.0, 0.0), Colour::RED, "u = F(t)"),
@@ -52,8 +56,17 @@ fn cart(experiment: &Experiment) -> Vec<Shape> {
         arrow(origin, (origin.0, origin.1 + 0.4), Colour::BLACK, ""),
         text((origin.0 + 0.47, origin.1), "x"),
         text((origin.0, origin.1 + 0.47), "y"),
-        arrow((-1.25, -0.5), (-1.25, -0.95), Colour::BLACK, &format!("g = {} m/s²\n(assumed)", experiment.settings.gravity)),
     ]
+}
+
+/// The length below the link.
+fn dimension(hinge: Point, tip: Point, length: f64) -> [Shape; 2] {
+    const AWAY: f64 = 0.14;
+    let (across, up) = (AWAY * (tip.1 - hinge.1), -AWAY * (tip.0 - hinge.0));
+    let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
+    let words = format!("link length {length} m (assumed)");
+    let below = (0.5 * (from.0 + to.0) - 0.6, 0.5 * (from.1 + to.1) - 0.16);
+    [Shape::Dimension { from, to, label: String::new() }, text(below, &words)]
 }
 
 /// A link, its centre of mass and its angle against the x axis.
@@ -71,7 +84,7 @@ fn link(j: usize, hinge: Point, tip: Point, angle: f64) -> Vec<Shape> {
     ]
 }
 
-/// Masses and friction in words.
+/// Gravity; masses and friction in words.
 fn notes(experiment: &Experiment) -> Vec<Shape> {
     let example = experiment.settings.example();
     let lines = [
@@ -80,7 +93,14 @@ fn notes(experiment: &Experiment) -> Vec<Shape> {
         format!("friction on the rail: {} N s/m", example.rail_friction),
         format!("friction in hinge {} (assumed): {} N m s/rad", example.friction_joint + 1, example.hinge_friction),
     ];
-    (0..).zip(lines).map(|(row, line)| text((1.1, 0.75 - 0.15 * f64::from(row)), &line)).collect()
+    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
+    let gravity = format!("g = {} m/s² (assumed)", example.gravity);
+    let down = arrow((-1.4, -0.4), (-1.4, -0.9), Colour::BLACK, &gravity);
+    (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
+}
+
+fn arrow(from: Point, to: Point, colour: Colour, label: &str) -> Shape {
+    Shape::Arrow { from, to, colour, label: label.to_owned() }
 }
 
 fn text(at: Point, words: &str) -> Shape {

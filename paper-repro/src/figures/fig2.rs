@@ -20,14 +20,17 @@ const PAPER_RIGHTMOST: f64 = 1.26;
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let optimum = experiment.optimum()?;
     let scenes = frames(optimum).map(|node| scene(experiment, optimum, node)).collect();
-    let key = [("snapshot", Colour::RED), ("initial position", Colour::GREY), ("final position", Colour::BLUE)];
+    let key = [
+        ("snapshot, with the path of the free end", Colour::RED),
+        ("initial position", Colour::GREY),
+        ("final position", Colour::BLUE),
+    ];
     let chart = SceneChart {
         x_label: "x [m]".into(),
         y_label: "y [m]".into(),
         key: key.map(|(name, colour)| (name.to_owned(), colour)).to_vec(),
         scenes,
-        columns: FRAMES,
-        width: 900.0,
+        columns: 2,
         ..SceneChart::default()
     };
     saved(chart.save(stem), stem)?;

@@ -28,14 +28,14 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         (0..).zip(&optimum.history).map(|(i, iterate)| (f64::from(i), value(iterate))).collect()
     };
     let cost = Series {
-        name: "cost J (left)".into(),
+        name: "cost J (left axis)".into(),
         points: points(|iterate| iterate.cost),
         colour: Colour::BLUE,
         style: Style::Circles,
         right_axis: false,
     };
     let optimality = Series {
-        name: "‖∇J‖∞ (right)".into(),
+        name: "‖∇J‖∞ (right axis)".into(),
         points: points(|iterate| iterate.gradient),
         colour: Colour::RED,
         style: Style::Crosses,
@@ -82,7 +82,8 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Claim> {
 
 /// With the usual assumptions the value is known to all digits; with others the paper's axis is all there is.
 fn start_verdict(experiment: &Experiment, cost: f64) -> Verdict {
-    if experiment.settings.usual_mechanism() && (cost - REFERENCE).abs() > 1e-9 {
+    let exact = (cost - REFERENCE).abs() <= 1e-9;
+    if experiment.settings.usual_mechanism() && !exact {
         Verdict::Failed
     } else if (cost - PAPER_START).abs() < 0.5 {
         Verdict::Reproduced

@@ -37,10 +37,12 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
 }
 
 /// The start, the first iterates with less than a quarter and less than a hundredth of its cost, and the end.
-fn snapshots(optimum: &Optimum) -> [usize; 4] {
+fn snapshots(optimum: &Optimum) -> Vec<usize> {
     let (start, end) = (optimum.history[0].cost, optimum.history.len() - 1);
     let first_below = |share: f64| optimum.first_below(share * start).unwrap_or(end);
-    [0, first_below(0.25), first_below(0.01), end]
+    let mut snapshots = vec![0, first_below(0.25), first_below(0.01), end];
+    snapshots.dedup();
+    snapshots
 }
 
 fn cost(value: f64) -> String {

@@ -42,25 +42,31 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
 }
 
 fn claims(gradients: &Gradients, times: &[f64]) -> Vec<Claim> {
+    /// Rounding, enlarged where the gradient passes through zero.
+    const POINTWISE: f64 = 1e-6;
+    /// Rounding.
+    const EXACT: f64 = 1e-10;
     let (node, pointwise) = gradients.worst_component();
-    let error = gradients.relative_error();
+    let (error, size) = (gradients.relative_error(), gradients.largest_component());
+    let share = gradients.complex_step[node].abs() / size;
     vec![
         Claim {
             figure: "Fig. 6".into(),
-            what: "largest difference of the gradients, relative to the gradient at its time".into(),
+            what: "largest difference of the gradients, relative to the gradient at that time".into(),
             paper: "0.5 %, at t = 0.52 s".into(),
             ours: format!(
-                "{pointwise:.1e}, at t = {:.2} s where the gradient changes sign: both are exact, so the paper's difference is not the method's",
+                "{pointwise:.1e}, at t = {:.2} s, where the gradient is {share:.0e} of its largest: only rounding, \
+                 so neither the scheme nor its adjoint accounts for 0.5 %",
                 times[node]
             ),
-            verdict: if pointwise < 1e-6 { Verdict::Differs } else { Verdict::Failed },
+            verdict: if pointwise < POINTWISE { Verdict::Differs } else { Verdict::Failed },
         },
         Claim {
             figure: "Fig. 6".into(),
-            what: "the same, relative to the largest component".into(),
-            paper: "curves coincide".into(),
+            what: "the same, relative to the largest gradient".into(),
+            paper: "curves only".into(),
             ours: format!("{error:.1e}"),
-            verdict: if error < 1e-10 { Verdict::Reproduced } else { Verdict::Failed },
+            verdict: if error < EXACT { Verdict::Reproduced } else { Verdict::Failed },
         },
     ]
 }
