@@ -104,6 +104,7 @@ mod tests {
         let a = DMatrix::from_columns(&columns);
         assert!(norms(&phi_ddot(&system, &inputs, &motion, &a)).iter().all(|norm| *norm < 1e-10));
         let rule = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &columns[0]);
-        println!("largest acceleration {:.3e}, largest difference {:.3e}", a.amax(), (a - rule).amax());
+        // The rule is of second order: (Δt)² times derivatives of a.
+        assert!((&a - rule).amax() < 0.1 * a.amax());
     }
 }

@@ -12,6 +12,8 @@ use crate::table::{Claim, Verdict};
 /// Angles of the links in the sketch, repeated for longer chains.
 const ANGLES: [f64; 3] = [-0.19 * TAU, -0.09 * TAU, -0.16 * TAU];
 
+/// The length of a link in points.
+const UNIT: f64 = 150.0;
 /// Where the last line of the notes is.
 const LOWEST_NOTE: f64 = -2.2;
 /// The link that carries the dimension, or the only one.
@@ -35,9 +37,10 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         (hinge, low) = (tip, tip.1.min(low));
     }
     shapes.extend(notes(experiment));
-    let range = Some(((-1.65, low - 0.15), (hinge.0.max(1.6) + 0.3, 0.9)));
+    let (left, right) = (-1.65, hinge.0.max(1.75) + 0.3);
+    let range = Some(((left, low - 0.15), (right, 0.9)));
     let scenes = vec![Scene { title: String::new(), shapes }];
-    let chart = SceneChart { scenes, range, width: 560.0, ..SceneChart::default() };
+    let chart = SceneChart { scenes, range, width: (UNIT * (right - left)).min(2000.0), ..SceneChart::default() };
     saved(chart.save(stem), stem)?;
     Ok(claims(experiment))
 }
@@ -95,7 +98,7 @@ fn notes(experiment: &Experiment) -> Vec<Shape> {
     ];
     let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
     let gravity = format!("g = {} m/s² (assumed)", example.gravity);
-    let down = arrow((-1.4, -0.4), (-1.4, -0.9), Colour::BLACK, &gravity);
+    let down = arrow((0.85, 0.7), (0.85, 0.25), Colour::BLACK, &gravity);
     (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
 }
 

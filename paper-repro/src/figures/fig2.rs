@@ -79,7 +79,10 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Claim> {
             figure: "Fig. 2".into(),
             what: "time of the cart's right-most position".into(),
             paper: format!("{PAPER_RIGHTMOST} s"),
-            ours: format!("{time:.2} s{}", if same { "" } else { "; depends on the assumed link length and line search" }),
+            ours: format!(
+                "{time:.2} s{}",
+                if same { "" } else { "; depends on the assumed link length, friction joint and line search" }
+            ),
             verdict: if same { Verdict::Reproduced } else { Verdict::Differs },
         },
         Claim {

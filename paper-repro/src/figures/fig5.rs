@@ -57,7 +57,7 @@ fn claims(optimum: &Optimum) -> Vec<Claim> {
             figure: "Fig. 5".into(),
             what: "force at the start".into(),
             paper: "10 N, constant".into(),
-            ours: format!("{} to {} N", start.u.min(), start.u.max()),
+            ours: if constant { "10 N, constant".into() } else { format!("{} to {} N", start.u.min(), start.u.max()) },
             verdict: if constant { Verdict::Reproduced } else { Verdict::Failed },
         },
         Claim {
