@@ -13,6 +13,7 @@ mod summary;
 pub mod table;
 mod timing;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -74,7 +75,9 @@ fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
     }
     let summary = serde_json::to_string_pretty(&Summary::new(&experiment, &claims));
     write(&folder.join("summary.json"), |path| std::fs::write(path, summary? + "\n"))?;
-    println!("{}\nfigures, data and summary.json are in {}", table::text(&claims), folder.display());
+    // A reader who closes the pipe early has what they want.
+    let _ =
+        writeln!(std::io::stdout(), "{}\nfigures, data and summary.json are in {}", table::text(&claims), folder.display());
     Ok(claims)
 }
 

@@ -33,7 +33,7 @@ pub struct Settings {
     /// Hinge that has the friction c_rot, 0 being that of the cart and the first link [assumed]
     #[arg(long, value_name = "HINGE", default_value_t = 0)]
     pub friction_joint: u16,
-    /// Iterations of steepest descent
+    /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
     #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     pub iterations: u32,
     /// First step length α that each line search tries [assumed]
