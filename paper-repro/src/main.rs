@@ -1,1 +1,87 @@
-fn main() {}
+//! The figures and numbers of section 4 of the paper, beside ours.
+
+mod constraints;
+mod error;
+mod experiment;
+mod figures;
+mod parts;
+pub mod plot;
+mod settings;
+mod statistics;
+mod steepest_descent;
+mod summary;
+pub mod table;
+mod timing;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, error::ErrorKind};
+
+use error::Error;
+use experiment::Experiment;
+use parts::Part;
+use settings::Settings;
+use summary::Summary;
+use table::{Claim, Verdict};
+
+/// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
+///
+/// Each figure is written as SVG, PNG and CSV, the numbers as summary.json. The exit status is 1 if a claim
+/// that must hold does not.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    /// What to make [default: everything]
+    #[arg(value_enum)]
+    parts: Vec<Part>,
+    /// Folder for the files [default: paper-repro/out]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    if let Some(problem) = cli.settings.problem() {
+        Cli::command().error(ErrorKind::ValueValidation, problem).exit();
+    }
+    match run(cli) {
+        Ok(claims) if claims.iter().any(|claim| claim.verdict == Verdict::Failed) => {
+            eprintln!("error: a claim that must hold failed");
+            ExitCode::FAILURE
+        }
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Makes what is asked for and prints the table.
+fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
+    let folder = cli.out.unwrap_or_else(settings::default_folder);
+    let mut parts = if cli.parts.is_empty() { Part::PAPER.to_vec() } else { cli.parts };
+    parts.sort();
+    parts.dedup();
+    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+    let mut claims = cli.settings.assumptions();
+    let experiment = Experiment::new(cli.settings)?;
+    for part in parts {
+        claims.extend(part.make(&experiment, &folder)?);
+    }
+    let summary = serde_json::to_string_pretty(&Summary::new(&experiment, &claims));
+    write(&folder.join("summary.json"), |path| std::fs::write(path, summary? + "\n"))?;
+    // A reader who closes the pipe early has what they want.
+    let _ =
+        writeln!(std::io::stdout(), "{}\nfigures, data and summary.json are in {}", table::text(&claims), folder.display());
+    Ok(claims)
+}
+
+/// Names the path in the error, if there is one.
+fn write(path: &Path, how: impl FnOnce(&Path) -> std::io::Result<()>) -> Result<(), Error> {
+    how(path).map_err(|source| Error::File { path: path.to_owned(), source })
+}

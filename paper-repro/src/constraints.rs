@@ -1,0 +1,110 @@
+//! How well a motion keeps its constraints: Φ, dΦ/dt and d²Φ/dt².
+
+use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, Settings, Start, System, Trajectory};
+use nalgebra::{DMatrix, DVector};
+use num_dual::Dual64;
+
+/// The largest violation of any constraint equation, one for each node.
+#[derive(Clone, Debug)]
+pub struct Violations {
+    /// ‖Φ(q)‖∞, m or rad.
+    pub position: Vec<f64>,
+    /// ‖dΦ/dt(q, v)‖∞, m/s or rad/s.
+    pub velocity: Vec<f64>,
+    /// ‖d²Φ/dt²(q, v, a)‖∞ with the accelerations of the trapezoidal rule, m/s² or rad/s².
+    pub acceleration: Vec<f64>,
+}
+
+impl Violations {
+    /// Those of a motion.
+    ///
+    /// # Errors
+    /// No consistent acceleration at the start.
+    pub fn of(system: &System, inputs: &Inputs, motion: &Trajectory) -> Result<Self, Error> {
+        let at_start = consistent_acceleration(system, inputs, motion, 0)?;
+        let accelerations = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &at_start);
+        Ok(Violations {
+            position: norms(&motion.phi(system, inputs)),
+            velocity: norms(&motion.phi_dot(system, inputs)),
+            acceleration: norms(&phi_ddot(system, inputs, motion, &accelerations)),
+        })
+    }
+}
+
+/// a_i = (2/Δt) (v_i − v_{i−1}) − a_{i−1}: the rule that the scheme has for q and p*, applied to v.
+///
+/// The accelerations are no unknowns of the scheme, and the paper does not say where it has them from: assumed.
+fn by_trapezoidal_rule(steps: &[f64], v: &DMatrix<f64>, at_start: &DVector<f64>) -> DMatrix<f64> {
+    let mut a = DMatrix::zeros(v.nrows(), v.ncols());
+    a.set_column(0, at_start);
+    for (i, dt) in (1..).zip(steps) {
+        let next = (v.column(i) - v.column(i - 1)) * (2.0 / dt) - a.column(i - 1);
+        a.set_column(i, &next);
+    }
+    a
+}
+
+/// dv/dt at node `i`, where (1a, 1c) define v as a function of q and p*: its derivative along (v, ṗ*).
+fn consistent_acceleration(system: &System, inputs: &Inputs, motion: &Trajectory, i: usize) -> Result<DVector<f64>, Error> {
+    let column = |matrix: &DMatrix<f64>| matrix.column(i).into_owned();
+    let along = |x: &DMatrix<f64>, rate: &DMatrix<f64>| x.column(i).zip_map(&rate.column(i), Dual64::new);
+    let real = Inputs {
+        grid: Grid { start: motion.times[i], steps: Vec::new() },
+        start: Start::Momentum { q: column(&motion.q), p_star: column(&motion.p_star) },
+        controls: inputs.controls.columns(i, 1).into_owned(),
+        design: inputs.design.clone(),
+    };
+    let mut lifted = real.lift::<Dual64>();
+    lifted.grid.start.eps = 1.0;
+    lifted.start = Start::Momentum { q: along(&motion.q, &motion.v), p_star: along(&motion.p_star, &motion.p_star_dot) };
+    // The position constraints hold to the order of the scheme only.
+    let settings = Settings { position_tolerance: f64::INFINITY, ..Settings::default() };
+    let mut solver = LiftedSolver::new(system, &real, settings)?;
+    Ok(solver.simulate(&lifted)?.v.column(0).map(|v| v.eps))
+}
+
+/// d²Φ/dt² = Φ_q a + (dΦ/dt)_q v + …, the derivative of dΦ/dt along the motion.
+fn phi_ddot(system: &System, inputs: &Inputs, motion: &Trajectory, a: &DMatrix<f64>) -> DMatrix<f64> {
+    let constant = |matrix: &DMatrix<f64>| matrix.map(Dual64::from);
+    let along = Trajectory {
+        computed: motion.computed,
+        times: motion.times.iter().map(|t| Dual64::new(*t, 1.0)).collect(),
+        q: motion.q.zip_map(&motion.v, Dual64::new),
+        v: motion.v.zip_map(a, Dual64::new),
+        p_star: constant(&motion.p_star),
+        p_star_dot: constant(&motion.p_star_dot),
+        sigma: constant(&motion.sigma),
+    };
+    along.phi_dot(system, &inputs.lift()).map(|rate| rate.eps)
+}
+
+fn norms(equations: &DMatrix<f64>) -> Vec<f64> {
+    equations.column_iter().map(|column| column.amax()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hamiltonian_adjoint::scenes::CartPendulum;
+
+    /// The motion of the paper's starting iteration.
+    fn motion(system: &System) -> (Inputs, Trajectory) {
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.02));
+        inputs.controls.fill(10.0);
+        let motion = hamiltonian_adjoint::simulate(system, &inputs, &Settings::default()).unwrap();
+        (inputs, motion)
+    }
+
+    #[test]
+    fn consistent_accelerations_keep_the_constraints() {
+        let system = CartPendulum::default().scene().compile().unwrap();
+        let (inputs, motion) = motion(&system);
+        let columns: Vec<DVector<f64>> =
+            (0..=100).map(|i| consistent_acceleration(&system, &inputs, &motion, i).unwrap()).collect();
+        let a = DMatrix::from_columns(&columns);
+        assert!(norms(&phi_ddot(&system, &inputs, &motion, &a)).iter().all(|norm| *norm < 1e-10));
+        let rule = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &columns[0]);
+        // The rule is of second order: (Δt)² times derivatives of a.
+        assert!((&a - rule).amax() < 0.1 * a.amax());
+    }
+}

@@ -1,0 +1,194 @@
+//! The runs behind the figures, each made when it is first asked for and only once.
+
+use std::cell::OnceCell;
+
+use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::{Inputs, Settings as SolverSettings, Solver, System, Trajectory};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::constraints::Violations;
+use crate::error::Error;
+use crate::settings::Settings;
+use crate::statistics::largest;
+use crate::steepest_descent::{self, ControlObjective, Iterate};
+use crate::timing::{self, Timing};
+
+/// The example with its runs.
+pub struct Experiment {
+    /// The flags.
+    pub settings: Settings,
+    /// The mechanism.
+    pub system: System,
+    /// The inputs of the starting iteration.
+    pub inputs: Inputs,
+    violations: OnceCell<Violations>,
+    gradients: OnceCell<Gradients>,
+    optimum: OnceCell<Optimum>,
+    timing: OnceCell<Timing>,
+}
+
+/// dJ/du at the start, by two methods.
+pub struct Gradients {
+    /// By the discrete adjoint.
+    pub adjoint: Vec<f64>,
+    /// By complex step, one simulation for each control.
+    pub complex_step: Vec<f64>,
+}
+
+/// The optimisation and the motion it ends with.
+pub struct Optimum {
+    /// All iterates, the start included.
+    pub history: Vec<Iterate>,
+    /// The motion under the identified force.
+    pub motion: Trajectory,
+}
+
+impl Experiment {
+    /// The example, nothing run yet.
+    ///
+    /// # Errors
+    /// Flags that make no mechanism.
+    pub fn new(settings: Settings) -> Result<Self, Error> {
+        let system = settings.example().scene().compile()?;
+        Ok(Experiment {
+            inputs: settings.inputs(&system),
+            settings,
+            system,
+            violations: OnceCell::new(),
+            gradients: OnceCell::new(),
+            optimum: OnceCell::new(),
+            timing: OnceCell::new(),
+        })
+    }
+
+    /// Times of the nodes, s.
+    pub fn times(&self) -> Vec<f64> {
+        self.inputs.grid.times()
+    }
+
+    /// How well the starting iteration keeps its constraints.
+    ///
+    /// # Errors
+    /// A simulation without a solution.
+    pub fn violations(&self) -> Result<&Violations, Error> {
+        once(&self.violations, || {
+            let mut solver = Solver::new(&self.system, SolverSettings::default());
+            let motion = solver.simulate(&self.inputs)?;
+            Ok(Violations::of(&self.system, &self.inputs, motion)?)
+        })
+    }
+
+    /// The gradients at the start.
+    ///
+    /// # Errors
+    /// A simulation without a solution.
+    pub fn gradients(&self) -> Result<&Gradients, Error> {
+        once(&self.gradients, || {
+            let settings = SolverSettings::default();
+            let gradient = hamiltonian_adjoint::gradient(&self.system, &self.inputs, &settings)?;
+            let controls = self.controls();
+            Ok(Gradients {
+                adjoint: controls.iter().map(|control| control.in_gradient(&gradient)).collect(),
+                complex_step: complex_step(&self.system, &self.inputs, &settings, &controls)?,
+            })
+        })
+    }
+
+    /// The optimisation, with a progress bar where there is a terminal to show it.
+    ///
+    /// # Errors
+    /// A start without a solution.
+    pub fn optimum(&self) -> Result<&Optimum, Error> {
+        once(&self.optimum, || {
+            let iterations = self.settings.iterations;
+            let bar = ProgressBar::new(iterations.into()).with_style(bar_style());
+            let mut solver = Solver::new(&self.system, SolverSettings::default());
+            let mut objective = ControlObjective { solver: &mut solver, inputs: self.inputs.clone() };
+            let (u, search) = (self.inputs.controls.clone(), self.settings.line_search());
+            let report = |iterate: &Iterate| {
+                bar.set_message(format!("J = {:.3e}", iterate.cost));
+                bar.inc(u64::from(iterate.step > 0.0));
+            };
+            let history = steepest_descent::minimise(&mut objective, u, &search, iterations as usize, report)?;
+            bar.finish_and_clear();
+            let mut inputs = self.inputs.clone();
+            if let Some(last) = history.last() {
+                inputs.controls.copy_from(&last.u);
+            }
+            let motion = solver.simulate(&inputs)?.clone();
+            Ok(Optimum { history, motion })
+        })
+    }
+
+    /// The timing of section 4.
+    ///
+    /// # Errors
+    /// A simulation without a solution.
+    pub fn timing(&self) -> Result<&Timing, Error> {
+        once(&self.timing, || Ok(timing::measure(&self.system, &self.inputs, &self.controls())?))
+    }
+
+    /// The runs that were made, for the summary.
+    pub fn made(&self) -> (Option<&Violations>, Option<&Gradients>, Option<&Optimum>, Option<&Timing>) {
+        (self.violations.get(), self.gradients.get(), self.optimum.get(), self.timing.get())
+    }
+
+    /// u_0 … u_N.
+    fn controls(&self) -> Vec<Input> {
+        (0..self.inputs.grid.nodes()).map(|node| Input::Control { channel: 0, node }).collect()
+    }
+}
+
+impl Gradients {
+    /// |adjoint − complex step| at each node.
+    pub fn differences(&self) -> Vec<f64> {
+        self.adjoint.iter().zip(&self.complex_step).map(|(a, c)| (a - c).abs()).collect()
+    }
+
+    /// The largest difference relative to the gradient at the same node, and that node.
+    pub fn worst_component(&self) -> (usize, f64) {
+        let relative = |(d, c): (f64, &f64)| if d == 0.0 { 0.0 } else { d / c.abs() };
+        let relative = self.differences().into_iter().zip(&self.complex_step).map(relative).enumerate();
+        relative.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+    }
+
+    /// The largest difference relative to the largest component.
+    pub fn relative_error(&self) -> f64 {
+        largest(&self.differences()) / self.largest_component()
+    }
+
+    /// ‖dJ/du‖∞.
+    pub fn largest_component(&self) -> f64 {
+        largest(&self.complex_step.iter().map(|c| c.abs()).collect::<Vec<_>>())
+    }
+}
+
+impl Optimum {
+    /// The last iterate.
+    pub fn end(&self) -> &Iterate {
+        &self.history[self.history.len() - 1]
+    }
+
+    /// The first iteration with a cost below the bound.
+    pub fn first_below(&self, cost: f64) -> Option<usize> {
+        self.history.iter().position(|iterate| iterate.cost < cost)
+    }
+
+    /// The node at which the cart is furthest to the right.
+    pub fn cart_rightmost(&self) -> usize {
+        self.motion.q.row(0).transpose().imax()
+    }
+}
+
+/// The value in the cell, made if it is not there yet.
+fn once<T>(cell: &OnceCell<T>, make: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
+    match cell.get() {
+        Some(value) => Ok(value),
+        None => make().map(|value| cell.get_or_init(|| value)),
+    }
+}
+
+fn bar_style() -> ProgressStyle {
+    let style = ProgressStyle::with_template("steepest descent {wide_bar} {pos}/{len}  {msg}");
+    style.unwrap_or_else(|_| ProgressStyle::default_bar())
+}

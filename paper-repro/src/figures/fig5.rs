@@ -1,0 +1,71 @@
+//! Fig. 5: the force on the cart in the course of the optimisation.
+
+use std::path::Path;
+
+use super::saved;
+use crate::error::Error;
+use crate::experiment::{Experiment, Optimum};
+use crate::plot::{Axis, Colour, Legend, LineChart, Series, Style};
+use crate::table::{Claim, Verdict};
+
+/// Draws the figure.
+///
+/// # Errors
+/// An optimisation that cannot start, files that cannot be written.
+pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
+    let (optimum, times) = (experiment.optimum()?, experiment.times());
+    let colours = [Colour::GREY, Colour::GREEN, Colour::RED, Colour::BLUE];
+    let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
+        let iterate = &optimum.history[iteration];
+        Series {
+            name: format!("iteration {iteration}, J = {}", cost(iterate.cost)),
+            points: times.iter().copied().zip(iterate.u.iter().copied()).collect(),
+            colour,
+            style: Style::Line,
+            right_axis: false,
+        }
+    });
+    let chart = LineChart {
+        x: Axis::linear("time t [s]"),
+        y: Axis::linear("force on the cart F [N]"),
+        legend: Legend::Above,
+        series: series.collect(),
+        ..LineChart::default()
+    };
+    saved(chart.save(stem), stem)?;
+    Ok(claims(optimum))
+}
+
+/// The start, the first iterates with less than a quarter and less than a hundredth of its cost, and the end.
+fn snapshots(optimum: &Optimum) -> Vec<usize> {
+    let (start, end) = (optimum.history[0].cost, optimum.history.len() - 1);
+    let first_below = |share: f64| optimum.first_below(share * start).unwrap_or(end);
+    let mut snapshots = vec![0, first_below(0.25), first_below(0.01), end];
+    snapshots.dedup();
+    snapshots
+}
+
+fn cost(value: f64) -> String {
+    if value < 1e-3 { format!("{value:.0e}") } else { format!("{value:.3}") }
+}
+
+fn claims(optimum: &Optimum) -> Vec<Claim> {
+    let (start, end) = (&optimum.history[0], optimum.end());
+    let constant = start.u.iter().all(|u| *u == 10.0);
+    vec![
+        Claim {
+            figure: "Fig. 5".into(),
+            what: "force at the start".into(),
+            paper: "10 N, constant".into(),
+            ours: if constant { "10 N, constant".into() } else { format!("{} to {} N", start.u.min(), start.u.max()) },
+            verdict: if constant { Verdict::Reproduced } else { Verdict::Failed },
+        },
+        Claim {
+            figure: "Fig. 5".into(),
+            what: "force at the end".into(),
+            paper: "curve only".into(),
+            ours: format!("{:.0} to {:.0} N", end.u.min(), end.u.max()),
+            verdict: Verdict::NotStated,
+        },
+    ]
+}

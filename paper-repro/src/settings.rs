@@ -1,0 +1,136 @@
+//! What the paper leaves open, as flags: they decide the mechanism, its inputs and the line search.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Grid, Inputs, System};
+
+use crate::steepest_descent::LineSearch;
+use crate::table::{Claim, Verdict};
+
+/// N of the paper: t_f = 2 s in steps of 0.02 s.
+const STEPS: usize = 100;
+/// Δt of the paper, s.
+const DT: f64 = 0.02;
+/// The line search unless told otherwise, found by trial: from many others the descent ends in a valley that does not reach 0.
+const USUAL: LineSearch = LineSearch { first: 500.0, armijo: 1e-4, shorten: 0.5 };
+/// The initial force F₀ of the paper, N.
+const FORCE: f64 = 10.0;
+
+/// The example, with everything the paper does not state marked as assumed.
+#[derive(Args, Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Links of the pendulum
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub links: u16,
+    /// Length of a link in m [assumed: the paper does not state it]
+    #[arg(long, value_name = "M", default_value_t = CartPendulum::default().link_length, value_parser = positive, allow_negative_numbers = true)]
+    pub length: f64,
+    /// Acceleration of gravity in m/s² [assumed]
+    #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_negative_numbers = true)]
+    pub gravity: f64,
+    /// Hinge that has the friction c_rot, 0 being that of the cart and the first link [assumed]
+    #[arg(long, value_name = "HINGE", default_value_t = 0)]
+    pub friction_joint: u16,
+    /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
+    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
+    pub iterations: u32,
+    /// First step length α that each line search tries [assumed]
+    #[arg(long, value_name = "ALPHA", default_value_t = USUAL.first, value_parser = positive, allow_negative_numbers = true)]
+    pub alpha: f64,
+    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg [assumed]
+    #[arg(long, value_name = "SHARE", default_value_t = USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
+    pub armijo: f64,
+    /// Factor by which a refused step is shortened [assumed]
+    #[arg(long, value_name = "FACTOR", default_value_t = USUAL.shorten, value_parser = share, allow_negative_numbers = true)]
+    pub backtrack: f64,
+}
+
+impl Settings {
+    /// The mechanism.
+    pub fn example(&self) -> CartPendulum {
+        CartPendulum {
+            links: self.links.into(),
+            link_length: self.length,
+            gravity: self.gravity,
+            friction_joint: self.friction_joint.into(),
+            ..CartPendulum::default()
+        }
+    }
+
+    /// Its initial state and the constant force from which the optimisation starts.
+    pub fn inputs(&self, system: &System) -> Inputs {
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(STEPS, DT));
+        inputs.controls.fill(FORCE);
+        inputs
+    }
+
+    /// The line search.
+    pub fn line_search(&self) -> LineSearch {
+        LineSearch { first: self.alpha, armijo: self.armijo, shorten: self.backtrack }
+    }
+
+    /// Whether the mechanism is that of the paper with the usual assumptions, for which reference values are known.
+    pub fn usual_mechanism(&self) -> bool {
+        self.example() == CartPendulum::default()
+    }
+
+    /// Whether the line search is the one that is known to succeed with the usual mechanism.
+    pub fn usual_line_search(&self) -> bool {
+        self.line_search() == USUAL
+    }
+
+    /// What the paper leaves open, and our choice.
+    pub fn assumptions(&self) -> Vec<Claim> {
+        let joint = match self.friction_joint {
+            0 => "that of the cart and link 1".to_owned(),
+            joint => format!("that of links {joint} and {}", joint + 1),
+        };
+        let rows = [
+            ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", self.length)),
+            ("acceleration of gravity", format!("{} m/s²", self.gravity)),
+            ("hinge with friction", joint),
+            (
+                "backtracking line search",
+                format!("Armijo: α = {}, times {} until c = {} holds", self.alpha, self.backtrack, self.armijo),
+            ),
+        ];
+        let claim = |(what, ours): (&str, String)| Claim {
+            figure: "Sect. 4".into(),
+            what: what.into(),
+            paper: "not stated".into(),
+            ours,
+            verdict: Verdict::Assumed,
+        };
+        rows.map(claim).to_vec()
+    }
+
+    /// What is wrong with the flags taken together.
+    pub fn problem(&self) -> Option<String> {
+        let (joint, links) = (self.friction_joint, self.links);
+        (joint >= links).then(|| {
+            format!("--friction-joint {joint}: hinges are numbered from 0, and {links} link(s) have {links} of them")
+        })
+    }
+}
+
+/// Where the figures go unless told otherwise: `out` in the folder of this package, or here if that folder is gone.
+pub fn default_folder() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if package.is_dir() { package.join("out") } else { PathBuf::from("out") }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value.is_finite() { Ok(value) } else { Err("must be finite".to_owned()) }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be positive".to_owned()) })
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    finite(text)
+        .and_then(|value| if value > 0.0 && value < 1.0 { Ok(value) } else { Err("must lie between 0 and 1".to_owned()) })
+}
