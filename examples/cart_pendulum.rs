@@ -36,10 +36,12 @@ output
 exit status: 0; 1 if the simulation fails; 2 if the arguments or the file are wrong
 ";
 
-/// What stops the program: the user's mistake or the simulation's failure.
+/// What stops the program.
 #[derive(Debug, PartialEq)]
 pub enum Failure {
+    /// Wrong arguments or a wrong file.
     Usage(String),
+    /// A simulation that did not come to its end.
     Simulation(String),
 }
 
