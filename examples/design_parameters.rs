@@ -34,7 +34,7 @@ fn pendulum() -> Scene {
     let bob = scene.body("bob", mass, 0.01, [0.0; 3]);
     scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.at(0.0, 0.0), length);
     scene.spring_damper("spring", Body::GROUND.at(-1.0, -1.0), bob.at(0.0, 0.0), stiffness, 0.5, 4.0);
-    let [x, y, _] = bob.coordinates().expect("the bob is not the ground");
+    let [x, y, _] = bob.coordinates;
     scene.cost("at rest", AtRest, Sum::Terminal, [x, y], [], [], [(-0.1).into(), (-0.8).into()]);
     scene
 }

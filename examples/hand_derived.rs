@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let system = scene.compile()?;
     let dt = 0.01;
     let inputs = Inputs::at_rest(&system, Grid::uniform(60, dt));
-    let motion = simulate(&system, &inputs, &Settings::default())?;
+    let motion = simulate(&system, &inputs, Settings::default())?;
 
     let node = 50;
     let (gamma, angle, omega) = (2.0 / dt, motion.q[(2, node)], motion.v[(2, node)]);

@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("J = {:.12}", gradient.value);
     let torque_at = |node| Input::Control { channel: 0, node };
     let with = [torque_at(0), torque_at(200), Input::Design(0), Input::Design(1)];
-    for (input, reference) in with.iter().zip(complex_step(&system, &inputs, &settings, &with)?) {
+    for (input, reference) in with.iter().zip(complex_step(&system, &inputs, settings, &with)?) {
         let ours = input.in_gradient(gradient);
         println!("dJ/d({}) = {ours:+.10e}, by complex step {reference:+.10e}", input.name(&system));
         assert!((ours - reference).abs() <= 1e-10 * reference.abs(), "the derivatives differ");

@@ -8,8 +8,7 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
 use hamiltonian_adjoint::check::{Input, complex_step};
-use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::scenes::{CartPendulum, CartScene};
 use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum};
 use nalgebra::SVector;
 
@@ -44,25 +43,13 @@ impl Cost<1, 0, 0, 1> for Upright {
     }
 }
 
-/// A cart with hanging links and a force on the cart, with the costs above.
+/// The paper's mechanism with the costs above.
 fn swing_up(p: CartPendulum) -> Scene {
-    let (mut scene, half) = (Scene::new(), 0.5 * p.link_length);
-    scene.gravity(0.0, -p.gravity);
-    let force = scene.control("force");
-    let cart = scene.body("cart", p.cart_mass, p.cart_inertia, [0.0; 3]);
-    let (origin, centre) = (Body::GROUND.at(0.0, 0.0), cart.at(0.0, 0.0));
-    scene.prismatic("rail", origin, 0.0, centre, 0.0);
-    scene.sliding_friction("rail friction", origin, 0.0, centre, p.rail_friction);
-    scene.actuator("drive", origin, 0.0, centre, force);
-    let mut hinge = centre;
-    for j in 1..=p.links {
-        let depth = (2 * j - 1) as f64 * half;
-        let link = scene.body(&format!("link {j}"), p.link_mass, p.link_inertia, [0.0, -depth, -FRAC_PI_2]);
-        scene.revolute(&format!("hinge {j}"), hinge, link.at(-half, 0.0));
-        hinge = link.at(half, 0.0);
-
-        let [x, y, angle] = link.coordinates().expect("a link is not the ground");
-        let b = [1e-2, p.link_mass * p.gravity * depth, p.link_mass, p.link_inertia, p.gravity].map(Into::into);
+    let CartScene { mut scene, force, links, .. } = p.mechanism();
+    for (j, link) in (1..).zip(links) {
+        let [x, y, angle] = link.coordinates;
+        let height = (f64::from(j) - 0.5) * p.link_length;
+        let b = [1e-2, p.link_mass * p.gravity * height, p.link_mass, p.link_inertia, p.gravity].map(Into::into);
         // Sum tells how the values at the nodes add up: here the trapezoidal rule for ∫ h dt, or the last node alone.
         scene.cost(&format!("energy of link {j}"), EnergyError, Sum::Trapezoidal, [x, y, angle], [], [], b);
         scene.cost(&format!("end of link {j}"), Upright, Sum::Terminal, [angle], [], [], [0.1.into()]);
@@ -82,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("J = {:.10} at u = 10 N", gradient.value);
 
     let nodes: Vec<Input> = (0..=100).step_by(20).map(|node| Input::Control { channel: 0, node }).collect();
-    for (input, reference) in nodes.iter().zip(complex_step(&system, &inputs, &settings, &nodes)?) {
+    for (input, reference) in nodes.iter().zip(complex_step(&system, &inputs, settings, &nodes)?) {
         let ours = input.in_gradient(&gradient);
         println!("dJ/d({}) = {ours:+.10e}, by complex step {reference:+.10e}", input.name(&system));
         assert!((ours - reference).abs() <= 1e-11 * gradient.controls.amax(), "the derivatives differ");

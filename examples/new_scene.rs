@@ -56,7 +56,7 @@ fn slider_crank() -> Scene {
     let torque = scene.control("motor torque");
     scene.torque_actuator("motor", Body::GROUND, crank, torque);
 
-    let [x, ..] = slider.coordinates().expect("the slider is not the ground");
+    let [x, ..] = slider.coordinates;
     scene.cost("position", Position, Sum::Terminal, [x], [], [], [0.25.into()]);
     scene.cost("effort", Effort, Sum::Rectangle, [], [], [torque], [1e-3.into()]);
     scene
@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("J = {:.12}", gradient.value);
     let nodes = [0, 50, 100, 150, 200];
     let with = nodes.map(|node| Input::Control { channel: 0, node });
-    let reference = complex_step(&system, &inputs, &settings, &with)?;
+    let reference = complex_step(&system, &inputs, settings, &with)?;
     for (input, reference) in with.iter().zip(reference) {
         let ours = input.in_gradient(gradient);
         println!("dJ/d({}) = {ours:+.8e}, by complex step {reference:+.8e}", input.name(&system));

@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("J = {:.12}", gradient.value);
     let with =
         [Input::Design(shape.index()), Input::Control { channel: 0, node: 0 }, Input::Control { channel: 0, node: 150 }];
-    for (input, reference) in with.iter().zip(complex_step(&system, &inputs, &settings, &with)?) {
+    for (input, reference) in with.iter().zip(complex_step(&system, &inputs, settings, &with)?) {
         let ours = input.in_gradient(gradient);
         println!("dJ/d({}) = {ours:+.10e}, by complex step {reference:+.10e}", input.name(&system));
         assert!((ours - reference).abs() <= 1e-10 * reference.abs(), "the derivatives differ");

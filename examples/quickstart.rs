@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The same derivatives by complex step: 101 simulations in complex numbers.
     let controls: Vec<Input> = (0..=steps).map(|node| Input::Control { channel: 0, node }).collect();
-    let reference = complex_step(&system, &inputs, &settings, &controls)?;
+    let reference = complex_step(&system, &inputs, settings, &controls)?;
     let largest = reference.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
     let error = gradient.controls.iter().zip(&reference).fold(0.0f64, |e, (a, b)| e.max((a - b).abs())) / largest;
     println!("largest difference to the complex step, relative to the largest derivative: {error:.1e}");

@@ -10,7 +10,7 @@
 //! control channels, `P` of its physical constants `b`. A constant is a number or is bound to a design variable of the scene;
 //! write every mass, arm or stiffness as a `b`, so that each of them can become a design variable later.
 //!
-//! The number types `S` are listed in [`scalar`](crate::scalar). What a formula does not depend on, and what it is linear in,
+//! The number types `S` are listed at [`Scalar`]. What a formula does not depend on, and what it is linear in,
 //! is found out by the scene when it is compiled; there is nothing to declare.
 
 use nalgebra::SVector;

@@ -186,29 +186,30 @@ impl fmt::Display for Error {
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,
-                "at t = {time} s the constraint Jacobian has rank {rank} but {rows} rows; dependent: {}; remove the \
+                "at t = {time:?} s the constraint Jacobian has rank {rank} but {rows} rows; dependent: {}; remove the \
                  equations that follow from others",
                 equations.join(", ")
             ),
             Error::SingularMass { coordinates, time } => write!(
                 f,
-                "at t = {time} s the mass matrix is not positive definite on the admissible motions; \
+                "at t = {time:?} s the mass matrix is not positive definite on the admissible motions; \
                  coordinates that move without kinetic energy: {}; check masses and inertias",
                 coordinates.join(", ")
             ),
             Error::Newton { step, time, iterations, residual, equation } => write!(
                 f,
-                "Newton did not converge in step {step} (t = {time} s): after {iterations} iterations the relative residual is \
+                "Newton did not converge in step {step} (t = {time:?} s): after {iterations} iterations the relative residual is \
                  {residual:.2e} in {equation}; try a shorter time step, or raise `Settings::max_iterations`"
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(
                 f,
-                "the tangent matrix is singular in step {step} (t = {time} s) at {unknown} (relative pivot {pivot:.1e}); \
-                 the mechanism is in a singular configuration, or the time step is too long"
+                "the tangent matrix is singular in step {step} (t = {time:?} s) at {unknown} ({}); \
+                 the mechanism is in a singular configuration, or the time step is too long",
+                if pivot.is_finite() { format!("relative pivot {pivot:.1e}") } else { "numbers overflow there".into() }
             ),
             Error::Model { element, node, time } => write!(
                 f,
-                "{element} gave a value that is not finite at node {node} (t = {time} s); \
+                "{element} gave a value that is not finite at node {node} (t = {time:?} s); \
                  check its formula (division by zero, root or logarithm of a negative number)"
             ),
             Error::Incomplete { expected, computed } => write!(

@@ -1,6 +1,79 @@
 //! Exact discrete adjoint gradients of constrained multibody systems in Hamilton's canonical form.
-#![warn(missing_docs)]
-
+//!
+//! A mechanism is a sum of small elements ([`element`]), each a plain formula on a few coordinates: kinetic and potential
+//! energies, forces, constraints, costs. A [`Scene`] lists them, [`Scene::compile`] checks them and finds out what they depend on,
+//! and a [`Solver`] computes the motion for given [`Inputs`] and the [`Gradient`] of the cost with respect to all of them. The
+//! equations are those of P. Maciąg, P. Malczyk, J. Frączek, *The Discrete Hamiltonian-Based Adjoint Method for Some Optimization
+//! Problems in Multibody Dynamics* (<https://doi.org/10.1007/978-3-030-23132-3_43>), here "the paper"; "Eq. (9)" in the
+//! documentation is its Eq. (9).
+//!
+//! # Quickstart
+//!
+//! The paper's example, a cart with three links swung up by a force on the cart:
+//!
+//! ```
+//! use hamiltonian_adjoint::check::{Input, complex_step};
+//! use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes::CartPendulum};
+//!
+//! let system = CartPendulum::default().scene().compile()?;
+//! let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+//! inputs.controls.fill(10.0);
+//!
+//! let mut solver = Solver::new(&system, Settings::default());
+//! let motion = solver.simulate(&inputs)?;
+//! let cart = motion.q[(0, 100)]; // m, at t = 2 s
+//! let gradient = solver.gradient()?;
+//! assert!((cart - 8.5233060709473052).abs() < 1e-12);
+//! assert!((gradient.value - 15.18353832472497).abs() < 1e-12);
+//!
+//! // dJ/du at node 50, by the adjoint and by complex step.
+//! let control = Input::Control { channel: 0, node: 50 };
+//! let reference = complex_step(&system, &inputs, Settings::default(), &[control])?[0];
+//! assert!((control.in_gradient(gradient) - reference).abs() < 1e-14);
+//! # Ok::<(), hamiltonian_adjoint::Error>(())
+//! ```
+//!
+//! A mechanism of your own starts at [`Scene`], bodies and joints in the plane at [`planar`], a formula of your own at [`element`].
+//! The directory `examples` holds a program for each.
+//!
+//! # The equations
+//!
+//! One scalar function generates the mechanics, with the kinetic energy T, the potential V, holonomic constraints Φ(q, t) = 0 and
+//! multipliers σ (impulses):
+//!
+//! ```text
+//! 𝓛(q, v, σ, t) = T(q, v) − V(q, t) + σᵀ dΦ/dt
+//!
+//! p*  = 𝓛_v                    (1a)   = M v + Φ_qᵀ σ
+//! ṗ*  = 𝓛_q + Q(q, v, u, t)    (1b)   = Q + T_q − V_q + (dΦ/dt)_qᵀ σ
+//! 0   = 𝓛_σ                    (1c)   = dΦ/dt = Φ_q v + Φ_t
+//! ```
+//!
+//! | paper | what | where |
+//! |---|---|---|
+//! | (1a)–(1c) | equations of motion, from the elements | `element.rs`, `system/` |
+//! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `start.rs` |
+//! | (2)–(4) | trapezoidal step, Newton's iteration | `trapezoid.rs`, `evaluation.rs`, `simulate.rs` |
+//! | | tangent matrix K of the reduced step, and Kᵀ | `system/tangent.rs`, `linear/` |
+//! | (5) | cost J = Σ h_i + S | `element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
+//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint.rs` |
+//! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
+//! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint.rs` |
+//! | Section 4 | the example | `scenes.rs` |
+//! | Fig. 6 | complex step, tangents, differences | `check/`, `lifted.rs` |
+//!
+//! # Symbols
+//!
+//! | paper | code | paper | code |
+//! |---|---|---|---|
+//! | q, q̇ | `q`, `v` | Φ, Φ_q, Φ̇_q | `phi`, `phi_q`, `phi_dot_q` |
+//! | p*, ṗ* | `p_star`, `p_star_dot` | σ | `sigma` |
+//! | γ = 2/Δt | h = 1/γ = Δt/2, the half step | w | `w`; `a`, `b`, `c`, `d`, `e` ([`AdjointVariables`]) |
+//! | f_y, f_u | `f_y`, `f_u` ([`paper_system`]) | y | the columns of a [`Trajectory`] |
+//! | u | `u`, `controls` | design parameters | `b` of an element, `design` of the inputs |
+//! | h, S | [`Cost`] with [`Sum::Plain`], [`Sum::Terminal`] | n, m, k | [`System::n`], [`System::m`], [`System::k`] |
+//!
+//! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
 pub mod adjoint;
 pub mod check;
 mod complex_step;
@@ -32,8 +105,16 @@ pub use error::{Error, Stopped};
 pub use inputs::{Grid, Inputs, Start};
 pub use lifted::LiftedSolver;
 pub use scalar::{Arithmetic, Real, Scalar};
-pub use scene::{Control, Coordinate, Design, Multiplier, Multipliers, Param, Scene};
+pub use scene::{Control, Coordinate, Design, Multiplier, Param, Scene};
 pub use settings::Settings;
 pub use solver::{Solver, gradient, simulate};
 pub use system::System;
 pub use trajectory::{Report, Trajectory};
+
+/// The linear algebra crate whose vectors and matrices the interfaces use.
+pub use nalgebra;
+
+// The mechanism and cost of the README are compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

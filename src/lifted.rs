@@ -11,8 +11,10 @@ use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
-/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts.
+/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
 const CONVERGED: f64 = 1e-14;
+/// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
+const ROUNDING: f64 = 1e-13;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -28,7 +30,7 @@ const MOST_CORRECTIONS: usize = 30;
 /// let mut solver = LiftedSolver::new(&system, &inputs, Settings::default())?;
 /// solver.simulate(&perturbed)?;
 /// let derivative = solver.cost().0.im / 1e-30;
-/// # let gradient = hamiltonian_adjoint::gradient(&system, &inputs, &Settings::default())?;
+/// # let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default())?;
 /// # assert!((derivative - gradient.controls[(0, 3)]).abs() < 1e-12);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
@@ -147,11 +149,11 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let mut last = f64::INFINITY;
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
-            let size = self.correct(i, h);
-            // Where rounding is reached, corrections stop shrinking.
-            if correction > 0 && (size <= CONVERGED || size > 0.25 * last && size < 1e-9) {
+            let (size, is_rounding) = self.correct(i, h);
+            if correction > 0 && (size <= CONVERGED || is_rounding) {
                 self.evaluate(i, h);
-                return self.store(i, h);
+                self.store(i, h);
+                return Ok(());
             }
             last = size;
         }
@@ -181,30 +183,35 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
     }
 
-    /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts.
-    fn correct(&mut self, i: usize, h: R) -> f64 {
+    /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts, and whether the
+    /// residual before it was nothing but rounding.
+    fn correct(&mut self, i: usize, h: R) -> (f64, bool) {
         let system = self.real.system();
-        let mut largest = 0.0f64;
+        let (mut largest, mut is_rounding) = (0.0f64, true);
         for part in 0..R::PARTS {
+            let (mut residual, mut scale) = (0.0f64, 0.0f64);
             for (k, r) in self.part.v.iter_mut().enumerate() {
-                *r = (self.start_p[k] + h * self.sums.force[k] - self.sums.l_v[k]).part(part);
+                let [start, force, l_v] = [self.start_p[k], h * self.sums.force[k], self.sums.l_v[k]].map(|x| x.part(part));
+                *r = start + force - l_v;
+                residual = residual.max(r.abs());
+                scale = scale.max(start.abs()).max(force.abs()).max(l_v.abs());
             }
+            is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
             largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v));
             largest = largest.max(add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma));
         }
-        largest
+        (largest, is_rounding)
     }
 
     /// p* by E2 and ṗ* by E4.
-    fn store(&mut self, i: usize, h: R) -> Result<(), Error> {
+    fn store(&mut self, i: usize, h: R) {
         for (k, p) in column_mut(&mut self.trajectory.p_star, i).iter_mut().enumerate() {
             *p = self.start_p[k] + h * self.sums.force[k];
         }
         column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
         self.trajectory.computed = i + 1;
-        Ok(())
     }
 }
 

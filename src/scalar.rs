@@ -1,13 +1,4 @@
 //! The number types: [`Scalar`] is all that model code sees, [`Real`] is what a simulation runs on.
-//!
-//! A model function is written once, `fn phi<S: Scalar>(…)`, and is then evaluated with
-//!
-//! | type | for |
-//! |---|---|
-//! | `f64` | values |
-//! | num-dual's dual numbers (`DualSVec64<N>`, `Dual2SVec<…>`, …) | Jacobian blocks |
-//! | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
-//! | [`Trace`](crate::trace::Trace) | finding out what a function depends on |
 
 use nalgebra::Scalar as MatrixEntry;
 use num_dual::{Dual64, DualNum};
@@ -45,6 +36,17 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 }
 
 /// A number in a model function: a real value with, perhaps, derivatives or an imaginary part attached.
+///
+/// A model function is written once, `fn phi<S: Scalar>(…)`, and is then evaluated with
+///
+/// | type | for |
+/// |---|---|
+/// | `f64` | values |
+/// | num-dual's dual numbers (`DualSVec64<N>`, `Dual2SVec<…>`, …) | Jacobian blocks |
+/// | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
+/// | [`Trace`](crate::trace::Trace) | finding out what a function depends on |
+///
+/// A vector is scaled by a number of its own type: `vector * S::from(0.3)`.
 ///
 /// It has the arithmetic operators (a constant stands on the right: `x * 2.0`, not `2.0 * x`) and the analytic
 /// functions below. It is deliberately not a nalgebra `ComplexField`: `norm`, `dotc`, `adjoint` conjugate or take absolute

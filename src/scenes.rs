@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::element::{CostPoint, Sum};
 use crate::planar::Body;
-use crate::{Coordinate, Cost, Scalar, Scene};
+use crate::{Control, Cost, Multiplier, Scalar, Scene};
 
 /// The paper's example (section 4): a cart on a rail with a chain of hanging links, swung up by a force on the cart.
 ///
@@ -61,7 +61,23 @@ impl Default for CartPendulum {
     }
 }
 
-/// S = ½ (φ − φ_v)², b = [φ_v].
+/// The scene of a [`CartPendulum`] and its parts.
+pub struct CartScene {
+    /// The scene, without a cost.
+    pub scene: Scene,
+    /// The force on the cart, N.
+    pub force: Control,
+    /// The cart.
+    pub cart: Body,
+    /// The links, from the cart outwards.
+    pub links: Vec<Body>,
+    /// The multipliers of the rail.
+    pub rail: [Multiplier; 2],
+    /// The multipliers of the hinges, from the cart outwards.
+    pub hinges: Vec<[Multiplier; 2]>,
+}
+
+/// S = ½ (φ − φ_v)², `b = [φ_v]`.
 #[derive(Clone, Copy, Debug)]
 pub struct AngleError;
 
@@ -80,42 +96,43 @@ impl CartPendulum {
 
     /// The scene, with the terminal cost S = ½ Σ (φ_j − φ_v)² over the links.
     pub fn scene(&self) -> Scene {
-        let mut scene = self.mechanism();
-        for (j, link) in (1..=self.links).zip(self.link_coordinates(&scene)) {
-            scene.cost(&format!("angle of link {j}"), AngleError, Sum::Terminal, [link], [], [], [self.target_angle.into()]);
+        let CartScene { mut scene, links, .. } = self.mechanism();
+        for (j, link) in (1..).zip(links) {
+            let name = format!("angle of link {j}");
+            scene.cost(&name, AngleError, Sum::Terminal, [link.coordinates[2]], [], [], [self.target_angle.into()]);
         }
         scene
     }
 
-    /// The scene without a cost, for a cost of your own.
-    pub fn mechanism(&self) -> Scene {
+    /// The scene without a cost and handles to its parts, for a cost or further elements of your own.
+    pub fn mechanism(&self) -> CartScene {
         let mut scene = Scene::new();
+        scene.require(self.links > 0, "the number of links", self.links as f64, "at least 1");
+        let joint = (self.friction_joint as f64, "less than the number of links (0 joins the cart and link 1)");
+        scene.require(self.friction_joint < self.links.max(1), "the joint with friction", joint.0, joint.1);
         scene.gravity(0.0, -self.gravity);
         let force = scene.control("force on the cart");
         let cart = scene.body("cart", self.cart_mass, self.cart_inertia, [0.0; 3]);
         let (origin, centre) = (Body::GROUND.at(0.0, 0.0), cart.at(0.0, 0.0));
-        scene.prismatic("rail", origin, 0.0, centre, 0.0);
+        let rail = scene.prismatic("rail", origin, 0.0, centre, 0.0);
         scene.sliding_friction("rail friction", origin, 0.0, centre, self.rail_friction);
         scene.actuator("drive", origin, 0.0, centre, force);
 
         let half = 0.5 * self.link_length;
         let (sin, cos) = self.start_angle.sin_cos();
+        let (mut links, mut hinges) = (Vec::new(), Vec::new());
         let (mut inner, mut hinge) = (cart, centre);
         for j in 1..=self.links {
             let along = (2 * j - 1) as f64 * half;
             let place = [along * cos, along * sin, self.start_angle];
             let link = scene.body(&format!("link {j}"), self.link_mass, self.link_inertia, place);
-            scene.revolute(&format!("hinge {j}"), hinge, link.at(-half, 0.0));
+            hinges.push(scene.revolute(&format!("hinge {j}"), hinge, link.at(-half, 0.0)));
             if j == self.friction_joint + 1 {
                 scene.joint_friction(&format!("friction in hinge {j}"), inner, link, self.hinge_friction);
             }
+            links.push(link);
             (inner, hinge) = (link, link.at(half, 0.0));
         }
-        scene
-    }
-
-    /// The angles of the links in a scene made by [`CartPendulum::mechanism`].
-    pub fn link_coordinates(&self, scene: &Scene) -> Vec<Coordinate> {
-        (1..=self.links).filter_map(|j| scene.coordinate(&format!("link {j}.φ"))).collect()
+        CartScene { scene, force, cart, links, rail, hinges }
     }
 }

@@ -96,8 +96,8 @@ impl<'s> Solver<'s> {
 ///
 /// # Errors
 /// As [`Solver::simulate`]; the nodes before a failed step come with the error.
-pub fn simulate(system: &System, inputs: &Inputs, settings: &Settings) -> Result<Trajectory, Stopped> {
-    let mut solver = Solver::new(system, *settings);
+pub fn simulate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Trajectory, Stopped> {
+    let mut solver = Solver::new(system, settings);
     let result = solver.simulate(inputs).map(|_| ());
     let trajectory = solver.forward.trajectory;
     match result {
@@ -110,8 +110,8 @@ pub fn simulate(system: &System, inputs: &Inputs, settings: &Settings) -> Result
 ///
 /// # Errors
 /// As [`Solver::simulate`].
-pub fn gradient(system: &System, inputs: &Inputs, settings: &Settings) -> Result<Gradient, Error> {
-    let mut solver = Solver::new(system, *settings);
+pub fn gradient(system: &System, inputs: &Inputs, settings: Settings) -> Result<Gradient, Error> {
+    let mut solver = Solver::new(system, settings);
     solver.simulate(inputs)?;
     solver.gradient()?;
     Ok(solver.sweep.gradient)

@@ -65,7 +65,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     let mut phi = vec![0.0; system.m()];
     system.phi(&point(forward, q), &mut phi);
     let tolerance = settings.position_tolerance;
-    match worst(&phi).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+    match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
         Some((j, violation)) => {
             Err(Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance })
         }
@@ -75,7 +75,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
 
 fn check_velocity(phi_dot: &[f64], system: &System, settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
-    match worst(phi_dot).filter(|(_, violation)| !(violation.abs() <= tolerance)) {
+    match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
         Some((j, violation)) => {
             Err(Error::InitialVelocity { equation: system.equation_name(j).into(), violation, tolerance })
         }

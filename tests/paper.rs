@@ -57,13 +57,13 @@ fn every_derivative_agrees_with_complex_step_and_tangents() {
     let system = CartPendulum::default().scene().compile().expect("scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
     inputs.controls.fill(10.0);
-    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, &Settings::default()).expect("gradient");
+    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect("gradient");
     let all = Input::all(&inputs);
     let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();
     let now = std::time::Instant::now();
-    let complex = complex_step(&system, &inputs, &Settings::default(), &all).expect("complex step");
+    let complex = complex_step(&system, &inputs, Settings::default(), &all).expect("complex step");
     println!("{:?}", now.elapsed());
-    let dual = tangent(&system, &inputs, &Settings::default(), &all).expect("tangents");
+    let dual = tangent(&system, &inputs, Settings::default(), &all).expect("tangents");
     for (k, chunk) in all.chunks(101).enumerate() {
         let r = k * 101..k * 101 + chunk.len();
         println!(

@@ -91,7 +91,7 @@ mod tests {
     fn motion(system: &System) -> (Inputs, Trajectory) {
         let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.02));
         inputs.controls.fill(10.0);
-        let motion = hamiltonian_adjoint::simulate(system, &inputs, &Settings::default()).unwrap();
+        let motion = hamiltonian_adjoint::simulate(system, &inputs, Settings::default()).unwrap();
         (inputs, motion)
     }
 

@@ -85,11 +85,11 @@ impl Experiment {
     pub fn gradients(&self) -> Result<&Gradients, Error> {
         once(&self.gradients, || {
             let settings = SolverSettings::default();
-            let gradient = hamiltonian_adjoint::gradient(&self.system, &self.inputs, &settings)?;
+            let gradient = hamiltonian_adjoint::gradient(&self.system, &self.inputs, settings)?;
             let controls = self.controls();
             Ok(Gradients {
                 adjoint: controls.iter().map(|control| control.in_gradient(&gradient)).collect(),
-                complex_step: complex_step(&self.system, &self.inputs, &settings, &controls)?,
+                complex_step: complex_step(&self.system, &self.inputs, settings, &controls)?,
             })
         })
     }

@@ -27,22 +27,22 @@ pub struct Settings {
     /// Length of a link in m [assumed: the paper does not state it]
     #[arg(long, value_name = "M", default_value_t = CartPendulum::default().link_length, value_parser = positive, allow_negative_numbers = true)]
     pub length: f64,
-    /// Acceleration of gravity in m/s² [assumed]
+    /// Acceleration of gravity in m/s² (assumed)
     #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_negative_numbers = true)]
     pub gravity: f64,
-    /// Hinge that has the friction c_rot, 0 being that of the cart and the first link [assumed]
+    /// Hinge that has the friction c_rot, 0 being that of the cart and the first link (assumed)
     #[arg(long, value_name = "HINGE", default_value_t = 0)]
     pub friction_joint: u16,
     /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
     #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
     pub iterations: u32,
-    /// First step length α that each line search tries [assumed]
+    /// First step length α that each line search tries (assumed)
     #[arg(long, value_name = "ALPHA", default_value_t = USUAL.first, value_parser = positive, allow_negative_numbers = true)]
     pub alpha: f64,
-    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg [assumed]
+    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
     #[arg(long, value_name = "SHARE", default_value_t = USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
     pub armijo: f64,
-    /// Factor by which a refused step is shortened [assumed]
+    /// Factor by which a refused step is shortened (assumed)
     #[arg(long, value_name = "FACTOR", default_value_t = USUAL.shorten, value_parser = share, allow_negative_numbers = true)]
     pub backtrack: f64,
 }

@@ -39,7 +39,7 @@ pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<T
             solver.simulate(inputs)?;
             solver.gradient().map(|_| ())
         })?,
-        complex_step: median_time(|| complex_step(system, inputs, &settings, controls).map(|_| ()))?,
+        complex_step: median_time(|| complex_step(system, inputs, settings, controls).map(|_| ()))?,
     })
 }
 

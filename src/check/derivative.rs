@@ -77,7 +77,7 @@ impl Input {
 ///
 /// # Errors
 /// As [`Solver::simulate`].
-pub fn complex_step(system: &System, inputs: &Inputs, settings: &Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
+pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     const STEP: f64 = 1e-30;
     through_lifted::<Cx>(system, inputs, settings, with, Cx::new(0.0, STEP), |j| j.0.im / STEP)
 }
@@ -86,19 +86,19 @@ pub fn complex_step(system: &System, inputs: &Inputs, settings: &Settings, with:
 ///
 /// # Errors
 /// As [`Solver::simulate`].
-pub fn tangent(system: &System, inputs: &Inputs, settings: &Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
+pub fn tangent(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     through_lifted::<Dual64>(system, inputs, settings, with, Dual64::new(0.0, 1.0), |j| j.eps)
 }
 
 fn through_lifted<R: Real>(
     system: &System,
     inputs: &Inputs,
-    settings: &Settings,
+    settings: Settings,
     with: &[Input],
     unit: R,
     derivative: impl Fn(R) -> f64,
 ) -> Result<Vec<f64>, Error> {
-    let mut solver = LiftedSolver::<R>::new(system, inputs, *settings)?;
+    let mut solver = LiftedSolver::<R>::new(system, inputs, settings)?;
     let lifted = inputs.lift::<R>();
     let one = |input: &Input| {
         let mut perturbed = lifted.clone();
@@ -118,11 +118,11 @@ fn through_lifted<R: Real>(
 pub fn central_differences(
     system: &System,
     inputs: &Inputs,
-    settings: &Settings,
+    settings: Settings,
     with: &[Input],
     step: f64,
 ) -> Result<Vec<f64>, Error> {
-    let mut solver = Solver::new(system, *settings);
+    let mut solver = Solver::new(system, settings);
     let mut cost = |input: Input, change: f64| -> Result<f64, Error> {
         let mut perturbed = inputs.clone();
         *input.of(&mut perturbed) += change;

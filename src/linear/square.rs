@@ -4,6 +4,9 @@
 //! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. A pivot that loses digits all the same sends the
 //! node to the kernel with pivoting.
 
+// Loops over constant index ranges are unrolled; the indices are those of the formulas.
+#![expect(clippy::needless_range_loop)]
+
 use super::kernel::{Kernel, State};
 use super::lu::Cancelled;
 use super::node::Node;
@@ -53,8 +56,7 @@ impl<const S: usize> Square<S> {
             }
             let inverse = 1.0 / d[k][k];
             let loss = magnitude * inverse.abs();
-            // The comparison is false for NaN too.
-            if !(loss < MOST_LOSS) {
+            if loss.is_nan() || loss >= MOST_LOSS {
                 return None;
             }
             worst = worst.max(loss);

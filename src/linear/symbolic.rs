@@ -98,11 +98,6 @@ impl Symbolic {
         self.steps.len()
     }
 
-    /// Number of nodes.
-    pub(crate) fn nodes(&self) -> usize {
-        self.nodes.len()
-    }
-
     /// Sizes of the nodes in elimination order.
     pub(crate) fn node_sizes(&self) -> impl Iterator<Item = usize> {
         self.nodes.iter().map(|node| node.size)

@@ -4,29 +4,44 @@ use nalgebra::SVector;
 
 use crate::{Coordinate, KineticEnergy, Param, PotentialEnergy, Scalar, Scene};
 
-/// A planar rigid body of a scene, or the ground.
+/// A planar rigid body of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body(pub(super) Option<[Coordinate; 3]>);
+pub struct Body {
+    /// x and y of its centre of mass, m, and its angle φ, rad.
+    pub coordinates: [Coordinate; 3],
+}
 
-/// A point of a body, in the body's frame.
+/// A frame of reference: a body's own, or the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame(pub(super) Option<[Coordinate; 3]>);
+
+/// A point of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    pub(super) body: Body,
+    pub(super) frame: Frame,
     pub(super) at: [Param; 2],
+}
+
+impl From<Body> for Frame {
+    fn from(body: Body) -> Frame {
+        Frame(Some(body.coordinates))
+    }
+}
+
+impl Frame {
+    /// The point (x, y) of the frame, m.
+    pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
+        Point { frame: self, at: [x.into(), y.into()] }
+    }
 }
 
 impl Body {
     /// The inertial frame.
-    pub const GROUND: Body = Body(None);
+    pub const GROUND: Frame = Frame(None);
 
     /// The point (x, y) of the body's frame, m.
     pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
-        Point { body: self, at: [x.into(), y.into()] }
-    }
-
-    /// Its coordinates x, y, φ; none for the ground.
-    pub fn coordinates(self) -> Option<[Coordinate; 3]> {
-        self.0
+        Frame::from(self).at(x, y)
     }
 }
 
@@ -65,7 +80,7 @@ impl Scene {
             [q[0], q[1]],
             [mass, Param::gravity(0), Param::gravity(1)],
         );
-        Body(Some(q))
+        Body { coordinates: q }
     }
 
     /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added.

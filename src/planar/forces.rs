@@ -4,7 +4,7 @@
 
 use nalgebra::SVector;
 
-use super::body::{Body, Point};
+use super::body::{Frame, Point};
 use super::geometry::Link;
 use super::ground::{FromGround, ToGround};
 use super::joints::{axis, pair, points};
@@ -46,7 +46,7 @@ impl PotentialEnergy<6, 2> for TorsionalSpring {
     }
 }
 
-/// The torque −d (φ̇_b − φ̇_a) on b, the opposite on a; b = [d].
+/// The torque −d (φ̇_b − φ̇_a) on b, the opposite on a; `b = [d]`.
 #[derive(Clone, Copy, Debug)]
 pub struct JointFriction;
 
@@ -109,9 +109,9 @@ impl Scene {
     ) {
         let (stiffness, damping) = (stiffness.into(), damping.into());
         let spring = points(a, b, [stiffness, free_length.into()]);
-        self.between_potential(&format!("{name} (spring)"), LinearSpring, (a.body, b.body), spring, stiffness);
+        self.between_potential(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring, stiffness);
         if damping.constant() != Some(0.0) {
-            self.between_force(&format!("{name} (damper)"), Damper, (a.body, b.body), [], points(a, b, [damping]));
+            self.between_force(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
         }
     }
 
@@ -119,46 +119,46 @@ impl Scene {
     pub fn torsional_spring_damper(
         &mut self,
         name: &str,
-        a: Body,
-        b: Body,
+        a: impl Into<Frame>,
+        b: impl Into<Frame>,
         stiffness: impl Into<Param>,
         free_angle: impl Into<Param>,
         damping: impl Into<Param>,
     ) {
-        let (stiffness, damping) = (stiffness.into(), damping.into());
+        let (stiffness, damping, frames) = (stiffness.into(), damping.into(), (a.into(), b.into()));
         let spring = [stiffness, free_angle.into()];
-        self.between_potential(&format!("{name} (spring)"), TorsionalSpring, (a, b), spring, stiffness);
+        self.between_potential(&format!("{name} (spring)"), TorsionalSpring, frames, spring, stiffness);
         if damping.constant() != Some(0.0) {
-            self.between_force(&format!("{name} (damper)"), JointFriction, (a, b), [], [damping]);
+            self.between_force(&format!("{name} (damper)"), JointFriction, frames, [], [damping]);
         }
     }
 
     /// Adds viscous friction against relative rotation (N m s/rad).
-    pub fn joint_friction(&mut self, name: &str, a: Body, b: Body, damping: impl Into<Param>) {
-        self.between_force(name, JointFriction, (a, b), [], [damping.into()]);
+    pub fn joint_friction(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, damping: impl Into<Param>) {
+        self.between_force(name, JointFriction, (a.into(), b.into()), [], [damping.into()]);
     }
 
-    /// Adds viscous friction (N s/m) of `b` sliding along the axis of `a` (rad, in the frame of a's body).
+    /// Adds viscous friction (N s/m) of `b` sliding along the axis of `a` (rad, in a's frame).
     pub fn sliding_friction(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, damping: impl Into<Param>) {
         let parameters = points(a, b, [axis.into(), damping.into()]);
-        self.between_force(name, SlidingFriction, (a.body, b.body), [], parameters);
+        self.between_force(name, SlidingFriction, (a.frame, b.frame), [], parameters);
     }
 
-    /// Adds a force (N) on `b` along the axis of `a` (rad, in the frame of a's body), driven by a control.
+    /// Adds a force (N) on `b` along the axis of `a` (rad, in a's frame), driven by a control.
     pub fn actuator(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, force: Control) {
-        self.between_force(name, Actuator, (a.body, b.body), [force], points(a, b, [axis.into()]));
+        self.between_force(name, Actuator, (a.frame, b.frame), [force], points(a, b, [axis.into()]));
     }
 
     /// Adds a torque (N m) on `b` and its reaction on `a`, driven by a control.
-    pub fn torque_actuator(&mut self, name: &str, a: Body, b: Body, torque: Control) {
-        self.between_force(name, TorqueActuator, (a, b), [torque], []);
+    pub fn torque_actuator(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, torque: Control) {
+        self.between_force(name, TorqueActuator, (a.into(), b.into()), [torque], []);
     }
 
     fn between_potential<E, const P: usize>(
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Body, Body),
+        (a, b): (Frame, Frame),
         parameters: [Param; P],
         stiffness: Param,
     ) where
@@ -179,7 +179,7 @@ impl Scene {
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Body, Body),
+        (a, b): (Frame, Frame),
         u: [Control; K],
         parameters: [Param; P],
     ) where

@@ -2,11 +2,11 @@
 
 use nalgebra::SVector;
 
-use super::body::{Body, Point};
+use super::body::{Frame, Point};
 use super::geometry::{Link, rotated, turned};
 use super::ground::{FromGround, ToGround};
 use super::motion::Motion;
-use crate::{Constraint, Error, Multipliers, Param, Scalar, Scene};
+use crate::{Constraint, Error, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
 #[derive(Clone, Copy, Debug)]
@@ -70,11 +70,11 @@ pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
 
 impl Scene {
     /// Adds a hinge between two points.
-    pub fn revolute(&mut self, name: &str, a: Point, b: Point) -> Multipliers<2> {
-        self.joint(name, Revolute, (a.body, b.body), points(a, b, []))
+    pub fn revolute(&mut self, name: &str, a: Point, b: Point) -> [Multiplier; 2] {
+        self.joint(name, Revolute, (a.frame, b.frame), points(a, b, []))
     }
 
-    /// Adds a slider: `b` moves along the line through `a` at `axis` (rad, in the frame of a's body) and keeps the relative `angle`.
+    /// Adds a slider: `b` moves along the line through `a` at `axis` (rad, in a's frame) and keeps the relative `angle`.
     pub fn prismatic(
         &mut self,
         name: &str,
@@ -82,44 +82,44 @@ impl Scene {
         axis: impl Into<Param>,
         b: Point,
         angle: impl Into<Param>,
-    ) -> Multipliers<2> {
-        self.joint(name, Prismatic, (a.body, b.body), points(a, b, [axis.into(), angle.into()]))
+    ) -> [Multiplier; 2] {
+        self.joint(name, Prismatic, (a.frame, b.frame), points(a, b, [axis.into(), angle.into()]))
     }
 
     /// Adds a rigid connection of two points at a relative angle (rad).
-    pub fn weld(&mut self, name: &str, a: Point, b: Point, angle: impl Into<Param>) -> Multipliers<3> {
-        self.joint(name, Weld, (a.body, b.body), points(a, b, [angle.into()]))
+    pub fn weld(&mut self, name: &str, a: Point, b: Point, angle: impl Into<Param>) -> [Multiplier; 3] {
+        self.joint(name, Weld, (a.frame, b.frame), points(a, b, [angle.into()]))
     }
 
     /// Adds a massless rod of a given length (m) between two points.
-    pub fn distance(&mut self, name: &str, a: Point, b: Point, length: impl Into<Param>) -> Multipliers<1> {
+    pub fn distance(&mut self, name: &str, a: Point, b: Point, length: impl Into<Param>) -> [Multiplier; 1] {
         let length = length.into();
         self.require_positive(length, format!("the length of `{name}`"));
-        self.joint(name, Distance, (a.body, b.body), points(a, b, [length]))
+        self.joint(name, Distance, (a.frame, b.frame), points(a, b, [length]))
     }
 
     /// Adds a prescribed angle φ_b − φ_a = f(t; parameters).
     pub fn driven_angle<F, const P: usize>(
         &mut self,
         name: &str,
-        a: Body,
-        b: Body,
+        a: impl Into<Frame>,
+        b: impl Into<Frame>,
         motion: F,
         parameters: [Param; P],
-    ) -> Multipliers<1>
+    ) -> [Multiplier; 1]
     where
         F: Motion<P>,
     {
-        self.joint(name, DrivenAngle(motion), (a, b), parameters)
+        self.joint(name, DrivenAngle(motion), (a.into(), b.into()), parameters)
     }
 
     fn joint<E, const M: usize, const P: usize>(
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Body, Body),
+        (a, b): (Frame, Frame),
         parameters: [Param; P],
-    ) -> Multipliers<M>
+    ) -> [Multiplier; M]
     where
         E: Constraint<6, M, P>,
     {

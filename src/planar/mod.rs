@@ -25,7 +25,7 @@ mod ground;
 mod joints;
 mod motion;
 
-pub use body::{Body, Point, RigidBody, Weight};
+pub use body::{Body, Frame, Point, RigidBody, Weight};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
 pub use ground::{FromGround, ToGround};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};

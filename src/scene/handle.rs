@@ -55,7 +55,3 @@ handles! {
     /// The Lagrange multiplier (impulse σ) of one constraint equation.
     Multiplier;
 }
-
-/// The multipliers of one constraint, one for each of its M equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Multipliers<const M: usize>(pub [Multiplier; M]);

@@ -8,7 +8,7 @@ mod param;
 use std::any::Any;
 use std::collections::HashSet;
 
-pub use handle::{Control, Coordinate, Design, Multiplier, Multipliers};
+pub use handle::{Control, Coordinate, Design, Multiplier};
 pub use param::Param;
 
 use crate::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
@@ -87,7 +87,7 @@ impl Scene {
     }
 
     /// The coordinate called `group.name`, if there is one.
-    pub fn coordinate(&self, name: &str) -> Option<Coordinate> {
+    pub fn find_coordinate(&self, name: &str) -> Option<Coordinate> {
         let index = self.coordinates.iter().position(|own| own == name)?;
         Some(Coordinate(self.tag.handle(index)))
     }
@@ -158,7 +158,7 @@ impl Scene {
         element: E,
         q: [Coordinate; N],
         b: [Param; P],
-    ) -> Multipliers<M>
+    ) -> [Multiplier; M]
     where
         E: Constraint<N, M, P>,
     {
@@ -167,7 +167,7 @@ impl Scene {
         self.constraints.push((name.to_string(), M));
         let sigma = std::array::from_fn(|j| first + j);
         self.add(name, Holonomic(element), q, sigma, [], b);
-        Multipliers(std::array::from_fn(|j| Multiplier(self.tag.handle(first + j))))
+        std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
     }
 
     /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
@@ -275,6 +275,13 @@ impl Scene {
         false
     }
 
+    /// Reports a value that a scene cannot be built with.
+    pub(crate) fn require(&mut self, holds: bool, what: &str, value: f64, must_be: &'static str) {
+        if !holds {
+            self.report(Error::Parameter { what: what.to_string(), value, must_be });
+        }
+    }
+
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
         self.positive.push((param, what));
@@ -287,8 +294,8 @@ impl Scene {
     }
 
     /// Stands in for the multipliers of a joint that could not be added.
-    pub(crate) fn no_multipliers<const M: usize>(&self) -> Multipliers<M> {
-        Multipliers(std::array::from_fn(|_| Multiplier(self.tag.handle(0))))
+    pub(crate) fn no_multipliers<const M: usize>(&self) -> [Multiplier; M] {
+        std::array::from_fn(|_| Multiplier(self.tag.handle(0)))
     }
 
     /// Keeps the first problem.

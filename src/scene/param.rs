@@ -1,19 +1,24 @@
-//! Physical constants of elements: numbers, or values bound to a design variable.
+//! Physical constants of elements: numbers, or multiples of a design variable.
 
 use num_traits::Zero;
+use std::ops::{Mul, Neg};
 
 use super::Design;
+use crate::scalar::Arithmetic;
 
-/// A physical constant of an element: a number, or a design variable of the scene.
+/// A physical constant of an element: a number, or a multiple of a design variable of the scene.
 ///
-/// `0.8.into()` is a number; a [`Design`] handle converts into a bound parameter. Binding is what makes
-/// dJ/db available; an unbound parameter costs nothing.
+/// Numbers and [`Design`] handles convert into it; `length * 0.5` and `-length` bind half a length or its opposite. Binding is
+/// what makes dJ/db available; an unbound parameter costs nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Param(Kind);
+pub struct Param {
+    of: Source,
+    factor: f64,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    Constant(f64),
+enum Source {
+    One,
     Design(Design),
     /// A component of the scene's gravity, which may be set after the bodies.
     Gravity(usize),
@@ -21,54 +26,82 @@ enum Kind {
 
 impl From<f64> for Param {
     fn from(value: f64) -> Self {
-        Param(Kind::Constant(value))
+        Param { of: Source::One, factor: value }
     }
 }
 
 impl From<Design> for Param {
     fn from(design: Design) -> Self {
-        Param(Kind::Design(design))
+        Param { of: Source::Design(design), factor: 1.0 }
+    }
+}
+
+impl Mul<f64> for Param {
+    type Output = Param;
+    fn mul(self, factor: f64) -> Param {
+        Param { factor: self.factor * factor, ..self }
+    }
+}
+
+impl Neg for Param {
+    type Output = Param;
+    fn neg(self) -> Param {
+        self * -1.0
+    }
+}
+
+impl Mul<f64> for Design {
+    type Output = Param;
+    fn mul(self, factor: f64) -> Param {
+        Param::from(self) * factor
+    }
+}
+
+impl Neg for Design {
+    type Output = Param;
+    fn neg(self) -> Param {
+        Param::from(self) * -1.0
     }
 }
 
 impl Param {
     pub(crate) fn gravity(axis: usize) -> Self {
-        Param(Kind::Gravity(axis))
+        Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
     pub(crate) fn resolve(self, gravity: &[Param; 2]) -> Self {
-        match self.0 {
-            Kind::Gravity(axis) => gravity[axis],
+        match self.of {
+            Source::Gravity(axis) => gravity[axis] * self.factor,
             _ => self,
         }
     }
 
     /// The number, unless it is bound to a design variable.
     pub(crate) fn constant(&self) -> Option<f64> {
-        match self.0 {
-            Kind::Constant(value) => Some(value),
+        match self.of {
+            Source::One => Some(self.factor),
             _ => None,
         }
     }
 
-    /// The index of the design variable, if it is bound to one.
-    pub(crate) fn design(&self) -> Option<usize> {
-        self.handle().map(|design| design.index())
+    /// The index of the design variable and its factor, if it is bound to one.
+    pub(crate) fn design(&self) -> Option<(usize, f64)> {
+        self.handle().map(|design| (design.index(), self.factor))
     }
 
     pub(crate) fn handle(&self) -> Option<Design> {
-        match self.0 {
-            Kind::Design(design) => Some(design),
+        match self.of {
+            Source::Design(design) => Some(design),
             _ => None,
         }
     }
 
     /// The value for given design variables.
-    pub(crate) fn value<R: From<f64> + Copy + Zero>(&self, design: &[R]) -> R {
-        match self.0 {
-            Kind::Constant(value) => R::from(value),
-            Kind::Design(handle) => design[handle.index()],
-            Kind::Gravity(_) => R::zero(),
+    pub(crate) fn value<R: From<f64> + Copy + Zero + Arithmetic<f64>>(&self, design: &[R]) -> R {
+        match self.of {
+            Source::One => R::from(self.factor),
+            Source::Design(handle) => design[handle.index()] * self.factor,
+            Source::Gravity(_) => R::zero(),
         }
     }
 }

@@ -281,10 +281,10 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
             let t = SVector::from([p.t]);
             rows.time += weight * self.part(&t, p, b, |point, x| point.t = x[0])[0];
         }
-        for (i, design) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
+        for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
             let mut b = b.map(Dual64::from_re);
             b[i].eps = 1.0;
-            rows.design[design] += weight * self.cost.cost(&lift(p), &b).eps;
+            rows.design[design] += weight * factor * self.cost.cost(&lift(p), &b).eps;
         }
     }
 }

@@ -182,8 +182,8 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
         if self.plan.bound {
             for (p, b) in self.b.iter().enumerate() {
-                if let Some(design) = b.design() {
-                    rows.design[design] += self.directional(at, with, |_, b| b[p].eps = 1.0);
+                if let Some((design, factor)) = b.design() {
+                    rows.design[design] += factor * self.directional(at, with, |_, b| b[p].eps = 1.0);
                 }
             }
         }
