@@ -76,8 +76,11 @@ pub(crate) struct Sweep {
     node: Node,
     next: Node,
     cost: CostRows,
+    cost_is_zero: bool,
     rows: Rows,
-    x: Pair,
+    /// The right-hand side of the adjoint equations.
+    right: Pair,
+    zeros: Pair,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     time: f64,
 }
@@ -97,7 +100,9 @@ impl Sweep {
             node,
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: Rows::new(n, m),
-            x: Pair::new(n, m),
+            cost_is_zero: true,
+            right: Pair::new(n, m),
+            zeros: Pair::new(n, m),
             time: 0.0,
         }
     }
@@ -155,13 +160,17 @@ impl Sweep {
 
     /// J's terms at node `i` and their partials.
     fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) {
-        self.cost.clear();
+        if !self.cost_is_zero {
+            self.cost.clear();
+            self.cost_is_zero = true;
+        }
         let steps = &forward.inputs.grid.steps;
         if i < steps.len() && !system.has_running_cost() {
             return;
         }
         let (at, weights) = (forward.trajectory.cost_at(&forward.inputs, i), weights(steps, i));
         system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
+        self.cost_is_zero = false;
         self.gradient.value += self.cost.value;
     }
 
@@ -173,22 +182,27 @@ impl Sweep {
         let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
         let blocks = column(&forward.blocks, i);
         let newton = &mut forward.newton;
-        // With c = e = 0 there remains of d what later nodes and the cost contribute.
-        node.c.fill(0.0);
-        node.e.fill(0.0);
+        // Of equal length, so that the loops below need no checks.
+        let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
+        let (j_q, j_v, j_p, j_g) = (&cost.q[..n], &cost.v[..n], &cost.p_star[..n], &cost.p_star_dot[..n]);
+
+        // d̂, and what it contributes to ∂v + h ∂q and ∂σ.
+        let d = &mut node.d[..n];
         for k in 0..n {
-            node.d[k] = cost.p_star_dot[k] + h * cost.p_star[k] - (h + h_next) * next.b[k];
+            d[k] = j_g[k] + h * j_p[k] - (h + h_next) * b_next[k];
         }
         self.rows.clear();
-        let known = Covector { c: &node.c, d: &node.d, e: &node.e };
-        newton.evaluation.constants.pull_back_force(&node.d, &mut self.rows);
+        let known = Covector { c: &self.zeros.v, d, e: &self.zeros.sigma };
+        newton.evaluation.constants.pull_back_force(d, &mut self.rows);
         newton.evaluation.pull_back_nonlinear(system, blocks, &known, &mut self.rows);
+        let (right, row_v, row_q) = (&mut self.right.v[..n], &self.rows.v[..n], &self.rows.q[..n]);
         for k in 0..n {
-            self.x.v[k] = (h + h_next) * next.a[k] - cost.v[k] - self.rows.v[k] - h * (cost.q[k] + self.rows.q[k]);
+            right[k] = (h + h_next) * a_next[k] - j_v[k] - row_v[k] - h * (j_q[k] + row_q[k]);
         }
-        for (j, x) in self.x.sigma.iter_mut().enumerate() {
-            *x = -(cost.sigma[j] + self.rows.sigma[j]);
+        for ((right, j_sigma), row) in self.right.sigma.iter_mut().zip(&cost.sigma).zip(&self.rows.sigma) {
+            *right = -(j_sigma + row);
         }
+
         let factored = newton.factor(system, h, blocks, &mut self.report);
         factored.map_err(|breakdown| Error::SingularStep {
             step: i,
@@ -196,19 +210,20 @@ impl Sweep {
             unknown: system.unknown_name(breakdown.unknown),
             pivot: breakdown.pivot / breakdown.scale,
         })?;
-        newton.solve_transposed(system, &mut self.x);
-        node.c.copy_from_slice(&self.x.v);
-        node.e.copy_from_slice(&self.x.sigma);
+        newton.solve_transposed(system, &self.right, &mut node.c, &mut node.e);
+
+        let (b, c, d) = (&mut node.b[..n], &node.c[..n], &mut node.d[..n]);
         for k in 0..n {
-            node.d[k] -= h * node.c[k];
-            node.b[k] = if i > 0 { node.c[k] + next.b[k] - cost.p_star[k] } else { 0.0 };
+            d[k] -= h * c[k];
+            b[k] = c[k] + b_next[k] - j_p[k];
         }
         self.rows.clear();
-        let full = Covector { c: &node.c, d: &node.d, e: &node.e };
+        let full = Covector { c, d, e: &node.e };
         newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
         newton.evaluation.pull_back_nonlinear(system, blocks, &full, &mut self.rows);
+        let (a, row_q) = (&mut node.a[..n], &self.rows.q[..n]);
         for k in 0..n {
-            node.a[k] = next.a[k] - self.rows.q[k] - cost.q[k];
+            a[k] = a_next[k] - row_q[k] - j_q[k];
         }
         Ok(())
     }
@@ -258,7 +273,7 @@ impl Sweep {
         let (n, h_next) = (node.a.len(), forward.inputs.grid.steps.get(i).map_or(0.0, |dt| 0.5 * dt));
         let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);
         for k in 0..n {
-            let at_start = (node.a[k], node.c[k] + next.b[k] - cost.p_star[k]);
+            let at_start = (node.a[k], node.b[k]);
             let inside = (h_next * next.a[k] - cost.v[k], h_next * next.b[k] - cost.p_star_dot[k]);
             (first[k], first[n + k]) = if i > 0 { inside } else { at_start };
         }
@@ -272,12 +287,9 @@ impl Sweep {
         if let Some(after) = self.gradient.steps.first_mut() {
             *after += self.cost.step_after;
         }
-        let (node, next) = (&self.node, &self.next);
-        // a of node 0 stands for a₁ − 𝓛_vqᵀ c₀ − … − J_q.
-        self.gradient.start.q_mut().iter_mut().zip(&node.a).for_each(|(q, a)| *q = -a);
-        for (k, p) in self.gradient.start.rate_mut().iter_mut().enumerate() {
-            *p = self.cost.p_star[k] - node.c[k] - next.b[k];
-        }
+        // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
+        self.gradient.start.q_mut().iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
+        self.gradient.start.rate_mut().iter_mut().zip(&self.node.b).for_each(|(p, b)| *p = -b);
         if let Start::Velocity { q, v } = &mut self.gradient.start {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];

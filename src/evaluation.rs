@@ -17,11 +17,21 @@ pub(crate) struct Evaluation {
     pub(crate) blocks: Vec<f64>,
     /// The design variables that the constants belong to.
     design: Option<Vec<f64>>,
-    /// The half step that L belongs to, and L by (row, column, value), by unknown and in the solver's order.
-    half_step: Option<f64>,
+    /// L for the half steps met last; `current` is in use and `oldest` is the next to be replaced.
+    steps: Vec<Linear>,
+    current: usize,
+    oldest: usize,
     triplets: Vec<(usize, usize, f64)>,
-    linear: Vec<(u32, u32, f64)>,
     elements: Option<Elements>,
+}
+
+/// How many half steps are kept: a composition of steps has few different ones.
+const KEPT_STEPS: usize = 5;
+
+/// L for steps of half length h: entries (row, column, value) in the solver's order.
+struct Linear {
+    h: f64,
+    entries: Vec<(u32, u32, f64)>,
 }
 
 /// What elements with dual numbers need besides: their point and sums in the scene's order.
@@ -41,9 +51,10 @@ impl Evaluation {
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
             design: None,
-            half_step: None,
+            steps: Vec::new(),
+            current: 0,
+            oldest: 0,
             triplets: Vec::new(),
-            linear: Vec::new(),
             elements: system.differentiated().next().map(|_| elements()),
         }
     }
@@ -56,27 +67,40 @@ impl Evaluation {
         self.design = Some(design.to_vec());
         system.constants(design, &mut self.constants);
         self.sines.set_coefficients(&mut self.constants.waves);
-        self.half_step = None;
+        self.steps.clear();
+        self.oldest = 0;
     }
 
     /// Prepares L, here and in the matrix, for steps of half length h.
     pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
-        if self.half_step == Some(h) {
+        let known = |step: &Linear| step.h == h;
+        if let Some(which) = self.steps.iter().position(known) {
+            self.current = which;
+            matrix.select(which);
             return Ok(());
         }
+        let which = self.oldest;
+        self.oldest = (self.oldest + 1) % KEPT_STEPS;
+        if which >= self.steps.len() {
+            self.steps.push(Linear { h, entries: Vec::new() });
+        }
+        self.current = which;
+        // Not to be found again if what follows fails.
+        self.steps[which].h = f64::NAN;
         self.constants.tangent(h, &mut self.triplets);
+        matrix.set_constant(system.symbolic(), which, &self.triplets)?;
         let position = |unknown| system.symbolic().position(unknown) as u32;
-        self.linear.clear();
-        self.linear.extend(self.triplets.iter().map(|&(row, col, value)| (position(row), position(col), value)));
-        matrix.set_constant(system.symbolic(), &self.triplets)?;
-        self.half_step = Some(h);
+        let Linear { h: half_step, entries } = &mut self.steps[which];
+        entries.clear();
+        entries.extend(self.triplets.iter().map(|&(row, col, value)| (position(row), position(col), value)));
+        *half_step = h;
         Ok(())
     }
 
     /// r := k + L x.
     pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) {
         self.constants.step_constants(from, given, system.positions(), r);
-        for &(row, col, value) in &self.linear {
+        for &(row, col, value) in &self.steps[self.current].entries {
             r[row as usize] += value * x[col as usize];
         }
     }

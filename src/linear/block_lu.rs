@@ -21,7 +21,9 @@ pub(crate) struct Breakdown {
 /// All calls take the `Symbolic` that `new` was given.
 #[derive(Debug, Clone)]
 pub(crate) struct BlockLu {
-    constant: Constant,
+    /// Constant parts, of which one is in use.
+    constants: Vec<Constant>,
+    current: usize,
     values: Vec<f64>,
     swaps: Vec<usize>,
     scale: Vec<f64>,
@@ -32,7 +34,8 @@ impl BlockLu {
     /// The zero matrix; nothing is allocated after this.
     pub(crate) fn new(symbolic: &Symbolic) -> Self {
         Self {
-            constant: Constant::new(symbolic),
+            constants: vec![Constant::new(symbolic)],
+            current: 0,
             values: vec![0.0; symbolic.values_len()],
             swaps: vec![0; symbolic.size()],
             scale: vec![0.0; symbolic.size()],
@@ -40,19 +43,37 @@ impl BlockLu {
         }
     }
 
-    /// Sets the constant part from triplets (row, column, value), duplicates summed, and condenses.
+    /// Makes constant part number `which` the one in use.
+    pub(crate) fn select(&mut self, which: usize) {
+        self.current = which.min(self.constants.len() - 1);
+    }
+
+    fn constant(&self) -> &Constant {
+        &self.constants[self.current]
+    }
+
+    /// Sets constant part number `which` from triplets (row, column, value), duplicates summed, condenses, and selects it.
     ///
-    /// Every triplet lies in the pattern, on condensed or other unknowns.
+    /// A number not used before adds a part. Every triplet lies in the pattern, on condensed or other unknowns.
     ///
     /// # Errors
     /// A condensed unknown whose pivot is below 1e-10 of its row.
-    pub(crate) fn set_constant(&mut self, symbolic: &Symbolic, triplets: &[(usize, usize, f64)]) -> Result<(), Breakdown> {
-        self.constant.set(symbolic, triplets)
+    pub(crate) fn set_constant(
+        &mut self,
+        symbolic: &Symbolic,
+        which: usize,
+        triplets: &[(usize, usize, f64)],
+    ) -> Result<(), Breakdown> {
+        if which >= self.constants.len() {
+            self.constants.push(Constant::new(symbolic));
+        }
+        self.select(which);
+        self.constants[self.current].set(symbolic, triplets)
     }
 
     /// Starts an assembly: the values become the constant part.
     pub(crate) fn reset(&mut self) {
-        self.values.copy_from_slice(self.constant.image());
+        self.values.copy_from_slice(self.constants[self.current].image());
     }
 
     /// The values by slot, to add varying entries to between `reset` and `factor`.
@@ -70,7 +91,7 @@ impl BlockLu {
 
     /// Eliminates the condensed unknowns from a right-hand side.
     pub(crate) fn reduce(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant.forward(symbolic, x);
+        self.constant().forward(symbolic, x);
     }
 
     /// Factors the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
@@ -85,12 +106,12 @@ impl BlockLu {
 
     /// The condensed unknowns from their reduced right-hand sides and the others' values.
     pub(crate) fn expand(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant.backward(symbolic, x);
+        self.constant().backward(symbolic, x);
     }
 
     /// Eliminates the nodes, in `x` too if it is given.
     fn factor_with(&mut self, symbolic: &Symbolic, mut x: Option<&mut [f64]>) -> Result<(), Breakdown> {
-        self.scale.copy_from_slice(self.constant.scale());
+        self.scale.copy_from_slice(self.constants[self.current].scale());
         self.worst = 1.0;
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
         for node in symbolic.panels() {
@@ -111,12 +132,12 @@ impl BlockLu {
 
     /// Solves K x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant.forward(symbolic, x);
+        self.constant().forward(symbolic, x);
         for node in symbolic.panels() {
             node.kernel.forward(node, &self.values, &self.swaps, x);
         }
         self.backward_nodes(symbolic, x);
-        self.constant.backward(symbolic, x);
+        self.constant().backward(symbolic, x);
     }
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
@@ -127,14 +148,14 @@ impl BlockLu {
 
     /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant.forward_transposed(symbolic, x);
+        self.constant().forward_transposed(symbolic, x);
         for node in symbolic.panels() {
             node.kernel.forward_transposed(node, &self.values, x);
         }
         for node in symbolic.panels().iter().rev() {
             node.kernel.backward_transposed(node, &self.values, &self.swaps, x);
         }
-        self.constant.backward_transposed(symbolic, x);
+        self.constant().backward_transposed(symbolic, x);
     }
 }
 

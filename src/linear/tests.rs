@@ -14,7 +14,7 @@ fn set_constant(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMat
             triplets.extend([(i, j, matrix[(i, j)] / 3.0 - 1.0), (i, j, 1.0)]);
         }
     }
-    lu.set_constant(s, &triplets).expect("regular pivots");
+    lu.set_constant(s, 0, &triplets).expect("regular pivots");
 }
 
 fn assemble(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
@@ -237,7 +237,7 @@ fn redundant_constraints_are_reported() {
                 groups: groups.collect(),
             });
             let mut lu = BlockLu::new(&s);
-            let result = lu.set_constant(&s, &triplets).and_then(|()| {
+            let result = lu.set_constant(&s, 0, &triplets).and_then(|()| {
                 lu.reset();
                 lu.factor(&s)
             });
