@@ -15,6 +15,8 @@ pub(crate) struct Evaluation {
     sines: Sines,
     /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
+    /// The same at the point that K was last factored at.
+    factored: Vec<f64>,
     /// The design variables that the constants belong to.
     design: Option<Vec<f64>>,
     /// L for the half steps met last; `current` is in use and `oldest` is the next to be replaced.
@@ -50,6 +52,7 @@ impl Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
+            factored: vec![0.0; system.block_len()],
             design: None,
             steps: Vec::new(),
             current: 0,
@@ -158,9 +161,14 @@ impl Evaluation {
         }
     }
 
-    /// y += N′(h) x at the point evaluated last.
+    /// Keeps what N′ is made of at this point, for products with it after the next evaluation.
+    pub(crate) fn keep_blocks(&mut self) {
+        std::mem::swap(&mut self.blocks, &mut self.factored);
+    }
+
+    /// y += N′(h) x at the point that was kept last.
     pub(crate) fn multiply(&mut self, system: &System, h: f64, x: &[f64], y: &mut [f64]) {
-        let (angles, mut rest) = self.blocks.split_at(self.sines.block_len());
+        let (angles, mut rest) = self.factored.split_at(self.sines.block_len());
         self.sines.multiply(angles, h, x, y);
         let Some(elements) = &mut self.elements else { return };
         elements.x.load(system.positions(), x);

@@ -21,6 +21,8 @@
 //!   r(x + δ) = N(x + δ) − N(x) − N′(x) δ
 //! ```
 //!
+//! and with the factors of an earlier point x₀, K(x₀) δ = −r, the same with N′(x₀).
+//!
 //! Here L includes the constant k. So it is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
 //! first iteration and found after the last.
 
@@ -184,8 +186,9 @@ impl Newton {
         let scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
         let mut residual = self.largest_residual();
+        let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
-            let correction = self.correct(system, from.h, report)?;
+            let correction = self.correct(system, from.h, reuse, report)?;
             self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
@@ -202,6 +205,9 @@ impl Newton {
                 return self.finish(system, from, given, y);
             }
             last = correction;
+            // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
+            let left = 2.0 * residual / before;
+            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= ROUNDING * scale);
         }
         Err(self.diverged(system, settings.max_iterations, scale))
     }
@@ -231,12 +237,19 @@ impl Newton {
     }
 
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
-    fn correct(&mut self, system: &System, h: f64, report: &mut Report) -> Result<f64, StepFailure> {
-        self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
-        report.factorisations += 1;
-        let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
-        solved.map_err(StepFailure::Singular)?;
-        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+    ///
+    /// K is that of the present point, or, if its factors will do, of the point before.
+    fn correct(&mut self, system: &System, h: f64, old_factors: bool, report: &mut Report) -> Result<f64, StepFailure> {
+        if old_factors {
+            self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
+        } else {
+            self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
+            self.evaluation.keep_blocks();
+            report.factorisations += 1;
+            let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
+            solved.map_err(StepFailure::Singular)?;
+            report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        }
         let free = self.condensed..;
         self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {

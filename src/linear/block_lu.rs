@@ -104,6 +104,14 @@ impl BlockLu {
         Ok(())
     }
 
+    /// Solves for the unknowns that are not condensed with the factors, from a reduced right-hand side.
+    pub(crate) fn solve_reduced(&self, symbolic: &Symbolic, x: &mut [f64]) {
+        for node in symbolic.panels() {
+            node.kernel.forward(node, &self.values, &self.swaps, x);
+        }
+        self.backward_nodes(symbolic, x);
+    }
+
     /// The condensed unknowns from their reduced right-hand sides and the others' values.
     pub(crate) fn expand(&self, symbolic: &Symbolic, x: &mut [f64]) {
         self.constant().backward(symbolic, x);
@@ -132,12 +140,9 @@ impl BlockLu {
 
     /// Solves K x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().forward(symbolic, x);
-        for node in symbolic.panels() {
-            node.kernel.forward(node, &self.values, &self.swaps, x);
-        }
-        self.backward_nodes(symbolic, x);
-        self.constant().backward(symbolic, x);
+        self.reduce(symbolic, x);
+        self.solve_reduced(symbolic, x);
+        self.expand(symbolic, x);
     }
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
