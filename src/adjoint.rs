@@ -19,6 +19,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::lanes::dot;
 use crate::simulate::Forward;
 use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
@@ -244,10 +245,8 @@ impl Sweep {
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
     fn step_row(&mut self, forward: &Forward, i: usize) {
         let (y, before) = (forward.trajectory.columns(i), forward.trajectory.columns(i - 1));
-        let mean = |lambda: &[f64], x: &[f64], x_before: &[f64]| -> f64 {
-            lambda.iter().zip(x.iter().zip(x_before)).map(|(l, (x, b))| 0.5 * l * (x + b)).sum()
-        };
-        let own = mean(&self.node.a, y.v, before.v) + mean(&self.node.b, y.p_star_dot, before.p_star_dot);
+        let own = dot(&self.node.a, y.v) + dot(&self.node.a, before.v);
+        let own = 0.5 * (own + dot(&self.node.b, y.p_star_dot) + dot(&self.node.b, before.p_star_dot));
         self.gradient.steps[i - 1] = self.time - own + self.cost.step_before;
         if let Some(after) = self.gradient.steps.get_mut(i) {
             *after += self.cost.step_after;

@@ -26,9 +26,21 @@ impl Predictor {
         for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
             let rows = matrix.nrows();
             let (before, now) = matrix.as_mut_slice()[(i - self.used) * rows..(i + 1) * rows].split_at_mut(self.used * rows);
-            now.fill(0.0);
-            for (node, &weight) in before.chunks_exact(rows.max(1)).zip(&self.weights) {
-                now.iter_mut().zip(node).for_each(|(x, &y)| *x += weight * y);
+            let node = |k: usize| &before[k * rows..][..rows];
+            match (self.used, self.weights) {
+                // The usual case in one pass.
+                (4, [a, b, c, d]) => {
+                    let nodes = node(0).iter().zip(node(1)).zip(node(2).iter().zip(node(3)));
+                    for (x, ((x0, x1), (x2, x3))) in now.iter_mut().zip(nodes) {
+                        *x = (a * x0 + b * x1) + (c * x2 + d * x3);
+                    }
+                }
+                (used, weights) => {
+                    now.fill(0.0);
+                    for (k, weight) in weights[..used].iter().enumerate() {
+                        now.iter_mut().zip(node(k)).for_each(|(x, y)| *x += weight * y);
+                    }
+                }
             }
         }
     }

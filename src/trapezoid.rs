@@ -27,6 +27,7 @@
 //! first iteration and found after the last.
 
 use crate::evaluation::Evaluation;
+use crate::lanes::{all_finite, larger, largest};
 use crate::linear::{BlockLu, Breakdown};
 use crate::system::{At, Pair};
 use crate::trajectory::Report;
@@ -292,9 +293,8 @@ impl Newton {
         y.p_star_dot.fill(0.0);
         let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
         self.evaluation.add_force(&at, y.p_star_dot);
-        // A value that is not finite anywhere makes this sum so.
-        let sum: f64 = y.p_star_dot.iter().chain(y.q.iter()).chain(y.sigma.iter()).map(|x| x * 0.0).sum();
-        if sum == 0.0 { Ok(()) } else { Err(StepFailure::NotFinite) }
+        let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
+        if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
     /// The sizes of the velocities and multipliers that are not condensed.
@@ -320,22 +320,4 @@ impl Newton {
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
         StepFailure::Diverged { iterations, residual: size(&worst) / scale, unknown }
     }
-}
-
-/// The larger of two numbers; a single instruction, where `f64::max` takes care of NaN too.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-/// The maximum norm, in four independent chains.
-fn largest(x: &[f64]) -> f64 {
-    let (chunks, rest) = x.as_chunks::<4>();
-    let mut lanes = [0.0; 4];
-    for chunk in chunks {
-        for (lane, x) in lanes.iter_mut().zip(chunk) {
-            *lane = larger(*lane, x.abs());
-        }
-    }
-    lanes.iter().chain(rest).fold(0.0, |size, x| larger(size, x.abs()))
 }

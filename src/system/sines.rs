@@ -11,6 +11,7 @@
 //! The plain formulas hold these expressions to account in the tests.
 
 use super::batch::{Covector, Rows};
+use crate::sincos::sin_cos;
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +149,7 @@ impl Sines {
     pub fn residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
         for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<STATE>().0) {
             let v = x[angle.position];
-            let (sin, cos) = (start_q[angle.coordinate] + h * v).sin_cos();
+            let (sin, cos) = sin_cos(start_q[angle.coordinate] + h * v);
             let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
                 let sigma = x[term.position];

@@ -1,0 +1,68 @@
+//! Norms and sums in four independent chains, which the processor works on side by side.
+
+/// The larger of two numbers; a single instruction, where `f64::max` takes care of NaN too.
+#[inline(always)]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// The maximum norm; NaN is passed over.
+pub(crate) fn largest(x: &[f64]) -> f64 {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let mut lanes = [0.0; 4];
+    for chunk in chunks {
+        for (lane, x) in lanes.iter_mut().zip(chunk) {
+            *lane = larger(*lane, x.abs());
+        }
+    }
+    lanes.iter().chain(rest).fold(0.0, |size, x| larger(size, x.abs()))
+}
+
+/// Whether no entry is infinite or NaN.
+pub(crate) fn all_finite(x: &[f64]) -> bool {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let mut lanes = [0.0; 4];
+    for chunk in chunks {
+        // 0 · x is 0 for finite numbers and NaN for all others.
+        for (lane, x) in lanes.iter_mut().zip(chunk) {
+            *lane += x * 0.0;
+        }
+    }
+    lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|x| x.is_finite())
+}
+
+/// The scalar product; the vectors have the same length.
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let ((x_chunks, x_rest), (y_chunks, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
+    let mut lanes = [0.0; 4];
+    for (x, y) in x_chunks.iter().zip(y_chunks) {
+        for (lane, (x, y)) in lanes.iter_mut().zip(x.iter().zip(y)) {
+            *lane += x * y;
+        }
+    }
+    let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{all_finite, dot, largest};
+
+    #[test]
+    fn chains_agree_with_plain_loops_for_every_length() {
+        for len in 0..11 {
+            let x: Vec<f64> = (0..len).map(|k| f64::from(k * 7 % 5) - 2.5).collect();
+            let y: Vec<f64> = (0..len).map(|k| f64::from(k)).collect();
+            assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
+            assert_eq!(dot(&x, &y), x.iter().zip(&y).map(|(x, y)| x * y).sum::<f64>());
+            assert!(all_finite(&x));
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!((0..x.len()).all(|k| {
+                    let mut x = x.clone();
+                    x[k] = bad;
+                    !all_finite(&x)
+                }));
+            }
+        }
+    }
+}
