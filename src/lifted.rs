@@ -13,6 +13,8 @@ use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts.
 const CONVERGED: f64 = 1e-14;
+/// The relative residual below which corrections that do not shrink any more are taken for rounding.
+const ROUNDING: f64 = 1e-12;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -42,6 +44,8 @@ pub struct LiftedSolver<'s, R: Real> {
     start_p: Vec<R>,
     residual: Vec<R>,
     part: Vec<f64>,
+    /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
+    unit: Vec<f64>,
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
@@ -62,6 +66,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             start_p: zeros(n),
             residual: zeros(n + m),
             part: vec![0.0; n + m],
+            unit: vec![0.0; R::PARTS],
             real,
         })
     }
@@ -73,6 +78,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.check_sizes(inputs)?;
         self.inputs = inputs.clone();
+        for part in 1..R::PARTS {
+            self.unit[part] = largest_part(inputs, part);
+        }
         let times = inputs.grid.times();
         self.trajectory.times.copy_from_slice(&times);
         self.start()?;
@@ -145,22 +153,20 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             unknown: system.unknown_name(breakdown.unknown),
             pivot: breakdown.pivot / breakdown.scale,
         })?;
-        let mut last = f64::INFINITY;
+        let mut last = vec![f64::INFINITY; R::PARTS];
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
-            let size = self.correct(i, h);
-            // Where rounding is reached, corrections stop shrinking.
-            if correction > 0 && (size <= CONVERGED || size > 0.25 * last && size < 1e-9) {
+            let converged = self.correct(i, h, &mut last);
+            if converged && correction > 0 {
                 self.evaluate(i, h);
                 return self.store(i, h);
             }
-            last = size;
         }
         Err(Error::Newton {
             step: i,
             time: self.trajectory.times[i].part(0),
             iterations: MOST_CORRECTIONS,
-            residual: last,
+            residual: last.into_iter().fold(0.0, f64::max),
             equation: "the complex or dual part of the step".into(),
         })
     }
@@ -182,8 +188,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
     }
 
-    /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts.
-    fn correct(&mut self, i: usize, h: R) -> f64 {
+    /// One correction of every part by K⁻¹; writes their sizes relative to the unknowns, and tells whether all have converged.
+    fn correct(&mut self, i: usize, h: R, last: &mut [f64]) -> bool {
         let (system, n) = (self.real.system(), self.start_q.len());
         for (k, r) in self.residual.iter_mut().enumerate() {
             *r = match k.checked_sub(n) {
@@ -191,16 +197,34 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 Some(j) => -self.sums.phi_dot[j],
             };
         }
-        let mut largest = 0.0f64;
-        for part in 0..R::PARTS {
+        let mut converged = true;
+        for (part, last) in last.iter_mut().enumerate() {
+            let residual = self.relative_residual(part, h);
             self.part.iter_mut().zip(&self.residual).for_each(|(x, r)| *x = r.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
             let (delta_v, delta_sigma) = self.part.split_at(n);
-            for (x, delta) in [(&mut self.trajectory.v, delta_v), (&mut self.trajectory.sigma, delta_sigma)] {
-                largest = largest.max(add(column_mut(x, i), part, delta));
-            }
+            let v = add(column_mut(&mut self.trajectory.v, i), part, delta_v);
+            let size = v.max(add(column_mut(&mut self.trajectory.sigma, i), part, delta_sigma));
+            // Where rounding is reached, corrections stop shrinking. Unknowns that are zero but for rounding are corrected by as
+            // much as they are from the beginning: then only the residual tells.
+            let stalled = size > 0.25 * *last && (size < 1e-9 || residual < ROUNDING);
+            converged &= size <= CONVERGED || stalled;
+            *last = size;
         }
-        largest
+        converged
+    }
+
+    /// One part of the momentum equations' residual, relative to the largest of their terms (of its own, or of the real part times
+    /// the unit of the perturbation: terms may be zero but for rounding).
+    fn relative_residual(&self, part: usize, h: R) -> f64 {
+        let (mut worst, mut scale) = (0.0f64, 0.0f64);
+        for (k, start) in self.start_p.iter().enumerate() {
+            for term in [*start, h * self.sums.force[k], self.sums.l_v[k]] {
+                scale = scale.max(term.part(part).abs()).max(term.part(0).abs() * self.unit[part]);
+            }
+            worst = worst.max(self.residual[k].part(part).abs());
+        }
+        if worst == 0.0 { 0.0 } else { worst / scale }
     }
 
     /// p* by E2 and ṗ* by E4.
@@ -212,6 +236,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.trajectory.computed = i + 1;
         Ok(())
     }
+}
+
+/// The largest absolute value that one part has in any input.
+fn largest_part<R: Real>(inputs: &Inputs<R>, part: usize) -> f64 {
+    let (grid, start) = (&inputs.grid, &inputs.start);
+    let states = start.q().iter().chain(start.rate().iter());
+    let all = states.chain(&inputs.controls).chain(&inputs.design).chain(&grid.steps).chain([&grid.start]);
+    all.fold(0.0, |largest, x| largest.max(x.part(part).abs()))
 }
 
 /// Adds a correction to one part and returns its size relative to that part, in the maximum norm.
