@@ -5,7 +5,8 @@ mod common;
 use common::{assert_order, largest_difference, numbers};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Gradient, Grid, Inputs, Scene, Settings, Sum, System, Trajectory, gradient, scenes::AngleError, scenes::CartPendulum, simulate,
+    Gradient, Grid, Inputs, Scene, Settings, Sum, System, Trajectory, gradient, scenes::AngleError, scenes::CartPendulum,
+    simulate,
 };
 use std::f64::consts::FRAC_PI_2;
 

@@ -7,8 +7,8 @@ mod common;
 use common::{assert_gradient_is_exact, assert_order, bench::number, largest_difference};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Start, Sum, System, Trajectory, scenes::AngleError,
-    simulate,
+    Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Start, Sum, System, Trajectory,
+    scenes::AngleError, simulate,
 };
 use nalgebra::{DVector, SVector, dvector};
 
@@ -35,8 +35,7 @@ impl PotentialEnergy<2, 7> for DoublePendulum {
     }
 }
 
-const CONSTANTS: [f64; 7] =
-    [LINKS[0][0], LINKS[0][1], LINKS[0][2], LINKS[0][3], LINKS[1][0], LINKS[1][1], LINKS[1][2]];
+const CONSTANTS: [f64; 7] = [LINKS[0][0], LINKS[0][1], LINKS[0][2], LINKS[0][3], LINKS[1][0], LINKS[1][1], LINKS[1][2]];
 
 fn minimal() -> System {
     let mut scene = Scene::new();
