@@ -36,6 +36,31 @@ fn the_gradient_of_a_four_bar_agrees_with_complex_step() {
     });
 }
 
+/// All orders of four things.
+fn orders() -> Vec<[usize; 4]> {
+    let all = (0..256).map(|k| [k % 4, k / 4 % 4, k / 16 % 4, k / 64]);
+    all.filter(|order| (0..4).all(|i| order.contains(&i))).collect()
+}
+
+/// A loop of four rods with four hinges, listed in some order; on the ground if the last rod is.
+fn closed_loop(bench: &mut Bench, fourth_is_ground: bool, order: [usize; 4]) {
+    let corners = [[0.0, 0.0], [0.1, 0.4], [0.9, 0.7], [1.0, 0.0]];
+    let mut rods: Vec<Part> = (0..3).map(|i| bench.rod(corners[i], corners[i + 1])).collect();
+    rods.push(if fourth_is_ground { Part::GROUND } else { bench.rod(corners[3], corners[0]) });
+    for i in order {
+        bench.hinge(rods[i], rods[(i + 1) % 4], corners[(i + 1) % 4]);
+    }
+    bench.drive(rods[0], rods[1]);
+}
+
+#[test]
+fn a_loop_may_list_its_joints_in_any_order() {
+    for order in orders() {
+        assert_sound(&format!("four-bar {order:?}"), 1, Sum::Plain, |bench| closed_loop(bench, true, order));
+        assert_sound(&format!("free loop {order:?}"), 4, Sum::Plain, |bench| closed_loop(bench, false, order));
+    }
+}
+
 #[test]
 fn the_gradient_of_a_slider_crank_agrees_with_complex_step() {
     assert_sound("slider-crank", 1, Sum::Rectangle, |bench| {
