@@ -230,9 +230,8 @@ impl Scene {
         self.elements.push(name.to_string());
         let known = self.check(name, "coordinate", q.map(|q| q.0))
             & self.check(name, "control", u.map(|u| u.0))
-            & self.check_params(name, &b)
-            & self.check_distinct(name, &q);
-        if !known {
+            & self.check_params(name, &b);
+        if !known || !self.check_distinct(name, &q) {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
