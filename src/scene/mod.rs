@@ -193,7 +193,7 @@ impl Scene {
         if !known {
             return;
         }
-        let item = CostItem::new(cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
+        let item = CostItem::new(name, cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
         let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
         let at = self.costs.iter_mut().position(like).unwrap_or_else(|| {
             self.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
