@@ -4,7 +4,7 @@
 pub mod bench;
 
 use hamiltonian_adjoint::check::{Input, complex_step};
-use hamiltonian_adjoint::{Inputs, Settings, System, gradient};
+use hamiltonian_adjoint::{Error, Inputs, Settings, System, gradient};
 
 /// The largest |ours − reference| relative to the largest |reference|; infinite if any number is not finite.
 pub fn relative_error(ours: &[f64], reference: &[f64]) -> f64 {
@@ -77,4 +77,13 @@ pub fn assert_gradient_is_exact(what: &str, system: &System, inputs: &Inputs) {
     let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();
     let reference = complex_step(system, inputs, &settings, &all).unwrap_or_else(|error| panic!("{what}: {error}"));
     assert_same_derivatives(what, &all, &adjoint, &reference);
+}
+
+/// Asserts that a message contains these words, and prints it to be read.
+pub fn assert_says(error: &Error, words: &[&str]) {
+    let message = error.to_string();
+    println!("{message}");
+    for word in words {
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
 }
