@@ -163,6 +163,25 @@ fn a_force_with_an_infinite_derivative_is_blamed() {
     assert_blames(&failure(&sled(1.0, |scene, x| scene.force("drag", Own(InfiniteSlope), [x], [], []))), "`drag`", 0);
 }
 
+/// A damper that drives, Q = +v: with Δt = 2 s the tangent matrix 1 − Δt/2 of a mass of 1 kg vanishes.
+struct Drives;
+impl Formula for Drives {
+    fn at<S: Scalar>(&self, _q: S, v: S, _t: S) -> S {
+        v
+    }
+}
+
+#[test]
+fn a_singular_tangent_matrix_is_reported_with_its_step_and_unknown() {
+    let system = sled(1.0, |scene, x| scene.force("drive", Own(Drives), [x], [], []));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.5));
+    inputs.grid.steps[3] = 2.0;
+    let stopped = simulate(&system, &inputs, &Settings::default()).expect_err("a singular step");
+    assert!(matches!(&stopped.error, Error::SingularStep { step: 4, .. }), "{:?}", stopped.error);
+    assert_says(&stopped.error, &["step 4", "t = 3.5 s", "the velocity of `sled.x`", "time step is too long"]);
+    assert_eq!(stopped.trajectory.computed, 4);
+}
+
 /// (t − 0.5)⁻¹ᐟ², infinite or NaN until 0.5 s.
 struct SingularCost;
 impl Formula for SingularCost {
