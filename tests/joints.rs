@@ -15,27 +15,34 @@ const FIRST: [f64; 3] = [0.5, -0.2, -0.7];
 const SECOND: [f64; 3] = [1.1, -0.9, 0.4];
 const HINGE: [f64; 2] = [0.9, -0.6];
 
-/// Adds something between two parts to three scenes: both parts move, or one of them is the ground.
+/// Adds something between two parts to three scenes, in which both parts move or one of them is the ground, and sums costs in all ways.
 fn assert_exact(what: &str, add: impl Fn(&mut Bench, Part, Part)) {
-    for (place, sum) in [("moving", Sum::Plain), ("on the ground", Sum::Rectangle), ("to the ground", Sum::Trapezoidal)] {
-        let mut bench = Bench::new();
-        let first = bench.body(FIRST);
-        bench.hinge(Part::GROUND, first, [0.1, 0.2]);
-        let second = bench.body(SECOND);
-        // What is added may leave the second body without any joint: a hinged third one keeps a multiplier near.
-        let third = bench.body([1.6, -0.3, 1.2]);
-        bench.hinge(second, third, [1.4, -0.6]);
-        bench.drive(first, third);
-        match place {
-            "moving" => add(&mut bench, first, second),
-            "on the ground" => add(&mut bench, Part::GROUND, second),
-            _ => add(&mut bench, second, Part::GROUND),
+    for place in ["moving", "on the ground", "to the ground"] {
+        for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal] {
+            let system = scene_with(place, &add).compile(sum);
+            let inputs = lively(&system, 12, 0.03);
+            assert_gradient_is_exact(&format!("{what} {place}, {sum:?}, from p*"), &system, &inputs);
+            let inputs = from_velocity(&system, &inputs);
+            assert_gradient_is_exact(&format!("{what} {place}, {sum:?}, from v"), &system, &inputs);
         }
-        let system = bench.compile(sum);
-        let inputs = lively(&system, 12, 0.03);
-        assert_gradient_is_exact(&format!("{what} {place}, from p*"), &system, &inputs);
-        assert_gradient_is_exact(&format!("{what} {place}, from v"), &system, &from_velocity(&system, &inputs));
     }
+}
+
+fn scene_with(place: &str, add: impl Fn(&mut Bench, Part, Part)) -> Bench {
+    let mut bench = Bench::new();
+    let first = bench.body(FIRST);
+    bench.hinge(Part::GROUND, first, [0.1, 0.2]);
+    let second = bench.body(SECOND);
+    // What is added may leave the second body without any joint: a hinged third one keeps a multiplier near.
+    let third = bench.body([1.6, -0.3, 1.2]);
+    bench.hinge(second, third, [1.4, -0.6]);
+    bench.drive(first, third);
+    match place {
+        "moving" => add(&mut bench, first, second),
+        "on the ground" => add(&mut bench, Part::GROUND, second),
+        _ => add(&mut bench, second, Part::GROUND),
+    }
+    bench
 }
 
 fn note<const M: usize>(bench: &mut Bench, sigma: [Multiplier; M]) {

@@ -94,25 +94,39 @@ fn the_gradient_of_a_body_with_three_children_agrees_with_complex_step() {
     });
 }
 
-/// Five four-bars on top of one another, each on the rung of the one below.
+/// Four-bars on top of one another, each on the rung of the one below; the hinges of each are listed in this order.
+fn ladder(bench: &mut Bench, base: Part, loops: usize, order: [usize; 4]) {
+    let mut rung = base;
+    let corner = |side: f64, k: usize| [side * (0.5 - 0.04 * k as f64) + 0.03 * (k * k) as f64, 0.5 * k as f64];
+    for k in 0..loops {
+        let [left, right] = [-1.0, 1.0].map(|side| [corner(side, k), corner(side, k + 1)]);
+        let rails = [bench.rod(left[0], left[1]), bench.rod(right[0], right[1])];
+        let next = bench.rod(left[1], right[1]);
+        let hinges =
+            [(rung, rails[0], left[0]), (rung, rails[1], right[0]), (rails[0], next, left[1]), (rails[1], next, right[1])];
+        order.map(|i| bench.hinge(hinges[i].0, hinges[i].1, hinges[i].2));
+        rung = next;
+    }
+    bench.drive(bench.parts[0], bench.parts[2]);
+}
+
 #[test]
 fn the_gradient_of_a_ladder_of_five_loops_agrees_with_complex_step() {
-    assert_sound("ladder", 5, Sum::Trapezoidal, |bench| {
-        let mut rung = Part::GROUND;
-        let corner = |side: f64, k: usize| [side * (0.5 - 0.04 * k as f64) + 0.03 * (k * k) as f64, 0.5 * k as f64];
-        for k in 0..5 {
-            let [left, right] = [-1.0, 1.0].map(|side| (corner(side, k), corner(side, k + 1)));
-            let bodies = [left, right].map(|(bottom, top)| {
-                let rail = bench.rod(bottom, top);
-                bench.hinge(rung, rail, bottom);
-                rail
-            });
-            rung = bench.rod(left.1, right.1);
-            bench.hinge(bodies[0], rung, left.1);
-            bench.hinge(bodies[1], rung, right.1);
-        }
-        bench.drive(bench.parts[0], bench.parts[2]);
-    });
+    let build = |bench: &mut Bench| ladder(bench, Part::GROUND, 5, [0, 1, 2, 3]);
+    assert_sound("ladder", 5, Sum::Trapezoidal, build);
+}
+
+#[test]
+fn a_ladder_moves_in_whatever_order_its_joints_are_listed_and_without_ground_too() {
+    for (order, on_ground) in orders().into_iter().flat_map(|order| [(order, true), (order, false)]) {
+        let mut bench = Bench::new();
+        let base = if on_ground { Part::GROUND } else { bench.rod([-0.5, 0.0], [0.5, 0.0]) };
+        ladder(&mut bench, base, 4, order);
+        let system = bench.compile(Sum::Plain);
+        let inputs = lively(&system, 20, 0.005);
+        let rate = largest(motion(&system, &inputs).phi_dot(&system, &inputs).as_slice());
+        assert!(rate <= 1e-12, "{order:?}: dΦ/dt = {rate:.2e}");
+    }
 }
 
 #[test]
