@@ -231,7 +231,8 @@ impl Scene {
         let known = self.check(name, "coordinate", q.map(|q| q.0))
             & self.check(name, "control", u.map(|u| u.0))
             & self.check_params(name, &b);
-        if !known || !self.check_distinct(name, &q) {
+        // An energy or force on no coordinates is nothing, and dual numbers cannot be made for it.
+        if !known || !self.check_distinct(name, &q) || N + M == 0 {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
