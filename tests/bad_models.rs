@@ -213,3 +213,35 @@ fn a_cost_that_is_infinite_where_it_does_not_count_does_no_harm() {
     let gradient = hamiltonian_adjoint::gradient(&system, &inputs, &Settings::default()).expect("gradient");
     assert!((gradient.value - (1.0 / 4.0 + 1.0 / 3.0 + 1.0 / 2.0 + 1.0)).abs() < 1e-14);
 }
+
+/// A force on nothing.
+struct Nothing;
+impl Force<0> for Nothing {
+    fn force<S: Scalar>(&self, _at: &ForcePoint<S, 0, 0>, _b: &SVector<S, 0>) -> SVector<S, 0> {
+        SVector::zeros()
+    }
+}
+
+#[test]
+fn elements_and_groups_without_coordinates_do_no_harm() {
+    let system = sled(1.0, |scene, _| {
+        scene.force("nothing", Nothing, [], [], []);
+        scene.coordinates("nobody", []);
+    });
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
+    assert_eq!(simulate(&system, &inputs, &Settings::default()).expect("motion").q.amax(), 0.0);
+}
+
+/// t = 0, whatever the coordinates.
+struct Impossible;
+impl Constraint<0, 1> for Impossible {
+    fn phi<S: Scalar>(&self, _q: &SVector<S, 0>, _b: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([t])
+    }
+}
+
+#[test]
+fn a_constraint_on_no_coordinates_is_reported_as_violated() {
+    let error = failure(&sled(1.0, |scene, _| _ = scene.constraint("impossible", Impossible, [], [])));
+    assert!(matches!(&error, Error::InitialVelocity { equation, .. } if equation == "`impossible`"), "{error:?}");
+}
