@@ -45,8 +45,8 @@ fn of_second_call(steps: usize) -> [usize; 2] {
     inputs.controls.fill(10.0);
     let mut solver = Solver::new(&system, Settings::default());
     let mut run = || {
-        let forward = allocations(|| drop(solver.simulate(&inputs).expect("motion")));
-        [forward, allocations(|| drop(solver.gradient().expect("gradient")))]
+        let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
+        [forward, allocations(|| _ = solver.gradient().expect("gradient"))]
     };
     run();
     run()

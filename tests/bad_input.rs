@@ -159,7 +159,8 @@ fn a_coordinate_of_another_scene_that_is_repeated_is_refused_too() {
 #[test]
 fn a_joint_from_the_ground_to_itself_is_refused() {
     let ground = Body::GROUND;
-    let adders: [(&str, fn(&mut Scene)); 5] = [
+    type Adder = fn(&mut Scene);
+    let adders: [(&str, Adder); 5] = [
         ("hinge", |scene| _ = scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), Body::GROUND.at(0.0, 0.0))),
         ("motor", |scene| {
             _ = scene.driven_angle("motor", Body::GROUND, Body::GROUND, ConstantSpeed, [0.0.into(), 1.0.into()])

@@ -104,7 +104,9 @@ fn ladder(bench: &mut Bench, base: Part, loops: usize, order: [usize; 4]) {
         let next = bench.rod(left[1], right[1]);
         let hinges =
             [(rung, rails[0], left[0]), (rung, rails[1], right[0]), (rails[0], next, left[1]), (rails[1], next, right[1])];
-        order.map(|i| bench.hinge(hinges[i].0, hinges[i].1, hinges[i].2));
+        for (a, b, at) in order.map(|i| hinges[i]) {
+            bench.hinge(a, b, at);
+        }
         rung = next;
     }
     bench.drive(bench.parts[0], bench.parts[2]);
