@@ -23,7 +23,7 @@ use crate::lanes::dot;
 use crate::simulate::Forward;
 use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
-use crate::{Error, Settings, Start, System};
+use crate::{Error, Settings, Start, System, error};
 
 /// The cost and its derivatives with respect to everything a motion follows from.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl Sweep {
         }
         self.prepare(system, forward, settings);
         for i in (0..nodes).rev() {
-            self.cost_rows(system, forward, i);
+            self.cost_rows(system, forward, i)?;
             self.solve_node(system, forward, i)?;
             self.input_rows(system, forward, i);
             if i > 0 {
@@ -160,19 +160,24 @@ impl Sweep {
     }
 
     /// J's terms at node `i` and their partials.
-    fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) {
+    fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) -> Result<(), Error> {
         if !self.cost_is_zero {
             self.cost.clear();
             self.cost_is_zero = true;
         }
         let steps = &forward.inputs.grid.steps;
         if i < steps.len() && !system.has_running_cost() {
-            return;
+            return Ok(());
         }
         let (at, weights) = (forward.trajectory.cost_at(&forward.inputs, i), weights(steps, i));
         system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
         self.cost_is_zero = false;
         self.gradient.value += self.cost.value;
+        if self.cost.is_finite() {
+            return Ok(());
+        }
+        let names = system.costs().iter().find_map(|costs| costs.find_not_finite(&at, &weights, &mut self.cost));
+        Err(Error::Model { element: error::quoted(names.unwrap_or("the cost")), node: i, time: at.t })
     }
 
     /// Solves the adjoint equations of node `i`.

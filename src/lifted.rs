@@ -44,6 +44,8 @@ pub struct LiftedSolver<'s, R: Real> {
     start_p: Vec<R>,
     /// A residual, then a correction, of one part.
     part: Pair,
+    /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
+    unit: Vec<f64>,
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
@@ -63,6 +65,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             start_q: zeros(n),
             start_p: zeros(n),
             part: Pair::new(n, m),
+            unit: vec![0.0; R::PARTS],
             real,
         })
     }
@@ -74,6 +77,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.check_sizes(inputs)?;
         self.inputs = inputs.clone();
+        for part in 1..R::PARTS {
+            self.unit[part] = largest_part(inputs, part);
+        }
         let times = inputs.grid.times();
         self.trajectory.times.copy_from_slice(&times);
         self.start()?;
@@ -150,12 +156,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
+            last = size;
             if correction > 0 && (size <= CONVERGED || is_rounding) {
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
             }
-            last = size;
         }
         Err(Error::Newton {
             step: i,
@@ -191,10 +197,13 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for part in 0..R::PARTS {
             let (mut residual, mut scale) = (0.0f64, 0.0f64);
             for (k, r) in self.part.v.iter_mut().enumerate() {
-                let [start, force, l_v] = [self.start_p[k], h * self.sums.force[k], self.sums.l_v[k]].map(|x| x.part(part));
-                *r = start + force - l_v;
+                let terms = [self.start_p[k], h * self.sums.force[k], self.sums.l_v[k]];
+                *r = (terms[0] + terms[1] - terms[2]).part(part);
                 residual = residual.max(r.abs());
-                scale = scale.max(start.abs()).max(force.abs()).max(l_v.abs());
+                // A term whose part is zero but for rounding counts by its real part and the size of the perturbation.
+                for term in terms {
+                    scale = scale.max(term.part(part).abs()).max(term.part(0).abs() * self.unit[part]);
+                }
             }
             is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
@@ -213,6 +222,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
         self.trajectory.computed = i + 1;
     }
+}
+
+/// The largest absolute value that one part has in any input.
+fn largest_part<R: Real>(inputs: &Inputs<R>, part: usize) -> f64 {
+    let (grid, start) = (&inputs.grid, &inputs.start);
+    let states = start.q().iter().chain(start.rate().iter());
+    let all = states.chain(&inputs.controls).chain(&inputs.design).chain(&grid.steps).chain([&grid.start]);
+    all.fold(0.0, |largest, x| largest.max(x.part(part).abs()))
 }
 
 /// Adds a correction to one part and returns its size relative to that part, in the maximum norm.

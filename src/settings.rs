@@ -20,7 +20,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            tolerance: 1e-13,
+            tolerance: 1e-14,
             max_iterations: 25,
             position_tolerance: 1e-9,
             velocity_tolerance: 1e-9,

@@ -129,6 +129,7 @@ impl Forward {
     fn explain(&self, system: &System, i: usize, failure: StepFailure) -> Error {
         let time = self.trajectory.times[i];
         match failure {
+            StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, i),
             StepFailure::Singular(breakdown) => Error::SingularStep {
                 step: i,
                 time,

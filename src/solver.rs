@@ -67,7 +67,7 @@ impl<'s> Solver<'s> {
     /// J of the last motion and its derivatives with respect to all inputs, by the discrete adjoint (Eq. 9–12).
     ///
     /// # Errors
-    /// No complete motion; a singular tangent matrix.
+    /// No complete motion; a cost that is not finite; a singular tangent matrix.
     pub fn gradient(&mut self) -> Result<&Gradient, Error> {
         self.sweep.run(self.system, &mut self.forward, &self.settings)
     }

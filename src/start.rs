@@ -43,7 +43,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
         });
     }
     forward.set_start(&q, &p_star);
-    check_regular(forward, system, n, m)?;
+    check_regular(forward, system, &q)?;
     forward.solve_node(system, 0, 0.0, settings)?;
     column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
     forward.trajectory.computed = 1;
@@ -66,6 +66,10 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     system.phi(&point(forward, q), &mut phi);
     let tolerance = settings.position_tolerance;
     match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
+        Some((j, violation)) if !violation.is_finite() => {
+            let (element, time) = (system.equation_name(j).into(), forward.trajectory.times[0]);
+            Err(Error::Model { element, node: 0, time })
+        }
         Some((j, violation)) => {
             Err(Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance })
         }
@@ -90,12 +94,16 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
 }
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0], and explains a breakdown by the ranks of its parts.
-fn check_regular(forward: &mut Forward, system: &System, n: usize, m: usize) -> Result<(), Error> {
+fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<(), Error> {
+    let (n, m) = (system.n(), system.m());
     let result = forward.factor_start(system);
     if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
         return Ok(());
     }
     let time = forward.trajectory.times[0];
+    if let Some(element) = system.find_not_finite(&point(forward, q)) {
+        return Err(Error::Model { element, node: 0, time });
+    }
     let (mass, phi_q) = mass_and_jacobian(forward, system, n, m);
     let null = null_space(&phi_q.transpose());
     if null.ncols() > 0 {
@@ -141,6 +149,10 @@ fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> 
 /// An orthonormal basis of the null space, by columns.
 fn null_space(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let columns = matrix.ncols();
+    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
+    if columns == 0 || !matrix.iter().all(|x| x.is_finite()) {
+        return DMatrix::zeros(columns, 0);
+    }
     // Squared up with zero rows, so that the decomposition holds all right singular vectors.
     let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
     let svd = square.svd(false, true);

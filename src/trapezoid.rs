@@ -34,7 +34,7 @@ use crate::trajectory::Report;
 use crate::{Settings, System};
 
 /// A residual below this fraction of its terms is rounding.
-const ROUNDING: f64 = 3e-14;
+const ROUNDING: f64 = 1e-14;
 /// Below this fraction it may be, where the sums are long or the masses far apart.
 const STALLED: f64 = 1e-10;
 
@@ -186,31 +186,33 @@ impl Newton {
     ) -> Result<(), StepFailure> {
         let scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
-        let mut residual = self.largest_residual();
+        let mut sizes = self.sizes(&self.delta);
+        let mut residual = f64::INFINITY;
         let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
             let correction = self.correct(system, from.h, reuse, report)?;
             self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            let before = std::mem::replace(&mut residual, self.largest_residual());
+            // Momentum equations against their terms, velocity constraints against the velocities.
+            let terms = Sizes { v: scale, sigma: self.size.v };
+            let before = std::mem::replace(&mut sizes, self.sizes(&self.delta)).relative_to(terms);
+            residual = sizes.relative_to(terms);
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let rounding = residual <= ROUNDING * scale || correction > 0.25 * last && before <= STALLED * scale;
+            let rounding = residual <= ROUNDING || correction > 0.25 * last && before <= STALLED;
             if next <= settings.tolerance || rounding {
                 report.worst_correction = report.worst_correction.max(next);
-                if residual > 0.0 {
-                    report.worst_residual = report.worst_residual.max(residual / scale);
-                }
+                report.worst_residual = report.worst_residual.max(residual);
                 return self.finish(system, from, given, y);
             }
             last = correction;
             // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
             let left = 2.0 * residual / before;
-            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= ROUNDING * scale);
+            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= ROUNDING);
         }
-        Err(self.diverged(system, settings.max_iterations, scale))
+        Err(self.diverged(system, settings.max_iterations, residual))
     }
 
     /// −r at the first guess, reduced; returns the size of the terms in r, p*₋ + h g₋.
@@ -297,27 +299,32 @@ impl Newton {
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// The sizes of the velocities and multipliers that are not condensed.
+    /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
     fn sizes(&self, x: &[f64]) -> Sizes {
-        let mut sizes = Sizes::default();
-        for (x, is_velocity) in x[self.condensed..].iter().zip(&self.is_velocity[self.condensed..]) {
-            sizes.v = larger(sizes.v, (x * is_velocity).abs());
-            sizes.sigma = larger(sizes.sigma, (x - x * is_velocity).abs());
+        let (x, is_velocity) = (&x[self.condensed..], &self.is_velocity[self.condensed..]);
+        let (chunks, rest) = x.as_chunks::<2>();
+        let (masks, rest_masks) = is_velocity.as_chunks::<2>();
+        let (mut v, mut sigma) = ([0.0; 2], [0.0; 2]);
+        for (x, mask) in chunks.iter().zip(masks) {
+            for k in 0..2 {
+                v[k] = larger(v[k], (x[k] * mask[k]).abs());
+                sigma[k] = larger(sigma[k], (x[k] - x[k] * mask[k]).abs());
+            }
         }
-        sizes
+        for (x, mask) in rest.iter().zip(rest_masks) {
+            v[0] = larger(v[0], (x * mask).abs());
+            sigma[0] = larger(sigma[0], (x - x * mask).abs());
+        }
+        Sizes { v: larger(v[0], v[1]), sigma: larger(sigma[0], sigma[1]) }
     }
 
-    fn largest_residual(&self) -> f64 {
-        largest(&self.delta[self.condensed..])
-    }
-
-    fn diverged(&self, system: &System, iterations: usize, scale: f64) -> StepFailure {
+    fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {
         let size = |position: &usize| self.delta[*position].abs();
         let free = self.condensed..self.delta.len();
         let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
         let positions = system.positions();
         let all = positions.v.iter().chain(&positions.sigma);
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
-        StepFailure::Diverged { iterations, residual: size(&worst) / scale, unknown }
+        StepFailure::Diverged { iterations, residual, unknown }
     }
 }

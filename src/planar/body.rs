@@ -29,6 +29,11 @@ impl From<Body> for Frame {
 }
 
 impl Frame {
+    /// The coordinates of its body; none for the ground.
+    pub fn coordinates(self) -> Option<[Coordinate; 3]> {
+        self.0
+    }
+
     /// The point (x, y) of the frame, m.
     pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
         Point { frame: self, at: [x.into(), y.into()] }

@@ -193,7 +193,7 @@ impl Scene {
         if !known {
             return;
         }
-        let item = CostItem::new(cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
+        let item = CostItem::new(name, cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
         let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
         let at = self.costs.iter_mut().position(like).unwrap_or_else(|| {
             self.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
@@ -230,9 +230,9 @@ impl Scene {
         self.elements.push(name.to_string());
         let known = self.check(name, "coordinate", q.map(|q| q.0))
             & self.check(name, "control", u.map(|u| u.0))
-            & self.check_params(name, &b)
-            & self.check_distinct(name, &q);
-        if !known {
+            & self.check_params(name, &b);
+        // An energy or force on no coordinates is nothing, and dual numbers cannot be made for it.
+        if !known || !self.check_distinct(name, &q) || N + M == 0 {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));

@@ -168,7 +168,7 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
     fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows);
-    /// The first element whose contributions are not finite.
+    /// The first element whose contributions or their derivatives are not finite.
     fn find_not_finite(&self, at: &At<f64>) -> Option<&str>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -320,10 +320,10 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     fn find_not_finite(&self, at: &At<f64>) -> Option<&str> {
-        let finite = |x: &f64| x.is_finite();
         let bad = self.items.iter().find(|item| {
             let first = item.jet.first(&item.local(at), &item.b(at.design));
-            !(first.l_v.iter().all(finite) && first.force.iter().all(finite) && first.phi_dot.iter().all(finite))
+            let values = first.l_v.iter().chain(&first.force).chain(&first.phi_dot);
+            !(values.copied().all(f64::is_finite) && item.all_blocks(at).into_iter().all(f64::is_finite))
         });
         bad.map(|item| item.name.as_str())
     }

@@ -87,6 +87,12 @@ impl CostRows {
         }
     }
 
+    pub fn is_finite(&self) -> bool {
+        let lists = [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.sigma, &self.u, &self.design];
+        let numbers = [self.value, self.time, self.step_before, self.step_after];
+        lists.into_iter().flatten().chain(&numbers).all(|x| x.is_finite())
+    }
+
     pub fn clear(&mut self) {
         let lists = [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot];
         lists.into_iter().chain([&mut self.sigma, &mut self.u, &mut self.design]).for_each(|list| list.fill(0.0));
@@ -108,11 +114,14 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
     fn is_running(&self) -> bool;
     /// Adds value and derivatives.
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows);
+    /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
+    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<&str>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
 /// One cost and what it is connected to.
 pub struct Item<C, const N: usize, const M: usize, const K: usize, const P: usize> {
+    pub name: String,
     pub cost: C,
     pub sum: Sum,
     pub q: [usize; N],
@@ -123,8 +132,8 @@ pub struct Item<C, const N: usize, const M: usize, const K: usize, const P: usiz
 }
 
 impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
-    pub fn new(cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
-        Item { cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
+    pub fn new(name: &str, cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
+        Item { name: name.to_string(), cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
     }
 }
 
@@ -237,7 +246,8 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
 
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         let weight = weights.of(self.sum);
-        if weight == 0.0 && self.sum != Sum::Trapezoidal && self.sum != Sum::Rectangle {
+        // A trapezoidal weight may vanish between a step forth and a step back; its derivatives do not.
+        if weight == 0.0 && self.sum != Sum::Trapezoidal {
             return;
         }
         let (p, b) = (self.local(at), self.b(at.design));
@@ -328,6 +338,15 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         for item in &self.items {
             item.gradient(at, weights, rows);
         }
+    }
+
+    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<&str> {
+        let bad = self.items.iter().find(|item| {
+            rows.clear();
+            item.gradient(at, weights, rows);
+            !rows.is_finite()
+        });
+        bad.map(|item| item.name.as_str())
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

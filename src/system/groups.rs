@@ -2,10 +2,10 @@
 //!
 //! A body goes together with the multipliers of the joints that carry it: the block [M Φ_qᵀ; Φ_q 0] of a body and the constraints it
 //! *owns* is regular when their rows of Φ_q, restricted to the body's coordinates, have full rank. Bodies are numbered from
-//! the ground outwards, and a constraint may be owned only by the outermost body it touches. Then the owned rows of any set of
-//! bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
+//! the ground outwards, which makes them a tree, and a body may own only what joins it to its parent (the ground, for a root). Then the
+//! owned rows of any set of bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
 //! constraint that nobody can own closes a loop: it waits until all bodies of its loop, up to where the two branches
-//! meet, have been eliminated.
+//! of the tree meet, have been eliminated.
 
 use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};
@@ -43,8 +43,7 @@ pub(super) fn groups(
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     let mut closing = Vec::new();
     for joint in joints {
-        let owner = joint.blocks.iter().copied().max_by_key(|&b| tree.rank[b]);
-        match owner.filter(|&b| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q)) {
+        match tree.carried_by(&joint.blocks).filter(|&b| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q)) {
             Some(b) => {
                 owned[b].extend(&joint.equations);
                 groups[b].unknowns.extend(joint.equations.iter().map(|j| n + j));
@@ -74,7 +73,7 @@ fn joints(batches: &[Box<dyn AnyBatch>], block_of: &[usize]) -> Vec<Joint> {
 }
 
 impl Tree {
-    /// Breadth first from everything that is jointed to the ground; a free component starts at its first body.
+    /// Breadth first from all that is jointed to the ground at once; a free component starts at its first body.
     fn new(count: usize, joints: &[Joint]) -> Self {
         let mut neighbours = vec![Vec::new(); count];
         for joint in joints {
@@ -82,11 +81,11 @@ impl Tree {
                 neighbours[a].push(b);
             }
         }
-        let grounded = joints.iter().filter(|joint| joint.blocks.len() == 1).map(|joint| joint.blocks[0]);
+        let grounded = joints.iter().filter(|joint| joint.blocks.len() == 1).map(|joint| (joint.blocks[0], None));
         let mut tree = Tree { rank: vec![usize::MAX; count], parent: vec![None; count] };
         let mut next = 0;
-        for root in grounded.chain(0..count) {
-            let mut queue = VecDeque::from([(root, None)]);
+        for start in std::iter::once(grounded.collect()).chain((0..count).map(|body| vec![(body, None)])) {
+            let mut queue = VecDeque::from(start);
             while let Some((body, parent)) = queue.pop_front() {
                 if tree.rank[body] != usize::MAX {
                     continue;
@@ -97,6 +96,13 @@ impl Tree {
             }
         }
         tree
+    }
+
+    /// The body that these blocks' constraint joins to its parent, if that is what it does.
+    fn carried_by(&self, blocks: &[usize]) -> Option<usize> {
+        let body = blocks.iter().copied().max_by_key(|&b| self.rank[b])?;
+        let others = blocks.iter().copied().filter(|&b| b != body);
+        others.eq(self.parent[body]).then_some(body)
     }
 
     /// The bodies between those a constraint touches and where their branches meet, the meeting point left out.

@@ -75,6 +75,14 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.jet.blocks(&active, &self.local(at), &self.b(at.design), first, blocks);
     }
 
+    /// The second derivatives with all coordinates active.
+    pub fn all_blocks(&self, at: &At<f64>) -> Vec<f64> {
+        let mut blocks = vec![0.0; J::FORM.length(N, M)];
+        let active = std::array::from_fn::<usize, N, _>(|i| i);
+        self.jet.blocks(&active, &self.local(at), &self.b(at.design), &mut First::zero(), &mut blocks);
+        blocks
+    }
+
     /// Value and derivatives: the number of active coordinates selects the size of the dual numbers.
     pub fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
         let mut first = First::zero();

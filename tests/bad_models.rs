@@ -1,0 +1,247 @@
+//! Elements of a user's own that go wrong: no mass, NaN at the start or later, roots with infinite derivatives.
+
+mod common;
+
+use common::assert_says;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{
+    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene,
+    Settings, Sum, System, simulate,
+};
+use nalgebra::SVector;
+
+/// ½ m v², b = [m].
+struct Mass;
+impl KineticEnergy<1, 1> for Mass {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, b: &SVector<S, 1>) -> S {
+        b[0] * v[0] * v[0] * 0.5
+    }
+}
+
+/// A function of q, v, t as a force on a mass of 1 kg, so that each test is a formula.
+struct Own<F>(F);
+trait Formula: Send + Sync + 'static {
+    fn at<S: Scalar>(&self, q: S, v: S, t: S) -> S;
+}
+impl<F: Formula> Force<1> for Own<F> {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([self.0.at(at.q[0], at.v[0], at.t)])
+    }
+}
+impl<F: Formula> PotentialEnergy<1> for Own<F> {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, t: S) -> S {
+        self.0.at(q[0], S::zero(), t)
+    }
+}
+impl<F: Formula> Constraint<1, 1> for Own<F> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([self.0.at(q[0], S::zero(), t)])
+    }
+}
+impl<F: Formula> Cost<1> for Own<F> {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        self.0.at(at.q[0], at.v[0], at.t)
+    }
+}
+
+/// A mass on a line, with what `add` adds to it.
+fn sled(mass: f64, add: impl FnOnce(&mut Scene, hamiltonian_adjoint::Coordinate)) -> System {
+    let mut scene = Scene::new();
+    let [x] = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Mass, [x], [mass.into()]);
+    add(&mut scene, x);
+    scene.compile().expect("scene")
+}
+
+fn failure(system: &System) -> Error {
+    let inputs = Inputs::at_rest(system, Grid::uniform(20, 0.1));
+    simulate(system, &inputs, Settings::default()).expect_err("a bad model").error
+}
+
+#[test]
+fn a_mass_of_zero_is_reported_with_its_coordinate() {
+    let error = failure(&sled(0.0, |_, _| ()));
+    assert_eq!(error, Error::SingularMass { coordinates: vec!["`sled.x`".into()], time: 0.0 });
+    assert_says(&error, &["`sled.x`", "kinetic energy", "check masses"]);
+}
+
+#[test]
+fn a_mass_of_zero_beside_a_sound_mechanism_is_reported_with_its_coordinate() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let [x] = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Mass, [x], [0.0.into()]);
+    assert!(
+        matches!(failure(&scene.compile().expect("scene")), Error::SingularMass { coordinates, .. } if coordinates == ["`sled.x`"])
+    );
+}
+
+/// q − 1 is never 0 at q = 0; used as a constraint that holds at the start only if shifted.
+struct Held;
+impl Formula for Held {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q
+    }
+}
+
+#[test]
+fn a_mass_of_zero_that_a_constraint_holds_does_no_harm() {
+    let system = sled(0.0, |scene, x| _ = scene.constraint("stop", Own(Held), [x], []));
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let motion = simulate(&system, &inputs, Settings::default()).expect("motion");
+    assert_eq!(motion.q.amax(), 0.0);
+}
+
+/// √(−1 − q²).
+struct ImaginaryRoot;
+impl Formula for ImaginaryRoot {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        (-(q * q) - 1.0).sqrt()
+    }
+}
+
+fn assert_blames(error: &Error, name: &str, at_node: usize) {
+    let Error::Model { element, node, .. } = error else { panic!("{error:?}") };
+    assert!(element.contains(name), "{error:?}");
+    assert_eq!(*node, at_node, "{error:?}");
+    assert_says(error, &[name, "not finite", &format!("node {at_node}"), "check its formula"]);
+}
+
+#[test]
+fn a_force_that_is_nan_at_the_start_is_blamed() {
+    assert_blames(&failure(&sled(1.0, |scene, x| scene.force("drag", Own(ImaginaryRoot), [x], [], []))), "`drag`", 0);
+}
+
+#[test]
+fn a_potential_that_is_nan_at_the_start_is_blamed() {
+    let system = sled(1.0, |scene, x| scene.potential_energy("spring", Own(ImaginaryRoot), [x], []));
+    assert_blames(&failure(&system), "`spring`", 0);
+}
+
+#[test]
+fn a_constraint_that_is_nan_at_the_start_is_blamed() {
+    assert_blames(&failure(&sled(1.0, |scene, x| _ = scene.constraint("guide", Own(ImaginaryRoot), [x], []))), "`guide`", 0);
+}
+
+#[test]
+fn a_spring_between_points_that_coincide_is_blamed() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.0; 3]);
+    scene.spring_damper("strut", Body::GROUND.at(0.0, 0.0), rod.at(0.0, 0.0), 10.0, 0.5, 1.0);
+    assert_blames(&failure(&scene.compile().expect("scene")), "`strut", 0);
+}
+
+/// √(0.95 − t), NaN after 0.95 s.
+struct RunsOut;
+impl Formula for RunsOut {
+    fn at<S: Scalar>(&self, q: S, v: S, t: S) -> S {
+        (-t + 0.95).sqrt() + (q + v) * 0.1
+    }
+}
+
+#[test]
+fn a_force_that_becomes_nan_later_is_blamed_with_its_time_and_the_motion_before_it_is_kept() {
+    let system = sled(1.0, |scene, x| scene.force("fuel", Own(RunsOut), [x], [], []));
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let stopped = simulate(&system, &inputs, Settings::default()).expect_err("a bad model");
+    assert_blames(&stopped.error, "`fuel`", 10);
+    assert_says(&stopped.error, &["t = 0.99999"]);
+    assert_eq!(stopped.trajectory.computed, 10);
+}
+
+/// √v, with an infinite derivative at rest.
+struct InfiniteSlope;
+impl Formula for InfiniteSlope {
+    fn at<S: Scalar>(&self, _q: S, v: S, _t: S) -> S {
+        v.sqrt()
+    }
+}
+
+#[test]
+fn a_force_with_an_infinite_derivative_is_blamed() {
+    assert_blames(&failure(&sled(1.0, |scene, x| scene.force("drag", Own(InfiniteSlope), [x], [], []))), "`drag`", 0);
+}
+
+/// A damper that drives, Q = +v: with Δt = 2 s the tangent matrix 1 − Δt/2 of a mass of 1 kg vanishes.
+struct Drives;
+impl Formula for Drives {
+    fn at<S: Scalar>(&self, _q: S, v: S, _t: S) -> S {
+        v
+    }
+}
+
+#[test]
+fn a_singular_tangent_matrix_is_reported_with_its_step_and_unknown() {
+    let system = sled(1.0, |scene, x| scene.force("drive", Own(Drives), [x], [], []));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.5));
+    inputs.grid.steps[3] = 2.0;
+    let stopped = simulate(&system, &inputs, Settings::default()).expect_err("a singular step");
+    assert!(matches!(&stopped.error, Error::SingularStep { step: 4, .. }), "{:?}", stopped.error);
+    assert_says(&stopped.error, &["step 4", "t = 3.5 s", "the velocity of `sled.x`", "time step is too long"]);
+    assert_eq!(stopped.trajectory.computed, 4);
+}
+
+/// (t − 0.5)⁻¹ᐟ², infinite or NaN until 0.5 s.
+struct SingularCost;
+impl Formula for SingularCost {
+    fn at<S: Scalar>(&self, q: S, _v: S, t: S) -> S {
+        (t - 0.5).sqrt().recip() + q
+    }
+}
+
+#[test]
+fn a_cost_that_is_not_finite_is_blamed_instead_of_handed_on() {
+    let system = sled(1.0, |scene, x| scene.cost("effort", Own(SingularCost), Sum::Rectangle, [x], [], [], []));
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let error = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
+    assert_blames(&error, "`effort`", 5);
+}
+
+/// The same cost, summed only from where it is finite: at the last node of a rectangle rule it counts for nothing.
+struct SingularAtTheEnd;
+impl Formula for SingularAtTheEnd {
+    fn at<S: Scalar>(&self, q: S, _v: S, t: S) -> S {
+        (-t + 1.0).recip() + q
+    }
+}
+
+#[test]
+fn a_cost_that_is_infinite_where_it_does_not_count_does_no_harm() {
+    let system = sled(1.0, |scene, x| scene.cost("effort", Own(SingularAtTheEnd), Sum::Rectangle, [x], [], [], []));
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
+    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect("gradient");
+    assert!((gradient.value - (1.0 / 4.0 + 1.0 / 3.0 + 1.0 / 2.0 + 1.0)).abs() < 1e-14);
+}
+
+/// A force on nothing.
+struct Nothing;
+impl Force<0> for Nothing {
+    fn force<S: Scalar>(&self, _at: &ForcePoint<S, 0, 0>, _b: &SVector<S, 0>) -> SVector<S, 0> {
+        SVector::zeros()
+    }
+}
+
+#[test]
+fn elements_and_groups_without_coordinates_do_no_harm() {
+    let system = sled(1.0, |scene, _| {
+        scene.force("nothing", Nothing, [], [], []);
+        scene.coordinates("nobody", []);
+    });
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
+    assert_eq!(simulate(&system, &inputs, Settings::default()).expect("motion").q.amax(), 0.0);
+}
+
+/// t = 0, whatever the coordinates.
+struct Impossible;
+impl Constraint<0, 1> for Impossible {
+    fn phi<S: Scalar>(&self, _q: &SVector<S, 0>, _b: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([t])
+    }
+}
+
+#[test]
+fn a_constraint_on_no_coordinates_is_reported_as_violated() {
+    let error = failure(&sled(1.0, |scene, _| _ = scene.constraint("impossible", Impossible, [], [])));
+    assert!(matches!(&error, Error::InitialVelocity { equation, .. } if equation == "`impossible`"), "{error:?}");
+}

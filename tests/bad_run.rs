@@ -1,0 +1,236 @@
+//! Bad inputs of a run, and runs that fail: each gives an error that names the culprit, and keeps what was computed.
+
+mod common;
+
+use common::assert_says;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{
+    Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Start, System,
+    scenes::CartPendulum, simulate,
+};
+use nalgebra::{DMatrix, DVector, SVector};
+
+fn cart() -> (System, Inputs) {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    (system, inputs)
+}
+
+/// The error of the cart with inputs that were changed.
+fn refused(change: impl FnOnce(&mut Inputs)) -> Error {
+    let (system, mut inputs) = cart();
+    change(&mut inputs);
+    simulate(&system, &inputs, Settings::default()).expect_err("bad inputs").error
+}
+
+fn start_of(q: usize, v: usize) -> Start {
+    Start::Velocity { q: DVector::zeros(q), v: DVector::zeros(v) }
+}
+
+#[test]
+fn sizes_that_do_not_fit_are_refused() {
+    let cases: [(Error, &'static str, usize, usize); 6] = [
+        (refused(|inputs| inputs.start = start_of(5, 6)), "q0", 6, 5),
+        (refused(|inputs| inputs.start = start_of(6, 7)), "v0", 6, 7),
+        (refused(|inputs| inputs.start = Start::Momentum { q: DVector::zeros(6), p_star: DVector::zeros(0) }), "p*0", 6, 0),
+        (refused(|inputs| inputs.controls = DMatrix::zeros(2, 11)), "controls: rows (channels)", 1, 2),
+        (
+            refused(|inputs| inputs.controls = DMatrix::zeros(1, 10)),
+            "controls: columns (nodes, one more than steps)",
+            11,
+            10,
+        ),
+        (refused(|inputs| inputs.design = DVector::zeros(1)), "design variables", 0, 1),
+    ];
+    for (error, what, expected, found) in cases {
+        assert_eq!(error, Error::Size { what, expected, found });
+        assert_says(&error, &[what, &format!("expected {expected}"), &format!("found {found}")]);
+    }
+}
+
+#[test]
+fn inputs_that_are_not_finite_are_refused_by_name() {
+    let cases = [
+        (refused(|inputs| inputs.start.q_mut()[5] = f64::NAN), "q0 of `link 1.φ`"),
+        (refused(|inputs| inputs.start.rate_mut()[0] = f64::INFINITY), "v0 of `cart.x`"),
+        (refused(|inputs| inputs.controls[(0, 7)] = f64::NAN), "control `force on the cart` at node 7"),
+        (refused(|inputs| inputs.grid.start = f64::NAN), "the start of the time grid"),
+    ];
+    for (error, name) in cases {
+        assert!(matches!(&error, Error::NotFinite { what, .. } if what == name), "{error:?}");
+        assert_says(&error, &[name, "must be finite"]);
+    }
+}
+
+#[test]
+fn steps_of_no_length_or_without_a_length_are_refused() {
+    for length in [0.0, f64::INFINITY] {
+        let error = refused(|inputs| inputs.grid.steps[3] = length);
+        assert_eq!(error, Error::TimeStep { step: 4, length });
+        assert_says(&error, &["step 4", "not zero"]);
+    }
+    assert!(matches!(refused(|inputs| inputs.grid.steps[9] = f64::NAN), Error::TimeStep { step: 10, .. }));
+}
+
+/// A rod on a hinge, with its mass as a design variable.
+fn rod(mass: f64) -> Result<System, Error> {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let mass = scene.design("mass", mass);
+    let rod = scene.body("rod", mass, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.compile()
+}
+
+#[test]
+fn design_variables_are_checked_before_every_run() {
+    let system = rod(1.0).expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+    inputs.design[0] = -2.0;
+    let error = simulate(&system, &inputs, Settings::default()).expect_err("negative mass").error;
+    assert_eq!(error, Error::Parameter { what: "the mass of `rod`".into(), value: -2.0, must_be: "positive and finite" });
+    inputs.design[0] = f64::NAN;
+    let error = simulate(&system, &inputs, Settings::default()).expect_err("no mass").error;
+    assert_says(&error, &["design variable `mass` is NaN"]);
+    assert!(rod(f64::NAN).is_err());
+}
+
+#[test]
+fn a_design_variable_that_is_not_a_number_is_found_at_the_latest_before_a_run() {
+    let mut scene = Scene::new();
+    let arm = scene.design("arm", f64::NAN);
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(arm, 0.0));
+    let error = match scene.compile() {
+        Ok(system) => {
+            simulate(&system, &Inputs::at_rest(&system, Grid::uniform(5, 0.01)), Settings::default()).unwrap_err().error
+        }
+        Err(error) => error,
+    };
+    assert_says(&error, &["design variable `arm` is NaN", "finite"]);
+}
+
+#[test]
+fn initial_coordinates_off_the_constraints_are_refused() {
+    let error = refused(|inputs| inputs.start.q_mut()[2] = 1e-3);
+    let Error::InitialPosition { equation, violation, tolerance } = &error else { panic!("{error:?}") };
+    assert_eq!((equation.as_str(), *tolerance), ("`rail` (equation 1)", 1e-9));
+    assert!((violation.abs() - 1e-3).abs() < 1e-15);
+    assert_says(&error, &["`rail`", "1.000e-3", "correct q0"]);
+}
+
+#[test]
+fn initial_velocities_off_the_constraints_are_refused() {
+    let error = refused(|inputs| inputs.start.rate_mut()[3] = 0.5);
+    let Error::InitialVelocity { equation, violation, .. } = &error else { panic!("{error:?}") };
+    assert_eq!(equation, "`hinge 1` (equation 0)");
+    assert!((violation.abs() - 0.5).abs() < 1e-15);
+    assert_says(&error, &["`hinge 1`", "5.000e-1", "correct v0"]);
+}
+
+#[test]
+fn dependent_constraints_are_refused_by_name() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    let other = scene.body("other", 1.0, 0.1, [1.5, 0.0, 0.0]);
+    scene.revolute("elbow", rod.at(0.5, 0.0), other.at(-0.5, 0.0));
+    for name in ["hinge", "hinge again"] {
+        scene.revolute(name, Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    }
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+    let error = simulate(&system, &inputs, Settings::default()).expect_err("a doubled hinge").error;
+    let Error::DependentConstraints { rank, rows, equations, time } = &error else { panic!("{error:?}") };
+    assert_eq!((*rank, *rows, *time), (4, 6, 0.0));
+    let names = ["`hinge` (equation 0)", "`hinge` (equation 1)", "`hinge again` (equation 0)", "`hinge again` (equation 1)"];
+    assert_eq!(equations, &names);
+    assert_says(&error, &["rank 4", "6 rows", "`hinge again`", "remove"]);
+}
+
+/// Drives a mass of 1 kg with v²: with the half step h there is no speed after a step unless 4 h (v₋ + h v₋²) ≤ 1.
+struct Runaway;
+impl KineticEnergy<1> for Runaway {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+impl Force<1> for Runaway {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([at.v[0] * at.v[0]])
+    }
+}
+
+/// Six steps that have a solution, and four that have none.
+fn runaway() -> (System, Inputs) {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("drive", Runaway, q, [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    inputs.grid.steps[6..].fill(300.0);
+    inputs.start.rate_mut()[0] = 1.0;
+    (system, inputs)
+}
+
+#[test]
+fn newton_that_does_not_converge_tells_where_and_keeps_what_was_computed() {
+    let (system, mut inputs) = runaway();
+    let settings = Settings::default();
+    let stopped = simulate(&system, &inputs, settings).expect_err("a huge step");
+    let Error::Newton { step, time, iterations, residual, equation } = &stopped.error else { panic!("{:?}", stopped.error) };
+    assert_eq!((*step, *iterations, equation.as_str()), (7, settings.max_iterations, "the momentum equation of `sled.x`"));
+    assert!((time - 300.12).abs() < 1e-9 && *residual > 1e-3);
+    assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after 25 iterations", "`sled.x`", "shorter time step"]);
+    assert_eq!(stopped.trajectory.computed, 7);
+    assert!(stopped.to_string().contains("7 nodes were computed"), "{stopped}");
+
+    let mut solver = Solver::new(&system, settings);
+    assert_eq!(solver.simulate(&inputs).err(), Some(stopped.error.clone()));
+    assert_eq!(solver.trajectory().computed, 7);
+    assert_eq!(solver.trajectory().q.columns(0, 7), stopped.trajectory.q.columns(0, 7));
+    inputs.grid.steps.truncate(6);
+    inputs.controls = DMatrix::zeros(0, 7);
+    assert_eq!(solver.simulate(&inputs).expect("the part before").q, stopped.trajectory.q.columns(0, 7));
+}
+
+#[test]
+fn too_few_iterations_are_reported_in_the_first_step_that_needs_more() {
+    let (system, mut inputs) = cart();
+    inputs.controls.fill(10.0);
+    let settings = Settings { max_iterations: 1, ..Settings::default() };
+    let error = simulate(&system, &inputs, settings).expect_err("one iteration").error;
+    assert!(matches!(error, Error::Newton { step: 1, iterations: 1, residual, .. } if residual > 0.0), "{error:?}");
+    assert_says(&error, &["step 1", "after 1 iteration", "max_iterations"]);
+}
+
+#[test]
+fn a_gradient_without_a_complete_simulation_is_refused() {
+    let (system, mut inputs) = runaway();
+    let mut solver = Solver::new(&system, Settings::default());
+    let error = solver.gradient().expect_err("nothing simulated").clone();
+    assert!(matches!(error, Error::Incomplete { computed: 0, .. }), "{error:?}");
+    assert_says(&error, &["0 of", "simulate"]);
+
+    solver.simulate(&inputs).expect_err("a huge step");
+    let error = solver.gradient().expect_err("half simulated").clone();
+    assert_eq!(error, Error::Incomplete { expected: 11, computed: 7 });
+    assert_says(&error, &["7 of the 11 nodes", "simulate to the end"]);
+
+    inputs.grid.steps.fill(0.02);
+    solver.simulate(&inputs).expect("motion");
+    solver.gradient().expect("a gradient after a good motion");
+    inputs.grid.steps[2] = f64::NAN;
+    solver.simulate(&inputs).expect_err("a bad step");
+    assert!(matches!(solver.gradient(), Err(Error::Incomplete { expected: 11, computed: 0 })));
+}
+
+#[test]
+fn a_grid_without_steps_is_a_motion_of_one_node() {
+    let (system, mut inputs) = cart();
+    inputs.grid.steps.clear();
+    inputs.controls = DMatrix::zeros(1, 1);
+    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect("gradient");
+    assert!((gradient.value - 0.5 * std::f64::consts::PI.powi(2)).abs() < 1e-15);
+    assert!((gradient.start.q()[5] + std::f64::consts::PI).abs() < 1e-15);
+}
