@@ -1,5 +1,23 @@
-//! Derivatives by other ways, to compare with: complex step, tangents and differences through the entire simulation.
+//! Verifying derivatives: hand-derived blocks and gradients against oracles that share nothing with them.
 
+mod agreement;
+mod compare;
 mod derivative;
+mod diagnosis;
+mod element;
+mod formula;
+mod matrix;
+mod oracle;
+mod point;
+mod random;
+mod report;
+mod ridders;
+mod scale;
 
 pub use derivative::{Input, central_differences, complex_step, tangent};
+pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
+pub use formula::Function;
+pub use matrix::Matrix;
+pub use point::Point;
+pub use random::Random;
+pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
