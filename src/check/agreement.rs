@@ -35,7 +35,13 @@ pub(crate) enum Conflict {
 }
 
 /// Compares the oracles at the point x.
-pub(crate) fn agreement(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, truth: &Truth, sizes: &DMatrix<f64>) -> Agreement {
+pub(crate) fn agreement(
+    f: &dyn Differentiable,
+    x: &[f64],
+    by: &Range<usize>,
+    truth: &Truth,
+    sizes: &DMatrix<f64>,
+) -> Agreement {
     let mut found = Agreement { complex_step: 0.0, differences: 0.0, conflict: None };
     for column in 0..sizes.ncols() {
         for row in 0..sizes.nrows() {

@@ -36,11 +36,11 @@ pub(crate) struct Block<'a> {
     /// Named matrices that it may have been mistaken for.
     pub others: Vec<(String, MatrixAt<'a>)>,
     /// Points whose true value may have been taken instead ("node i − 1").
-    pub elsewhere: Vec<(String, Elsewhere)>,
+    pub elsewhere: Vec<(String, Elsewhere<'a>)>,
 }
 
 /// Another point made of a point.
-pub(crate) type Elsewhere = fn(&Setting, &[f64]) -> Vec<f64>;
+pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
 
 /// Where blocks are compared, and how strictly.
 #[derive(Clone)]

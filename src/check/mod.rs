@@ -13,6 +13,7 @@ mod random;
 mod report;
 mod ridders;
 mod scale;
+mod step;
 
 pub use derivative::{Input, central_differences, complex_step, tangent};
 pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
@@ -21,3 +22,4 @@ pub use matrix::Matrix;
 pub use point::Point;
 pub use random::Random;
 pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
+pub use step::{State, StepCheck, StepPoint, Terms, step};

@@ -96,7 +96,8 @@ fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
 fn noise(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
     let mut noise = value.map(|x| f64::EPSILON * x.abs());
     for _ in 0..2 {
-        let nearby: Vec<f64> = x.iter().map(|x| x * (1.0 + 2.0 * f64::EPSILON * random.uniform(-1.0, 1.0).signum())).collect();
+        let nearby: Vec<f64> =
+            x.iter().map(|x| x * (1.0 + 2.0 * f64::EPSILON * random.uniform(-1.0, 1.0).signum())).collect();
         let change = dual(f, &nearby, by) - value;
         noise.zip_apply(&change, |noise, change| *noise = noise.max(change.abs()));
     }

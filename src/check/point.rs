@@ -62,10 +62,31 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         }
     }
 
+    /// The same with other coordinates.
+    pub fn with_q(mut self, q: [f64; N]) -> Self {
+        self.q = q.into();
+        self
+    }
+
+    /// The same with other velocities.
+    pub fn with_v(mut self, v: [f64; N]) -> Self {
+        self.v = v.into();
+        self
+    }
+
     /// Of size 1 in everything.
     pub(crate) fn ones(b: [f64; P]) -> Self {
         let one = || SVector::from_element(1.0);
-        Point { q: one(), v: one(), p_star: one(), p_star_dot: one(), sigma: SVector::from_element(1.0), u: SVector::from_element(1.0), t: 1.0, b: b.into() }
+        Point {
+            q: one(),
+            v: one(),
+            p_star: one(),
+            p_star_dot: one(),
+            sigma: SVector::from_element(1.0),
+            u: SVector::from_element(1.0),
+            t: 1.0,
+            b: b.into(),
+        }
     }
 
     /// A random point of these magnitudes, none of whose arguments is near zero; the constants are kept.
@@ -89,7 +110,12 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
     pub(crate) fn list(&self) -> Vec<f64> {
         let states = [&self.q, &self.v, &self.p_star, &self.p_star_dot];
         let states = states.into_iter().flat_map(|x| x.iter().copied());
-        states.chain(self.sigma.iter().copied()).chain(self.u.iter().copied()).chain([self.t]).chain(self.b.iter().copied()).collect()
+        states
+            .chain(self.sigma.iter().copied())
+            .chain(self.u.iter().copied())
+            .chain([self.t])
+            .chain(self.b.iter().copied())
+            .collect()
     }
 }
 

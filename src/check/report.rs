@@ -182,7 +182,11 @@ impl fmt::Display for Report {
             return writeln!(f, "  hand in at least one matrix, and at least one point");
         }
         let width = self.blocks.iter().map(|block| block.name.chars().count()).max().unwrap_or(0).max(5);
-        writeln!(f, "  {:width$}  {:>7}  {:>6}  {:>9}  {:>9}  verdict", "block", "size", "points", "abs. err.", "rel. err.")?;
+        writeln!(
+            f,
+            "  {:width$}  {:>7}  {:>6}  {:>9}  {:>9}  verdict",
+            "block", "size", "points", "abs. err.", "rel. err."
+        )?;
         for block in &self.blocks {
             let size = format!("{}×{}", block.size.0, block.size.1);
             let (points, abs, rel) = (block.points, block.absolute_error, block.relative_error);

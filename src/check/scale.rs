@@ -16,7 +16,8 @@ pub(crate) fn sizes(a: &DMatrix<f64>, fallback: impl Fn(usize, usize) -> f64) ->
     for _ in 0..ROUNDS {
         let row: Vec<f64> = (0..rows).map(|i| (0..columns).fold(0.0, |m: f64, j| m.max(entry(&r, &c, i, j)))).collect();
         let column: Vec<f64> = (0..columns).map(|j| (0..rows).fold(0.0, |m: f64, i| m.max(entry(&r, &c, i, j)))).collect();
-        let grow = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).filter(|(_, m)| **m > 0.0).for_each(|(x, m)| *x *= m.sqrt());
+        let grow =
+            |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).filter(|(_, m)| **m > 0.0).for_each(|(x, m)| *x *= m.sqrt());
         grow(&mut r, &row);
         grow(&mut c, &column);
     }

@@ -10,7 +10,7 @@ use crate::check::report::{Diagnosis, Mistake};
 /// Whether the values are true at another point that the front end has named.
 pub(super) fn elsewhere(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     evidence.block.elsewhere.iter().find_map(|(name, other)| {
-        let found = is_truth_at(evidence, mask, |x| other(evidence.setting, x))?;
+        let found = is_truth_at(evidence, mask, other)?;
         Some(diagnosis(Mistake::OtherArgument, format!("{found}evaluated {name}, {}", mask.place(evidence))))
     })
 }
@@ -33,27 +33,35 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     if !evidence.is_small() {
         return None;
     }
-    let place = mask.place(evidence);
     let setting = evidence.setting;
-    let found = |sign: &str, text: String| Some(diagnosis(Mistake::OtherArgument, format!("{sign}{text} {place}")));
-    for (_, range) in &setting.groups {
-        for (k, j) in pairs(range) {
-            let (a, b) = (&setting.arguments[k], &setting.arguments[j]);
-            if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = x[j])) {
-                return found(sign, format!("{b} stands where {a} belongs"));
-            }
-            if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x.swap(k, j))) {
-                return found(sign, format!("{a} and {b} are exchanged"));
-            }
+    let names = &setting.arguments;
+    let found = |sign: &str, text: String| {
+        let place = mask.place(evidence);
+        Some(diagnosis(
+            Mistake::OtherArgument,
+            format!("{text} {place}{}", if sign.is_empty() { "" } else { ", and the sign is flipped" }),
+        ))
+    };
+    let ranges = || setting.groups.iter().map(|(_, range)| range.clone());
+    for k in ranges().flatten() {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = -x[k])) {
+            return found(sign, format!("{} has the wrong sign", names[k]));
         }
-        for k in range.clone() {
-            let name = &setting.arguments[k];
-            if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = -x[k])) {
-                return found(sign, format!("{name} has the wrong sign"));
-            }
-            if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] += FRAC_PI_2)) {
-                return found(sign, format!("sine and cosine of {name} are mistaken for one another"));
-            }
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] += FRAC_PI_2)) {
+            return found(sign, format!("sine and cosine of {} are mistaken for one another", names[k]));
+        }
+    }
+    // Arguments of one kind are confused more often than those of different kinds.
+    let alike = ranges().flat_map(|range| pairs(&range).collect::<Vec<_>>());
+    let count = setting.arguments.len();
+    for (k, j) in alike.chain(pairs(&(0..count))) {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = x[j])) {
+            return found(sign, format!("{} stands where {} belongs", names[j], names[k]));
+        }
+    }
+    for (k, j) in ranges().flat_map(|range| pairs(&range).collect::<Vec<_>>()).filter(|(k, j)| k < j) {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x.swap(k, j))) {
+            return found(sign, format!("{} and {} are exchanged", names[k], names[j]));
         }
     }
     None

@@ -37,7 +37,15 @@ pub(super) fn rows_or_columns(evidence: &Evidence, wrong: &Mask) -> Option<Diagn
 }
 
 fn exchanged(evidence: &Evidence, (a, b): (usize, usize), rows: bool) -> bool {
-    let other = |k: usize| if k == a { b } else if k == b { a } else { k };
+    let other = |k: usize| {
+        if k == a {
+            b
+        } else if k == b {
+            a
+        } else {
+            k
+        }
+    };
     let truth = |p: usize, i: usize, j: usize| evidence.truth[p][if rows { (other(i), j) } else { (i, other(j)) }];
     evidence.holds(&Mask::all(evidence), truth)
 }

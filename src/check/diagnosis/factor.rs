@@ -28,7 +28,8 @@ pub(super) fn zero(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
 }
 
 pub(super) fn not_zero(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    is_zero(evidence, mask).then(|| diagnosis(Mistake::NotZero, format!("not zero where it should be, {}", mask.place(evidence))))
+    is_zero(evidence, mask)
+        .then(|| diagnosis(Mistake::NotZero, format!("not zero where it should be, {}", mask.place(evidence))))
 }
 
 /// The constant c with hand = c · true, if there is one.
@@ -38,10 +39,10 @@ fn constant_factor(evidence: &Evidence, mask: &Mask) -> Option<f64> {
     (c.is_finite() && evidence.holds(mask, |p, i, j| c * truth(p, i, j))).then_some(c)
 }
 
-/// A constant factor that has a name.
-pub(super) fn recognised(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+/// A constant factor that people are likely to forget.
+pub(super) fn likely(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(evidence, mask)?;
-    let name = name(evidence, c)?;
+    let name = name(evidence, c, &LIKELY)?;
     Some(diagnosis(Mistake::Factor, format!("constant factor {name} {}", mask.place(evidence))))
 }
 
@@ -49,10 +50,15 @@ pub(super) fn recognised(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> 
 pub(super) fn constant(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(evidence, mask)?;
     if (c - 1.0).abs() < NEARLY_ONE {
-        let text = format!("right to {} digits only (constant factor 1 {:+.1e}) {}", digits(c - 1.0), c - 1.0, mask.place(evidence));
+        let text = format!(
+            "right to {} digits only (constant factor 1 {:+.1e}) {}",
+            digits(c - 1.0),
+            c - 1.0,
+            mask.place(evidence)
+        );
         return Some(diagnosis(Mistake::FewDigits, text));
     }
-    let name = name(evidence, c).unwrap_or_else(|| format!("{c:.9}"));
+    let name = name(evidence, c, &LIKELY).or_else(|| name(evidence, c, &POSSIBLE)).unwrap_or_else(|| format!("{c:.9}"));
     Some(diagnosis(Mistake::Factor, format!("constant factor {name} {}", mask.place(evidence))))
 }
 
@@ -60,49 +66,59 @@ pub(super) fn digits(relative: f64) -> usize {
     (-relative.abs().log10()).floor().max(0.0) as usize
 }
 
-/// "2", "½", "γ (here 100)", "−1/`mass` (here −1.25)".
-fn name(evidence: &Evidence, c: f64) -> Option<String> {
-    let plain = [
-        (2.0, "2"),
-        (0.5, "½"),
-        (3.0, "3"),
-        (1.0 / 3.0, "⅓"),
-        (4.0, "4"),
-        (0.25, "¼"),
-        (1.5, "3/2"),
-        (2.0 / 3.0, "⅔"),
-        (PI, "π"),
-        (1.0 / PI, "1/π"),
-        (2.0 * PI, "2π"),
-        (FRAC_PI_2, "π/2"),
-        (180.0 / PI, "180/π (degrees for radians)"),
-        (PI / 180.0, "π/180 (degrees for radians)"),
-        (1000.0, "1000 (a unit)"),
-        (0.001, "1/1000 (a unit)"),
-    ];
+const LIKELY: [(f64, &str); 7] = [
+    (2.0, "2"),
+    (0.5, "½"),
+    (2.0 * PI, "2π"),
+    (180.0 / PI, "180/π (degrees for radians)"),
+    (PI / 180.0, "π/180 (degrees for radians)"),
+    (1000.0, "1000 (a unit)"),
+    (0.001, "1/1000 (a unit)"),
+];
+
+const POSSIBLE: [(f64, &str); 9] = [
+    (3.0, "3"),
+    (1.0 / 3.0, "⅓"),
+    (4.0, "4"),
+    (0.25, "¼"),
+    (1.5, "3/2"),
+    (2.0 / 3.0, "⅔"),
+    (PI, "π"),
+    (1.0 / PI, "1/π"),
+    (FRAC_PI_2, "π/2"),
+];
+
+/// "2", "½", "γ (here 100)", "−1/`mass` (here −1.25)", or more than one of them.
+fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
     let same = |x: f64| (c.abs() / x.abs() - 1.0).abs() < SAME;
-    let minus = |x: f64| if c * x < 0.0 { "−" } else { "" };
-    if let Some((x, name)) = plain.iter().find(|(x, _)| same(*x)) {
-        return Some(format!("{}{name}", minus(*x)));
-    }
+    let signed = |x: f64, name: String| if c * x < 0.0 { format!("−{name}") } else { name };
+    let number = plain.iter().find(|(x, _)| same(*x)).map(|(x, name)| signed(*x, name.to_string()));
     let named = evidence.setting.factors.iter().filter(|(_, x)| *x != 0.0 && x.abs() != 1.0);
-    let direct = named.clone().find(|(_, x)| same(*x)).map(|(name, x)| format!("{}{name}", minus(*x)));
-    let inverse = || named.clone().find(|(_, x)| same(1.0 / x)).map(|(name, x)| format!("{}1/{name}", minus(*x)));
-    direct.or_else(inverse).map(|name| format!("{name} (here {c:.6})"))
+    let direct = named.clone().find(|(_, x)| same(*x)).map(|(name, x)| signed(*x, name.clone()));
+    let inverse = || named.clone().find(|(_, x)| same(1.0 / x)).map(|(name, x)| signed(*x, format!("1/{name}")));
+    match (number, direct.or_else(inverse)) {
+        (Some(number), Some(name)) => Some(format!("{number} (or {name})")),
+        (Some(number), None) => Some(number),
+        (None, Some(name)) => Some(format!("{name} (here {c:.6})")),
+        (None, None) => None,
+    }
 }
 
-/// A factor that differs from point to point: the value of an argument, or its inverse.
-pub(super) fn varying(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+/// The factor c_p of every point with hand = c_p · true, if there is one.
+fn factors(evidence: &Evidence, mask: &Mask) -> Option<Vec<f64>> {
     let factor = |p: usize| {
         let entries = mask.entries.iter().map(|&e| (evidence.hand[p][e], evidence.truth[p][e], evidence.sizes[e]));
         let (top, bottom) = entries.fold((0.0, 0.0), |(a, b), (h, t, s)| (a + h / s * (t / s), b + t / s * (t / s)));
         top / bottom
     };
     let factors: Vec<f64> = (0..evidence.points.len()).map(factor).collect();
-    let fits = factors.iter().all(|c| c.is_finite()) && evidence.holds(mask, |p, i, j| factors[p] * evidence.truth[p][(i, j)]);
-    if !fits || factors.len() < 2 {
-        return None;
-    }
+    let fits = || evidence.holds(mask, |p, i, j| factors[p] * evidence.truth[p][(i, j)]);
+    (factors.len() > 1 && factors.iter().all(|c| c.is_finite()) && fits()).then_some(factors)
+}
+
+/// A factor that is the value of an argument, its square or its inverse.
+pub(super) fn argument(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    let factors = factors(evidence, mask)?;
     let is = |k: usize, power: i32, sign: f64| {
         let expected = |p: usize| sign * evidence.points[p][k].powi(power);
         factors.iter().enumerate().all(|(p, c)| (c - expected(p)).abs() <= SAME * c.abs())
@@ -111,10 +127,19 @@ pub(super) fn varying(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
         for (power, word) in [(1, ""), (-1, "1/"), (2, "the square of ")] {
             if let Some(sign) = [1.0, -1.0].into_iter().find(|&sign| is(k, power, sign)) {
                 let minus = if sign < 0.0 { "−" } else { "" };
-                return Some(diagnosis(Mistake::Factor, format!("factor {minus}{word}{name} too much {}", mask.place(evidence))));
+                return Some(diagnosis(
+                    Mistake::Factor,
+                    format!("factor {minus}{word}{name} too much {}", mask.place(evidence)),
+                ));
             }
         }
     }
+    None
+}
+
+/// Proportional to the true values by a factor that differs from point to point.
+pub(super) fn varying(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    let factors = factors(evidence, mask)?;
     // With one entry any values have some ratio.
     let proportional = mask.entries.iter().filter(|&&e| evidence.truth.iter().any(|t| t[e] != 0.0)).count() > 1;
     let range = factors.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));

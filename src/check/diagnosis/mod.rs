@@ -97,8 +97,13 @@ pub(crate) fn shape(hand: &[DMatrix<f64>], truth: &[DMatrix<f64>]) -> Option<Dia
     let turned = (rows, columns) == (c, r);
     let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
     Some(match (turned, same) {
-        (_, true) => diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values")),
-        (true, _) => diagnosis(Mistake::Shape, format!("{rows}×{columns} instead of {r}×{c}: transposed, and wrong in its values too")),
+        (_, true) => {
+            diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values"))
+        }
+        (true, _) => diagnosis(
+            Mistake::Shape,
+            format!("{rows}×{columns} instead of {r}×{c}: transposed, and wrong in its values too"),
+        ),
         _ => diagnosis(Mistake::Shape, format!("{rows}×{columns} instead of {r}×{c}")),
     })
 }
@@ -143,12 +148,12 @@ fn whole(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
     factor::sign(evidence, &all)
         .or_else(|| factor::zero(evidence, &all))
         .or_else(|| exchange::transposed(evidence, &all))
-        .or_else(|| factor::constant(evidence, &all))
+        .or_else(|| factor::likely(evidence, &all))
         .or_else(|| terms::named(evidence, &all))
         .or_else(|| terms::other_block(evidence, &all))
         .or_else(|| arguments::elsewhere(evidence, &all))
         .or_else(|| exchange::rows_or_columns(evidence, wrong))
-        .or_else(|| factor::varying(evidence, &all))
+        .or_else(|| factor::argument(evidence, &all))
 }
 
 /// Mistakes in some of the entries.
@@ -156,7 +161,7 @@ fn part(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     factor::not_zero(evidence, mask)
         .or_else(|| factor::sign(evidence, mask))
         .or_else(|| factor::zero(evidence, mask))
-        .or_else(|| factor::recognised(evidence, mask))
+        .or_else(|| factor::likely(evidence, mask))
         .or_else(|| terms::named(evidence, mask))
         .or_else(|| exchange::transposed(evidence, mask))
         .or_else(|| exchange::entries(evidence, mask))
@@ -164,7 +169,9 @@ fn part(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
         .or_else(|| arguments::confused(evidence, mask))
         .or_else(|| arguments::elsewhere(evidence, mask))
         .or_else(|| factor::constant(evidence, mask))
+        .or_else(|| factor::argument(evidence, mask))
         .or_else(|| factor::varying(evidence, mask))
+        .or_else(|| terms::of_other_blocks(evidence, mask))
         .or_else(|| terms::few_digits(evidence, mask))
 }
 

@@ -43,7 +43,10 @@ impl<E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize> Fun
 ///     .run();
 /// report.assert_passed();
 /// ```
-pub fn constraint<E, const N: usize, const M: usize, const P: usize>(element: &E, b: [f64; P]) -> ElementCheck<'_, E, N, M, 0, P>
+pub fn constraint<E, const N: usize, const M: usize, const P: usize>(
+    element: &E,
+    b: [f64; P],
+) -> ElementCheck<'_, E, N, M, 0, P>
 where
     E: Constraint<N, M, P>,
 {

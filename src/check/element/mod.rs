@@ -75,7 +75,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             element,
             title: format!("{kind} `{name}`"),
             coordinates: numbered("q", N),
-            equations: numbered("equation ", M),
+            equations: (0..M).map(|j| format!("equation {j}")).collect(),
             controls: numbered("u", K),
             constants: numbered("b", P),
             magnitudes: Point::ones(b),
@@ -83,7 +83,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             count: 12,
             seed: 1,
             spread: 0.0,
-            tolerance: 1e-10,
+            tolerance: 1e-11,
             admissible: Box::new(|_| true),
             blocks: Vec::new(),
         }
@@ -143,7 +143,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// What an entry may be off by, relative to the size of its row and column (1e-10 at first).
+    /// What an entry may be off by, relative to the size of its row and column (1e-11 at first).
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -154,7 +154,11 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         let points = self.points();
         let mut notes = Vec::new();
         if self.given.is_empty() && points.len() < self.count {
-            notes.push(format!("only {} of {} random points are admissible and give finite values", points.len(), self.count));
+            notes.push(format!(
+                "only {} of {} random points are admissible and give finite values",
+                points.len(),
+                self.count
+            ));
         }
         let setting = self.setting(points);
         let blocks = self.blocks.into_iter().map(|pending| {
@@ -199,7 +203,8 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
 
     fn setting(&self, points: Vec<Vec<f64>>) -> Setting {
         let places = Self::PLACES;
-        let prefixed = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>();
+        let prefixed =
+            |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>();
         let arguments = [
             self.coordinates.clone(),
             prefixed("v of ", &self.coordinates),
@@ -281,7 +286,8 @@ impl Derivative {
             rows: self.rows,
             by: self.by,
             function: Box::new(Of(function, self.derived)),
-            foundation: inner.map(|by| -> (Box<dyn Differentiable + 'a>, _) { (Box::new(Of(function, Derived::Value)), by) }),
+            foundation: inner
+                .map(|by| -> (Box<dyn Differentiable + 'a>, _) { (Box::new(Of(function, Derived::Value)), by) }),
             hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
             terms: self.terms.into_iter().map(matrix).collect(),
             others: self.others.into_iter().map(matrix).collect(),
