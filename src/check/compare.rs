@@ -51,7 +51,7 @@ pub(crate) struct Setting {
     pub magnitudes: Vec<f64>,
     /// The name of each argument.
     pub arguments: Vec<String>,
-    /// Arguments that belong together (q, v, σ, …) and may be mistaken for one another.
+    /// Arguments that belong together (q, v, σ, …) and may be mistaken for one another; none if they cannot be changed freely.
     pub groups: Vec<(String, Range<usize>)>,
     /// Numbers by which one may multiply in error.
     pub factors: Vec<(String, f64)>,

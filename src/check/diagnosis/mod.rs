@@ -84,9 +84,9 @@ impl Evidence<'_> {
         self.points.iter().map(dual).collect()
     }
 
-    /// Whether the size of the problem allows to try all arguments one by one.
+    /// Whether there are groups of arguments, and few enough to try all of them one by one.
     fn is_small(&self) -> bool {
-        self.setting.arguments.len() <= 48
+        !self.setting.groups.is_empty() && self.setting.arguments.len() <= 48
     }
 }
 
