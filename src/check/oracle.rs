@@ -10,6 +10,9 @@ use super::ridders::ridders;
 /// Blocks with more columns than this are checked by differences in this many columns only.
 const MOST_DIFFERENCED: usize = 24;
 
+/// The steps of the differences go from h to h/2¹².
+const HALVINGS: usize = 12;
+
 /// A Jacobian and what is known about its accuracy.
 #[derive(Clone, Debug)]
 pub(crate) struct Truth {
@@ -66,7 +69,7 @@ pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, magnit
             // The step as it is in binary.
             (x[at], f.real(&x))
         };
-        let (estimate, error) = ridders(along, step, rows);
+        let (estimate, error) = ridders(along, step, HALVINGS, rows);
         differences.column_mut(j).copy_from_slice(&estimate);
         differences_error.column_mut(j).copy_from_slice(&error);
     }

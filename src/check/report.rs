@@ -172,6 +172,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let wrong = self.blocks.iter().filter(|block| block.verdict == Verdict::Wrong).count();
         let summary = match self.verdict() {
+            Verdict::Right if self.blocks.len() == 1 => "right".to_string(),
             Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
             Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
             Verdict::OraclesDisagree => "the oracles disagree; see below".to_string(),
@@ -189,8 +190,9 @@ impl fmt::Display for Report {
         )?;
         for block in &self.blocks {
             let size = format!("{}×{}", block.size.0, block.size.1);
-            let (points, abs, rel) = (block.points, block.absolute_error, block.relative_error);
-            writeln!(f, "  {:width$}  {size:>7}  {points:>6}  {abs:>9.1e}  {rel:>9.1e}  {}", block.name, block.verdict)?;
+            let error = |x: f64| if x == 0.0 { "0".to_string() } else { format!("{x:.1e}") };
+            let (points, abs, rel) = (block.points, error(block.absolute_error), error(block.relative_error));
+            writeln!(f, "  {:width$}  {size:>7}  {points:>6}  {abs:>9}  {rel:>9}  {}", block.name, block.verdict)?;
         }
         for block in self.blocks.iter().filter(|block| block.verdict != Verdict::Right || !block.notes.is_empty()) {
             block.details(f)?;
@@ -207,7 +209,8 @@ impl BlockReport {
         }
         for entry in &self.entries {
             let Entry { row, column, hand, truth, point } = entry;
-            writeln!(f, "  d({row})/d({column}) = {hand:>+.9e} by hand, {truth:>+.9e} is true (point {point})")?;
+            let place = if self.points > 1 { format!(" (point {point})") } else { String::new() };
+            writeln!(f, "  d({row})/d({column}) = {hand:>+.9e} by hand, {truth:>+.9e} is true{place}")?;
         }
         let more = self.wrong_entries.saturating_sub(self.entries.len());
         if more > 0 && !self.entries.is_empty() {

@@ -1,7 +1,5 @@
 //! Central differences with Ridders' extrapolation, which estimates its own error.
 
-/// The step is halved this many times: from h to h/2¹².
-const ROWS: usize = 13;
 /// Estimates of an even higher order only amplify rounding.
 const MOST_ORDERS: usize = 6;
 
@@ -10,12 +8,17 @@ const MOST_ORDERS: usize = 6;
 /// `along(s)` gives the perturbed argument x + s, as rounded, and y there. With D(h) = (y(h) − y(−h))/2h, Neville's tableau removes
 /// the terms h², h⁴, …:  A_k(h/2) = A_{k−1}(h/2) + (A_{k−1}(h/2) − A_{k−1}(h))/(4ᵏ − 1). For each component the entry is taken that changes
 /// least from its two parents; that change is the estimate. A point outside the function's domain only makes the first step shorter.
-pub(crate) fn ridders(along: impl Fn(f64) -> (f64, Vec<f64>), step: f64, rows: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn ridders(
+    along: impl Fn(f64) -> (f64, Vec<f64>),
+    step: f64,
+    halvings: usize,
+    rows: usize,
+) -> (Vec<f64>, Vec<f64>) {
     let mut best = vec![f64::NAN; rows];
     let mut error = vec![f64::INFINITY; rows];
     let mut previous: Vec<Vec<f64>> = Vec::new();
     let mut h = step;
-    for _ in 0..ROWS {
+    for _ in 0..=halvings {
         let mut tableau = vec![central(&along, h)];
         for order in 1..=previous.len().min(MOST_ORDERS) {
             let factor = 4f64.powi(order as i32);

@@ -94,7 +94,6 @@ struct Variation {
     controls: DMatrix<f64>,
     /// (4n + m) × (N + 1).
     y: DMatrix<f64>,
-    cost: f64,
 }
 
 fn variation(on: &Moving) -> Result<Variation, Error> {
@@ -109,7 +108,7 @@ fn variation(on: &Moving) -> Result<Variation, Error> {
         parts.iter().flat_map(|part| part.column(i).iter().map(|x| x.0.im / STEP).collect::<Vec<_>>()).collect::<Vec<f64>>()
     };
     let columns: Vec<DVector<f64>> = (0..nodes).map(|i| DVector::from_vec(column(i))).collect();
-    Ok(Variation { controls, y: DMatrix::from_columns(&columns), cost: solver.cost().0.im / STEP })
+    Ok(Variation { controls, y: DMatrix::from_columns(&columns) })
 }
 
 /// Eq. (7) and (8): with all δy as they are, they must give the true δJ for any w, since δf = 0.
