@@ -180,6 +180,9 @@ fn judge(
     let evidence = Evidence { block, setting, points, hand: hands, truth: values, tolerance: tolerances, sizes };
     measure(&evidence, judged, report);
     report.verdict = if report.wrong_entries == 0 { Verdict::Right } else { Verdict::Wrong };
+    if report.verdict == Verdict::Right && evidence.truth.iter().all(|truth| truth.iter().all(|x| *x == 0.0)) {
+        report.notes.push("zero at every point: if it is not zero by nature, choose points where it is not".into());
+    }
     if report.verdict == Verdict::Wrong {
         (report.diagnoses, report.notes) = {
             let (diagnoses, mut notes) = diagnosis::diagnose(&evidence);
