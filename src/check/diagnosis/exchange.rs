@@ -97,11 +97,11 @@ pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
             }
         }
     }
-    if let [a, b] = mask.entries[..] {
-        if evidence.holds(mask, |p, i, j| evidence.truth[p][if (i, j) == a { b } else { a }]) {
-            let name = |(i, j): (usize, usize)| format!("d({})/d({})", names[i], others[j]);
-            return says(format!("{} and {} are exchanged", name(a), name(b)));
-        }
+    if let [a, b] = mask.entries[..]
+        && evidence.holds(mask, |p, i, j| evidence.truth[p][if (i, j) == a { b } else { a }])
+    {
+        let name = |(i, j): (usize, usize)| format!("d({})/d({})", names[i], others[j]);
+        return says(format!("{} and {} are exchanged", name(a), name(b)));
     }
     let &[(i, j)] = &mask.entries[..] else { return None };
     for (k, l) in Mask::all(evidence).entries.into_iter().filter(|&e| e != (i, j) && (e.0 == i || e.1 == j)) {

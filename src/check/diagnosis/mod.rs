@@ -129,7 +129,10 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
         helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
     };
     let singles = if wrong.entries.len() <= MOST_SINGLE { wrong.singles() } else { Vec::new() };
-    let best = [split(wrong.by_rows()), split(wrong.by_columns()), split(singles)].into_iter().flatten().min_by_key(badness);
+    let best = [split(wrong.by_rows()), split(wrong.by_columns()), split(singles)]
+        .into_iter()
+        .flatten()
+        .min_by_key(|found| badness(found));
     let found = best.or_else(|| Some(vec![terms::few_digits(evidence, &wrong)?]));
     let unexplained = || vec![diagnosis(Mistake::Unexplained, format!("no simple explanation {}", wrong.place(evidence)))];
     let found = found.unwrap_or_else(unexplained);
@@ -138,7 +141,7 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
 }
 
 /// Few open questions first, then few mistakes.
-fn badness(found: &Vec<Diagnosis>) -> (usize, usize) {
+fn badness(found: &[Diagnosis]) -> (usize, usize) {
     (found.iter().filter(|d| d.mistake == Mistake::Unexplained).count(), found.len())
 }
 

@@ -39,7 +39,6 @@ pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, c
     seed: u64,
     spread: f64,
     tolerance: f64,
-    #[expect(clippy::type_complexity, reason = "a predicate on points")]
     admissible: Box<dyn Fn(&Point<N, M, K, P>) -> bool + 'a>,
     blocks: Vec<Pending<'a>>,
 }

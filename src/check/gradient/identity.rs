@@ -59,6 +59,6 @@ pub(super) fn identity(
     let errors: Vec<(usize, f64)> =
         sides.iter().map(|(i, a, b, _)| (*i, if a == b { 0.0 } else { (a - b).abs() / largest })).collect();
     let (node, worst) = errors.iter().copied().fold((0, 0.0), |m, x| if x.1 > m.1 { x } else { m });
-    let first_wrong = errors.iter().find(|(_, error)| !(*error <= tolerance)).map(|(i, _)| *i);
+    let first_wrong = errors.iter().find(|(_, error)| error.is_nan() || *error > tolerance).map(|(i, _)| *i);
     Ok(Identity { worst, node, first_wrong })
 }
