@@ -188,6 +188,11 @@ fn the_formula_is_blamed_where_the_formula_is_wrong() {
     println!("{loses}");
     assert!(loses.blocks.iter().all(|block| block.verdict == Verdict::OraclesDisagree));
 
+    // (Φ_q v)_q of |x| is zero on both sides of its kink; the kink is found in Φ itself.
+    let below = check::constraint(&Kink, []).at(at(0.0).with_v([1.0])).phi_q_v_q(|_| 0.0).run();
+    println!("{below}");
+    assert_eq!(below.verdict(), Verdict::OraclesDisagree);
+
     let root = check::cost(&Root, []).at(check::Point::zero([])).h_q(|_| 0.0).run();
     println!("{root}");
     assert_eq!(root.verdict(), Verdict::OraclesDisagree);

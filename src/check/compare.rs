@@ -78,6 +78,12 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let judged: Vec<usize> = (0..truths.len()).filter(|&p| agreements[p].conflict.is_none()).collect();
     report.points = judged.len();
     report.set_aside = truths.len() - judged.len();
+    if truths.iter().all(|truth| truth.differences.iter().all(|x| !x.is_finite())) {
+        report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
+    }
+    if judged.is_empty() {
+        report.verdict = Verdict::OraclesDisagree;
+    }
     if report.verdict == Verdict::OraclesDisagree {
         return report;
     }
@@ -145,13 +151,18 @@ fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], re
     let mut look = |x: &Vec<f64>| truth(f.as_ref(), x, by, &setting.magnitudes, &mut random);
     let truths: Vec<Truth> = setting.points.iter().map(&mut look).collect();
     let sizes = common_sizes(&truths, setting, by);
+    let mut noted = false;
     for ((x, truth), above) in setting.points.iter().zip(&truths).zip(agreements) {
         let below = agreement(f.as_ref(), x, by, truth, &sizes);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
-        if !matches!(conflict, Conflict::Kink { .. }) && report.verdict != Verdict::OraclesDisagree {
-            let row = |i: usize| format!("component {i} of the element's function");
-            let rows: Vec<String> = (0..sizes.nrows()).map(row).collect();
+        let row = |i: usize| format!("component {i} of the element's function");
+        let rows: Vec<String> = (0..sizes.nrows()).map(row).collect();
+        let serious = !matches!(conflict, Conflict::Kink { .. });
+        if !noted || serious && report.verdict != Verdict::OraclesDisagree {
             report.notes.push(conflict.describe(&rows, &setting.arguments[by.clone()]));
+            noted = true;
+        }
+        if serious {
             report.verdict = Verdict::OraclesDisagree;
         }
         above.conflict = Some(conflict);

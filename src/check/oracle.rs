@@ -69,7 +69,7 @@ pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, magnit
             // The step as it is in binary.
             (x[at], f.real(&x))
         };
-        let (estimate, error) = ridders(along, step, HALVINGS, rows);
+        let (estimate, error) = ridders(along, (step, HALVINGS), 0.0, rows);
         differences.column_mut(j).copy_from_slice(&estimate);
         differences_error.column_mut(j).copy_from_slice(&error);
     }

@@ -28,8 +28,6 @@ pub struct Taylor {
 const STEPS: usize = 8;
 
 /// Remainders along a direction for the derivative `slope` = g·d.
-///
-/// J(x + s d) and J(x − s d) are averaged out of the even terms only as far as they must: the plain remainder is used.
 pub(super) fn taylor(
     system: &System,
     inputs: &Inputs,

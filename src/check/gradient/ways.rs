@@ -9,8 +9,10 @@ use super::FIRST_STEP;
 use super::directions::along;
 use crate::{Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
 
-/// Halvings of the differences' step.
-const HALVINGS: usize = 6;
+/// The most halvings of the differences' step; easy motions need three or four.
+const HALVINGS: usize = 12;
+/// The differences need not be better than this: simulations cost.
+const ENOUGH: f64 = 1e-9;
 
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
@@ -50,7 +52,7 @@ impl<'a> Ways<'a> {
             let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
             (s, vec![if moved { solver.cost() } else { f64::NAN }])
         };
-        let (derivative, error) = ridders(cost, FIRST_STEP, HALVINGS, 1);
+        let (derivative, error) = ridders(cost, (FIRST_STEP, HALVINGS), ENOUGH, 1);
         (derivative[0], error[0])
     }
 }
