@@ -144,7 +144,9 @@ mod tests {
         println!("{findings}");
         for finding in &findings.findings {
             for error in finding.corrected_error.into_iter().flatten().filter(|e| !e.is_nan()) {
-                assert!(error < 1e-7, "{}: {error:.1e}", finding.place);
+                // Two discretisations of one motion differ by O(Δt²) in the row of (1b).
+                let within = if finding.place == "(1b)" { 1e-5 } else { 1e-12 };
+                assert!(error < within, "{}: {error:.1e}", finding.place);
             }
         }
     }

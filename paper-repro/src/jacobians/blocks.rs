@@ -171,6 +171,15 @@ impl Printed {
         format!("(10) {side}: {} by {}", self.equation.name(), self.variable.name())
     }
 
+    /// What the difference is, where it is more than the diagnosis can say.
+    fn note(&self, right: bool) -> &'static str {
+        match (self.equation, self.variable, right) {
+            (F4, Q, false) => "T_qq + γ T_qq̇ is missing, because (1b) lacks T_q",
+            (F4, V | Q, true) => "Q_q̇ of node i for i + 1; with variable M, T_qq̇ is missing too",
+            _ => "",
+        }
+    }
+
     fn check(&self, right: bool, on: &Moving, value: Formula) -> Result<Report, Error> {
         let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
         let step = check::step(&paper);
@@ -203,6 +212,8 @@ impl Printed {
             Some(reports) => says(reports).unwrap_or_default(),
             None => "no matrix of this size is defined under that name".into(),
         };
+        let note = self.note(right);
+        let words = if note.is_empty() || words.is_empty() { words } else { note.to_string() };
         Ok(Finding {
             place: self.place(right),
             printed: self.printed.into(),
