@@ -12,7 +12,7 @@ use crate::{Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
 /// The most halvings of the differences' step; easy motions need three or four.
 const HALVINGS: usize = 12;
 /// The differences need not be better than this: simulations cost.
-const ENOUGH: f64 = 1e-9;
+const ENOUGH: f64 = 1e-8;
 
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
