@@ -253,11 +253,7 @@ impl Sweep {
         let (node, next, cost) = (&self.node, &self.next, &self.cost);
         // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
         let a = column_mut(&mut variables.a, i);
-        if i > 0 {
-            a.copy_from_slice(&node.a)
-        } else {
-            a.fill(0.0)
-        }
+        if i > 0 { a.copy_from_slice(&node.a) } else { a.fill(0.0) }
         column_mut(&mut variables.b, i).copy_from_slice(&node.b);
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);
