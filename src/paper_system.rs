@@ -57,11 +57,21 @@ pub enum Equation {
 impl Variable {
     /// All parts in the paper's order.
     pub const ALL: [Variable; 5] = [Variable::V, Variable::PStarDot, Variable::Q, Variable::PStar, Variable::Sigma];
+
+    /// Its symbol.
+    pub fn name(self) -> &'static str {
+        ["v", "ṗ*", "q", "p*", "σ"][self as usize]
+    }
 }
 
 impl Equation {
     /// All rows in the paper's order.
     pub const ALL: [Equation; 5] = [Equation::F1, Equation::F2, Equation::F3, Equation::F4, Equation::F5];
+
+    /// Its symbol.
+    pub fn name(self) -> &'static str {
+        ["f1", "f2", "f3", "f4", "f5"][self as usize]
+    }
 }
 
 /// A tangent matrix ∂f/∂y with named blocks.
@@ -82,7 +92,7 @@ impl Tangent {
 }
 
 /// The place of part `k` of y (or of f) among the 4n + m.
-fn part(k: usize, n: usize, m: usize) -> Range<usize> {
+pub(crate) fn part(k: usize, n: usize, m: usize) -> Range<usize> {
     k * n..if k < 4 { (k + 1) * n } else { 4 * n + m }
 }
 
@@ -103,18 +113,18 @@ pub struct PaperGradient {
 
 /// The discrete system of one motion in the paper's unknowns.
 pub struct PaperSystem<'a> {
-    system: &'a System,
-    inputs: &'a Inputs,
-    trajectory: &'a Trajectory,
+    pub(crate) system: &'a System,
+    pub(crate) inputs: &'a Inputs,
+    pub(crate) trajectory: &'a Trajectory,
 }
 
-/// Everything that f_i and h_i depend on, on numbers that carry one derivative.
+/// Everything that f_i and h_i depend on, on any numbers.
 #[derive(Clone)]
-struct Arguments {
-    y: DVector<Dual64>,
-    y_previous: DVector<Dual64>,
-    u: DVector<Dual64>,
-    b: DVector<Dual64>,
+pub(crate) struct Arguments<R> {
+    pub(crate) y: DVector<R>,
+    pub(crate) y_previous: DVector<R>,
+    pub(crate) u: DVector<R>,
+    pub(crate) b: DVector<R>,
 }
 
 impl<'a> PaperSystem<'a> {
@@ -197,7 +207,7 @@ impl<'a> PaperSystem<'a> {
         Error::SingularStep { step: i, time: self.trajectory.times[i], unknown, pivot: 0.0 }
     }
 
-    fn arguments(&self, i: usize) -> Arguments {
+    fn arguments(&self, i: usize) -> Arguments<Dual64> {
         let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
         let u = DVector::from_column_slice(column(&self.inputs.controls, i));
         Arguments {
@@ -208,20 +218,20 @@ impl<'a> PaperSystem<'a> {
         }
     }
 
-    /// f_i on dual numbers.
-    fn residual(&self, i: usize, at: &Arguments) -> DVector<Dual64> {
+    /// f_i at any arguments.
+    pub(crate) fn residual<R: Real>(&self, i: usize, at: &Arguments<R>) -> DVector<R> {
         let (n, m) = (self.system.n(), self.system.m());
-        let of = |y: &DVector<Dual64>, which: Variable| {
+        let of = |y: &DVector<R>, which: Variable| {
             let range = part(which as usize, n, m);
             y.rows(range.start, range.len()).into_owned()
         };
         let [v, g, q, p_star, sigma] = Variable::ALL.map(|which| of(&at.y, which));
         let (first, second, velocity, rate) = if i == 0 {
             let given = self.trajectory.columns(0);
-            let fixed = |x: &[f64]| DVector::from_iterator(n, x.iter().map(|&x| Dual64::from_re(x)));
+            let fixed = |x: &[f64]| DVector::from_iterator(n, x.iter().map(|&x| R::from(x)));
             (&q - fixed(given.q), &p_star - fixed(given.p_star), v, g)
         } else {
-            let gamma = Dual64::from_re(2.0 / self.inputs.grid.steps[i - 1]);
+            let gamma = R::from(2.0 / self.inputs.grid.steps[i - 1]);
             let [v_previous, g_previous, q_previous, p_previous, _] = Variable::ALL.map(|which| of(&at.y_previous, which));
             let velocity = (&q - q_previous) * gamma - v_previous;
             let rate = (&p_star - p_previous) * gamma - g_previous;
@@ -233,7 +243,7 @@ impl<'a> PaperSystem<'a> {
             v: velocity.as_slice(),
             sigma: sigma.as_slice(),
             u: at.u.as_slice(),
-            t: Dual64::from_re(self.trajectory.times[i]),
+            t: R::from(self.trajectory.times[i]),
             design: at.b.as_slice(),
         };
         self.system.plain_sums(&point, &mut sums);
@@ -243,12 +253,12 @@ impl<'a> PaperSystem<'a> {
         DVector::from_iterator(4 * n + m, parts.iter().flat_map(|part| part.iter().copied()))
     }
 
-    fn tangent(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> Tangent {
+    fn tangent(&self, i: usize, which: impl Fn(&mut Arguments<Dual64>) -> &mut DVector<Dual64>) -> Tangent {
         Tangent { matrix: self.columns(i, which), n: self.system.n(), m: self.system.m() }
     }
 
     /// The Jacobian of f_i with respect to one of its arguments.
-    fn columns(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> DMatrix<f64> {
+    fn columns(&self, i: usize, which: impl Fn(&mut Arguments<Dual64>) -> &mut DVector<Dual64>) -> DMatrix<f64> {
         let mut arguments = self.arguments(i);
         let columns = which(&mut arguments).len();
         let mut jacobian = DMatrix::zeros(4 * self.system.n() + self.system.m(), columns);
@@ -261,7 +271,7 @@ impl<'a> PaperSystem<'a> {
     }
 
     /// The gradient of the cost at node `i` (h_i, or S at the last) with respect to one of its arguments.
-    fn cost_columns(&self, i: usize, which: impl Fn(&mut Arguments) -> &mut DVector<Dual64>) -> DVector<f64> {
+    fn cost_columns(&self, i: usize, which: impl Fn(&mut Arguments<Dual64>) -> &mut DVector<Dual64>) -> DVector<f64> {
         let mut arguments = self.arguments(i);
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();

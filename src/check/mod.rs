@@ -1,5 +1,47 @@
-//! Derivatives by other ways, to compare with: complex step, tangents and differences through the entire simulation.
+//! Verifying derivatives: hand-derived blocks and gradients against oracles that share nothing with them.
+//!
+//! | what was derived by hand | check |
+//! |---|---|
+//! | Φ_q, (Φ_q v)_q, (Φ_qᵀσ)_q, … of a constraint | [`constraint`] |
+//! | M, T_q, (M v)_q, … | [`kinetic_energy`] |
+//! | V_q, V_qq, … | [`potential_energy`] |
+//! | Q_q, Q_v, Q_u, Q_b, … | [`force`] |
+//! | h_q, h_u, S_q, … | [`cost`] |
+//! | a block of f_y^i, f_y^{i+1}, f_u (Eq. 10) | [`step`] |
+//! | the Jacobian of any other function | [`function`] |
+//! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
+//!
+//! Each compares at random points with dual numbers, complex step and central differences with Ridders' extrapolation, and
+//! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
+//! Errors are relative to the sizes of their row and column, so units do not matter. Which check sees what, and what none of
+//! them can see, is told in `docs/checking-derivatives.md`.
 
+mod agreement;
+mod compare;
 mod derivative;
+mod diagnosis;
+mod direct;
+mod element;
+mod formula;
+mod function;
+mod gradient;
+mod matrix;
+mod oracle;
+mod point;
+mod random;
+mod report;
+mod ridders;
+mod scale;
+mod step;
 
 pub use derivative::{Input, central_differences, complex_step, tangent};
+pub use direct::{Sensitivity, direct_differentiation, no_change};
+pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
+pub use formula::Function;
+pub use function::{FunctionCheck, function};
+pub use gradient::{DirectionReport, GradientCheck, GradientReport, Identity, Part, Remainder, Taylor, gradient};
+pub use matrix::Matrix;
+pub use point::Point;
+pub use random::Random;
+pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
+pub use step::{State, StepCheck, StepPoint, Terms, step};

@@ -1,0 +1,268 @@
+//! Eq. (10) block by block: as printed in our copy, as corrected, and the true derivative.
+
+use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::check::{self, Report, StepPoint, Terms, Verdict};
+use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
+use nalgebra::DMatrix;
+
+use super::mechanisms::{Moving, double_pendulum_force_q, double_pendulum_force_v};
+use super::{Finding, Status};
+use Equation::{F1, F2, F3, F4, F5};
+use Variable::{PStar, PStarDot, Q, Sigma, V};
+
+type Formula = fn(&StepPoint) -> DMatrix<f64>;
+
+/// One block: where it stands, what is printed there, and what should be.
+struct Printed {
+    equation: Equation,
+    variable: Variable,
+    printed: &'static str,
+    /// The printed formula; none if it gives no matrix of that size.
+    value: Option<Formula>,
+    correct: &'static str,
+    correct_value: Formula,
+}
+
+const fn block(
+    (equation, variable): (Equation, Variable),
+    (printed, value): (&'static str, Option<Formula>),
+    (correct, correct_value): (&'static str, Formula),
+) -> Printed {
+    Printed { equation, variable, printed, value, correct, correct_value }
+}
+
+fn identity(at: &StepPoint) -> DMatrix<f64> {
+    DMatrix::identity(at.y.q.len(), at.y.q.len())
+}
+
+fn zero(at: &StepPoint) -> DMatrix<f64> {
+    identity(at) * 0.0
+}
+
+/// T_qq + γ T_qv is part of `force_q + γ force_v`; the paper's Q has no T_q. Only the double pendulum has one.
+fn force_without_t_q(at: &StepPoint, t: &Terms) -> DMatrix<f64> {
+    if at.y.q.len() == 2 { double_pendulum_force_q(&at.y.q, &at.y.v, at.gamma) } else { &t.force_q + &t.force_v * at.gamma }
+}
+
+fn force_v_without_t_q(at: &StepPoint, t: &Terms, previous: bool) -> DMatrix<f64> {
+    let q = if previous { &at.previous.q } else { &at.y.q };
+    if q.len() == 2 { double_pendulum_force_v(q) } else { t.force_v.clone() }
+}
+
+/// ∂f_i/∂y_i.
+const LEFT: [Printed; 12] = [
+    block((F1, V), ("I", Some(identity)), ("I", identity)),
+    block((F1, Q), ("−γ I", Some(|at| identity(at) * -at.gamma)), ("−γ I", |at| identity(at) * -at.gamma)),
+    block((F2, PStarDot), ("I", Some(identity)), ("I", identity)),
+    block((F2, PStar), ("−γ I", Some(|at| identity(at) * -at.gamma)), ("−γ I", |at| identity(at) * -at.gamma)),
+    block(
+        (F3, Q),
+        (
+            "γ M_i + (Φ_qᵀσ_i)_q",
+            Some(|at| {
+                let t = at.terms();
+                t.mass * at.gamma + t.phi_q_t_sigma_q
+            }),
+        ),
+        ("γ M_i + (M q̇_i)_q + (Φ_qᵀσ_i)_q", |at| {
+            let t = at.terms();
+            t.mass * at.gamma + t.mass_v_q + t.phi_q_t_sigma_q
+        }),
+    ),
+    block((F3, PStar), ("−I", Some(|at| -identity(at))), ("−I", |at| -identity(at))),
+    block((F3, Sigma), ("Φ_qᵀ", Some(|at| at.terms().phi_q.transpose())), ("Φ_qᵀ", |at| at.terms().phi_q.transpose())),
+    block(
+        (F4, Q),
+        (
+            "Q_q + γ Q_q̇ + [Φ̇_qᵀσ_i]_q, q̂ held",
+            Some(|at| {
+                let t = at.terms();
+                force_without_t_q(at, &t) + t.phi_dot_q_t_sigma_q + t.phi_q_t_sigma_q * at.gamma
+            }),
+        ),
+        ("(Q + T_q)_q + γ (Q + T_q)_q̇ + [Φ̇_qᵀσ_i]_q, q̂ held", |at| {
+            let t = at.terms();
+            &t.force_q + &t.force_v * at.gamma + t.phi_dot_q_t_sigma_q + t.phi_q_t_sigma_q * at.gamma
+        }),
+    ),
+    block(
+        (F4, PStar),
+        ("−I (first of the two rows), −γ I (second)", Some(|at| -identity(at))),
+        ("−γ I", |at| identity(at) * -at.gamma),
+    ),
+    block((F4, Sigma), ("Φ_qᵀ", Some(|at| at.terms().phi_q.transpose())), ("Φ̇_qᵀ", |at| at.terms().phi_dot_q.transpose())),
+    block(
+        (F5, Q),
+        ("[f_4^i]_q (n × n)", None),
+        ("[f_5^i]_q = γ Φ_q + Φ̇_q", |at| {
+            let t = at.terms();
+            t.phi_q * at.gamma + t.phi_dot_q
+        }),
+    ),
+    block(
+        (F5, Sigma),
+        (
+            "0",
+            Some(|at| {
+                let t = at.terms();
+                DMatrix::zeros(t.phi_q.nrows(), t.phi_q.nrows())
+            }),
+        ),
+        ("0", |at| {
+            let t = at.terms();
+            DMatrix::zeros(t.phi_q.nrows(), t.phi_q.nrows())
+        }),
+    ),
+];
+
+/// ∂f_{i+1}/∂y_i; the functions are evaluated at node i + 1, `previous` is node i.
+const RIGHT: [Printed; 12] = [
+    block((F1, V), ("I", Some(identity)), ("I", identity)),
+    block((F1, Q), ("γ I", Some(|at| identity(at) * at.gamma)), ("γ I", |at| identity(at) * at.gamma)),
+    block((F2, PStarDot), ("I", Some(identity)), ("I", identity)),
+    block((F2, PStar), ("γ I", Some(|at| identity(at) * at.gamma)), ("γ I", |at| identity(at) * at.gamma)),
+    block((F3, V), ("−M_i", Some(|at| -at.previous_terms().mass)), ("−M_{i+1}", |at| -at.terms().mass)),
+    block(
+        (F3, Q),
+        ("−γ M_i", Some(|at| at.previous_terms().mass * -at.gamma)),
+        ("−γ M_{i+1}", |at| at.terms().mass * -at.gamma),
+    ),
+    block(
+        (F4, V),
+        (
+            "−S − Q_q̇^i, with S as meant",
+            Some(|at| {
+                let (t, p) = (at.terms(), at.previous_terms());
+                -t.phi_q_t_sigma_q - force_v_without_t_q(at, &p, true)
+            }),
+        ),
+        ("−S − (Q + T_q)_q̇^{i+1}", |at| {
+            let t = at.terms();
+            -t.phi_q_t_sigma_q - t.force_v
+        }),
+    ),
+    block((F4, PStarDot), ("I", Some(identity)), ("I", identity)),
+    block(
+        (F4, Q),
+        (
+            "−γ (S + Q_q̇^i), with S as meant",
+            Some(|at| {
+                let (t, p) = (at.terms(), at.previous_terms());
+                (t.phi_q_t_sigma_q + force_v_without_t_q(at, &p, true)) * -at.gamma
+            }),
+        ),
+        ("−γ (S + (Q + T_q)_q̇^{i+1})", |at| {
+            let t = at.terms();
+            (t.phi_q_t_sigma_q + t.force_v) * -at.gamma
+        }),
+    ),
+    block((F4, PStar), ("0", Some(zero)), ("γ I", |at| identity(at) * at.gamma)),
+    block((F5, V), ("−Φ_q at i", Some(|at| -at.previous_terms().phi_q)), ("−Φ_q at i + 1", |at| -at.terms().phi_q)),
+    block(
+        (F5, Q),
+        ("−γ Φ_q at i", Some(|at| at.previous_terms().phi_q * -at.gamma)),
+        ("−γ Φ_q at i + 1", |at| at.terms().phi_q * -at.gamma),
+    ),
+];
+
+impl Printed {
+    fn place(&self, right: bool) -> String {
+        let side = if right { "right" } else { "left" };
+        format!("(10) {side}: {} by {}", self.equation.name(), self.variable.name())
+    }
+
+    /// What the difference is, where it is more than the diagnosis can say.
+    fn note(&self, right: bool) -> &'static str {
+        match (self.equation, self.variable, right) {
+            (F4, Q, false) => "T_qq + γ T_qq̇ is missing, because (1b) lacks T_q",
+            (F4, V | Q, true) => "Q_q̇ of node i for i + 1; with variable M, T_qq̇ is missing too",
+            _ => "",
+        }
+    }
+
+    fn check(&self, right: bool, on: &Moving, value: Formula) -> Result<Report, Error> {
+        let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
+        let step = check::step(&paper);
+        let step = if right {
+            step.f_y_previous(self.equation, self.variable, value)
+        } else {
+            step.f_y(self.equation, self.variable, value)
+        };
+        Ok(step.run())
+    }
+
+    fn finding(&self, right: bool, mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
+        let run = |value: Formula| -> Result<[Report; 2], Error> {
+            Ok([self.check(right, mechanisms[0], value)?, self.check(right, mechanisms[1], value)?])
+        };
+        let corrected = run(self.correct_value)?;
+        let printed = self.value.map(run).transpose()?;
+        let passes = |report: &Report| report.verdict() == Verdict::Right;
+        let status = match &printed {
+            Some([a, b]) if passes(a) && passes(b) => Status::Holds,
+            Some([a, _]) if passes(a) => Status::HoldsForConstantMass,
+            _ => Status::Misprinted,
+        };
+        let error = |report: &Report| report.blocks[0].relative_error;
+        let says = |reports: &[Report; 2]| {
+            let wrong = reports.iter().find(|report| !passes(report))?;
+            Some(wrong.blocks[0].diagnoses.iter().map(|d| d.text.clone()).collect::<Vec<_>>().join("; "))
+        };
+        let words = match &printed {
+            Some(reports) => says(reports).unwrap_or_default(),
+            None => "no matrix of this size is defined under that name".into(),
+        };
+        let note = self.note(right);
+        let words = if note.is_empty() || words.is_empty() { words } else { note.to_string() };
+        Ok(Finding {
+            place: self.place(right),
+            printed: self.printed.into(),
+            status,
+            corrected: if status == Status::Holds { String::new() } else { self.correct.into() },
+            printed_error: printed.map(|reports| reports.each_ref().map(error)),
+            corrected_error: Some(corrected.each_ref().map(error)),
+            words,
+        })
+    }
+}
+
+/// Every block of both matrices of Eq. (10), and that all others are zero.
+pub fn findings(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
+    let mut findings = Vec::new();
+    for (right, listed) in [(false, &LEFT), (true, &RIGHT)] {
+        for printed in listed {
+            findings.push(printed.finding(right, mechanisms)?);
+        }
+        findings.push(zeros(mechanisms, right, listed)?);
+    }
+    Ok(findings)
+}
+
+/// The blocks printed as 0.
+fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Printed; 12]) -> Result<Finding, Error> {
+    let mut worst = [0.0f64; 2];
+    let mut count = 0;
+    for (worst, on) in worst.iter_mut().zip(mechanisms) {
+        let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
+        let tangent = if right { paper.f_y_previous(20) } else { paper.f_y(20) };
+        count = 0;
+        for row in Equation::ALL {
+            for column in Variable::ALL.into_iter().filter(|&c| !listed.iter().any(|p| p.equation == row && p.variable == c))
+            {
+                *worst = tangent.block(row, column).iter().fold(*worst, |m, x| m.max(x.abs()));
+                count += 1;
+            }
+        }
+    }
+    let status = if worst == [0.0; 2] { Status::Holds } else { Status::Misprinted };
+    let side = if right { "right" } else { "left" };
+    Ok(Finding {
+        place: format!("(10) {side}: the other {count} blocks"),
+        printed: "0".into(),
+        status,
+        corrected: String::new(),
+        printed_error: Some(worst),
+        corrected_error: Some(worst),
+        words: String::new(),
+    })
+}

@@ -1,0 +1,126 @@
+//! Whether the oracles agree among each other at a point, and if not, why.
+
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+use super::formula::Differentiable;
+use super::oracle::Truth;
+
+/// Dual numbers and complex step are both exact up to rounding.
+const EXACT: f64 = 1e-9;
+/// Differences see this much, relative to the size of an entry; what they miss, the other two compare to all digits.
+const DIFFERENCED: f64 = 1e-7;
+/// The error estimate of the differences may itself be too small by this factor.
+const CAUTION: f64 = 30.0;
+
+/// How well the oracles agree at one point.
+pub(crate) struct Agreement {
+    /// The largest differences from the dual numbers, relative to the sizes of the entries.
+    pub complex_step: f64,
+    pub differences: f64,
+    pub conflict: Option<Conflict>,
+}
+
+/// Why the oracles disagree at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Conflict {
+    /// One-sided derivatives differ: no derivative exists, and nobody is to blame.
+    Kink { row: usize, column: usize, left: f64, right: f64 },
+    /// An oracle gives infinity or NaN.
+    NotFinite { oracle: &'static str, row: usize, column: usize },
+    /// Dual numbers and complex step differ.
+    NotAnalytic { row: usize, column: usize, dual: f64, complex: f64 },
+    /// Differences of the function itself contradict both others.
+    Lost { row: usize, column: usize, dual: f64, differences: f64 },
+}
+
+/// Compares the oracles at the point x.
+pub(crate) fn agreement(
+    f: &dyn Differentiable,
+    x: &[f64],
+    by: &Range<usize>,
+    truth: &Truth,
+    sizes: &DMatrix<f64>,
+) -> Agreement {
+    let mut found = Agreement { complex_step: 0.0, differences: 0.0, conflict: None };
+    for column in 0..sizes.ncols() {
+        for row in 0..sizes.nrows() {
+            let at = (row, column);
+            let (dual, complex, size) = (truth.value[at], truth.complex[at], sizes[at]);
+            let noise = 64.0 * truth.noise[at];
+            let relative = |error: f64| if error == 0.0 { 0.0 } else { error / size };
+            let differences = truth.differences[at];
+            let apart = (dual - complex).abs();
+            found.complex_step = found.complex_step.max(relative(apart));
+            let mut conflict = None;
+            if let Some(oracle) = not_finite(dual, complex) {
+                conflict = Some(Conflict::NotFinite { oracle, row, column });
+            } else if apart > EXACT * size + noise {
+                conflict = Some(Conflict::NotAnalytic { row, column, dual, complex });
+            } else if differences.is_finite() {
+                let apart = (dual - differences).abs();
+                found.differences = found.differences.max(relative(apart));
+                let allowed = DIFFERENCED * size + noise + CAUTION * truth.differences_error[at];
+                if apart > allowed {
+                    conflict = Some(Conflict::Lost { row, column, dual, differences });
+                }
+            }
+            if let Some(conflict) = conflict.filter(|_| found.conflict.is_none()) {
+                found.conflict = Some(kink(f, x, by.start + column, row, column, size).unwrap_or(conflict));
+            }
+        }
+    }
+    found
+}
+
+fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
+    match (dual.is_finite(), complex.is_finite()) {
+        (true, true) => None,
+        (true, false) => Some("complex step"),
+        (false, true) => Some("dual numbers"),
+        (false, false) => Some("dual numbers and complex step"),
+    }
+}
+
+/// One-sided difference quotients that do not approach each other as the step shrinks.
+fn kink(f: &dyn Differentiable, x: &[f64], at: usize, row: usize, column: usize, size: f64) -> Option<Conflict> {
+    let value = |s: f64| {
+        let mut x = x.to_vec();
+        x[at] += s;
+        f.real(&x)[row]
+    };
+    let scale = if x[at] == 0.0 { 1.0 } else { x[at].abs() };
+    let sides = |h: f64| ((value(0.0) - value(-h)) / h, (value(h) - value(0.0)) / h);
+    let (coarse, (left, right)) = (sides(1e-5 * scale), sides(1e-6 * scale));
+    let gap = (right - left).abs();
+    let persists = gap > 0.5 * (coarse.1 - coarse.0).abs() && gap > 1e-3 * size;
+    persists.then_some(Conflict::Kink { row, column, left, right })
+}
+
+impl Conflict {
+    /// The sentence for a report.
+    pub(crate) fn describe(&self, rows: &[String], columns: &[String]) -> String {
+        match *self {
+            Conflict::Kink { row, column, left, right } => format!(
+                "{} has a kink in {}: its derivative is {left:.3e} on the left and {right:.3e} on the right, so there is none here; \
+                 choose points away from it",
+                rows[row], columns[column]
+            ),
+            Conflict::NotFinite { oracle, row, column } => format!(
+                "{oracle} give infinity or NaN for d({})/d({}): a root, logarithm or quotient at the edge of its domain",
+                rows[row], columns[column]
+            ),
+            Conflict::NotAnalytic { row, column, dual, complex } => format!(
+                "dual numbers give d({})/d({}) = {dual:.9e}, complex step {complex:.9e}: the formula is not analytic \
+                 (a conjugate, an absolute value by hand, a branch on a derivative part)",
+                rows[row], columns[column]
+            ),
+            Conflict::Lost { row, column, dual, differences } => format!(
+                "the formula itself is wrong for derivatives: d({})/d({}) is {dual:.6e} by dual numbers and complex step, \
+                 but its values change by {differences:.6e}; it continues somewhere with a bare real value (`re()`, a table, \
+                 an iteration that stops early) and so loses a derivative",
+                rows[row], columns[column]
+            ),
+        }
+    }
+}

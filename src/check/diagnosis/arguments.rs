@@ -1,0 +1,99 @@
+//! The true value of other arguments: another node, one coordinate for another, sine for cosine.
+
+use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
+use super::mask::Mask;
+use super::{Evidence, diagnosis};
+use crate::check::report::{Diagnosis, Mistake};
+
+/// Whether the values are true at another point that the front end has named.
+pub(super) fn elsewhere(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    evidence.block.elsewhere.iter().find_map(|(name, other)| {
+        let found = is_truth_at(evidence, mask, other)?;
+        Some(diagnosis(Mistake::OtherArgument, format!("{found}evaluated {name}, {}", mask.place(evidence))))
+    })
+}
+
+/// Whether the user's values are the true ones at other points, up to the sign, which is returned.
+fn is_truth_at(evidence: &Evidence, mask: &Mask, other: impl Fn(&[f64]) -> Vec<f64>) -> Option<&'static str> {
+    let values = evidence.truth_at(other);
+    let same = |sign: f64| evidence.holds(mask, |p, i, j| sign * values[p][(i, j)]);
+    if same(1.0) {
+        Some("")
+    } else if same(-1.0) {
+        Some("with the sign flipped and ")
+    } else {
+        None
+    }
+}
+
+/// Whether one argument was taken for another, or with the wrong sign, or its sine for its cosine.
+pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    if !evidence.is_small() {
+        return None;
+    }
+    let setting = evidence.setting;
+    let names = &setting.arguments;
+    let found = |sign: &str, text: String| {
+        let place = mask.place(evidence);
+        Some(diagnosis(
+            Mistake::OtherArgument,
+            format!("{text} {place}{}", if sign.is_empty() { "" } else { ", and the sign is flipped" }),
+        ))
+    };
+    let ranges = || setting.groups.iter().map(|(_, range)| range.clone());
+    for k in ranges().flatten() {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = -x[k])) {
+            return found(sign, format!("{} has the wrong sign", names[k]));
+        }
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] += FRAC_PI_2)) {
+            return found(sign, format!("sine and cosine of {} are mistaken for one another", names[k]));
+        }
+    }
+    // Arguments of one kind are confused more often than those of different kinds.
+    let alike = ranges().flat_map(|range| pairs(&range).collect::<Vec<_>>());
+    let count = setting.arguments.len();
+    for (k, j) in alike.chain(pairs(&(0..count))) {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = x[j])) {
+            return found(sign, format!("{} stands where {} belongs", names[j], names[k]));
+        }
+    }
+    for (k, j) in ranges().flat_map(|range| pairs(&range).collect::<Vec<_>>()).filter(|(k, j)| k < j) {
+        if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x.swap(k, j))) {
+            return found(sign, format!("{} and {} are exchanged", names[k], names[j]));
+        }
+    }
+    None
+}
+
+fn changed(x: &[f64], change: impl Fn(&mut Vec<f64>)) -> Vec<f64> {
+    let mut x = x.to_vec();
+    change(&mut x);
+    x
+}
+
+fn pairs(range: &Range<usize>) -> impl Iterator<Item = (usize, usize)> {
+    let (first, last) = (range.clone(), range.clone());
+    first.flat_map(move |k| last.clone().filter(move |&j| j != k).map(move |j| (k, j)))
+}
+
+/// Arguments without which the error is gone: a hint where nothing else fits.
+pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
+    if !evidence.is_small() {
+        return Vec::new();
+    }
+    let groups = evidence.setting.groups.iter();
+    let single = evidence.setting.arguments.iter().enumerate().map(|(k, name)| (name, k..k + 1));
+    let candidates = groups.map(|(name, range)| (name, range.clone())).chain(single);
+    let gone = |range: &Range<usize>| {
+        evidence.points.iter().enumerate().all(|(p, x)| {
+            let x = changed(x, |x| x[range.clone()].fill(0.0));
+            let truth = crate::check::oracle::dual(evidence.block.function.as_ref(), &x, &evidence.block.by);
+            let error = (evidence.block.hand)(&x) - truth;
+            error.iter().zip(evidence.tolerance[p].iter()).all(|(e, t)| e.abs() <= *t)
+        })
+    };
+    let names: Vec<&str> = candidates.filter(|(_, range)| gone(range)).map(|(name, _)| name.as_str()).take(4).collect();
+    if names.is_empty() { Vec::new() } else { vec![format!("the error vanishes where {} is zero", names.join(" or "))] }
+}

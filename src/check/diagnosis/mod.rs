@@ -1,0 +1,185 @@
+//! What a difference looks like: tries the mistakes that people make, from the simplest to the least specific.
+//!
+//! Every guess must reproduce the user's values to the tolerance of the comparison at all points, so a guess that
+//! holds is hardly a coincidence. Guesses are tried on the whole block, then on its wrong entries, then on the wrong entries
+//! of each row, each column, and one by one.
+
+mod arguments;
+mod exchange;
+mod factor;
+mod mask;
+mod terms;
+
+use nalgebra::DMatrix;
+
+use super::compare::{Block, Setting};
+use super::report::{Diagnosis, Mistake};
+use mask::Mask;
+
+/// Slack on the tolerance when a guess is compared with the user's values.
+const SLACK: f64 = 8.0;
+/// More wrong entries than this are not looked at one by one.
+const MOST_SINGLE: usize = 6;
+/// A block with more wrong rows than this is only split if all of them have an explanation.
+const MOST_SPLIT: usize = 3;
+
+/// The user's and the true values at all points.
+pub(crate) struct Evidence<'a> {
+    pub block: &'a Block<'a>,
+    pub setting: &'a Setting,
+    pub points: Vec<&'a [f64]>,
+    pub hand: Vec<DMatrix<f64>>,
+    pub truth: Vec<DMatrix<f64>>,
+    pub tolerance: Vec<DMatrix<f64>>,
+    pub sizes: DMatrix<f64>,
+}
+
+impl Evidence<'_> {
+    /// |hand − true| relative to its tolerance; more than 1 is wrong.
+    pub(crate) fn excess(&self, p: usize, i: usize, j: usize) -> f64 {
+        let error = (self.hand[p][(i, j)] - self.truth[p][(i, j)]).abs();
+        match error {
+            0.0 => 0.0,
+            e if e.is_nan() => f64::INFINITY,
+            e => e / self.tolerance[p][(i, j)],
+        }
+    }
+
+    /// Whether the user's values are the expected ones in these entries, at all points.
+    fn holds(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> bool {
+        let within = |p: usize, &(i, j): &(usize, usize)| {
+            let x = expected(p, i, j);
+            // A multiple of the true value has a multiple of its rounding.
+            let grown = (x / self.truth[p][(i, j)]).abs().max(1.0);
+            let grown = if grown.is_finite() { grown } else { 1.0 };
+            (self.hand[p][(i, j)] - x).abs() <= SLACK * grown * self.tolerance[p][(i, j)]
+        };
+        (0..self.points.len()).all(|p| mask.entries.iter().all(|entry| within(p, entry)))
+    }
+
+    /// Σ a b over entries and points, in units of the entries' sizes.
+    fn product(&self, mask: &Mask, a: impl Fn(usize, usize, usize) -> f64, b: impl Fn(usize, usize, usize) -> f64) -> f64 {
+        let term = |p: usize, &(i, j): &(usize, usize)| {
+            let size = self.sizes[(i, j)].max(f64::MIN_POSITIVE);
+            a(p, i, j) / size * (b(p, i, j) / size)
+        };
+        (0..self.points.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
+    }
+
+    fn difference(&self, p: usize, i: usize, j: usize) -> f64 {
+        self.hand[p][(i, j)] - self.truth[p][(i, j)]
+    }
+
+    fn rows(&self) -> usize {
+        self.sizes.nrows()
+    }
+
+    fn columns(&self) -> usize {
+        self.sizes.ncols()
+    }
+
+    /// The true block at other points.
+    fn truth_at(&self, other: impl Fn(&[f64]) -> Vec<f64>) -> Vec<DMatrix<f64>> {
+        let dual = |x: &&[f64]| super::oracle::dual(self.block.function.as_ref(), &other(x), &self.block.by);
+        self.points.iter().map(dual).collect()
+    }
+
+    /// Whether there are groups of arguments, and few enough to try all of them one by one.
+    fn is_small(&self) -> bool {
+        !self.setting.groups.is_empty() && self.setting.arguments.len() <= 48
+    }
+}
+
+/// Wrong numbers of rows and columns.
+pub(crate) fn shape(hand: &[DMatrix<f64>], truth: &[DMatrix<f64>]) -> Option<Diagnosis> {
+    let (hand, truth) = hand.iter().zip(truth).find(|(hand, truth)| hand.shape() != truth.shape())?;
+    let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
+    let turned = (rows, columns) == (c, r);
+    let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
+    Some(match (turned, same) {
+        (_, true) => {
+            diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values"))
+        }
+        (true, _) => diagnosis(
+            Mistake::Shape,
+            format!("{rows}×{columns} instead of {r}×{c}: transposed, and wrong in its values too"),
+        ),
+        _ => diagnosis(Mistake::Shape, format!("{rows}×{columns} instead of {r}×{c}")),
+    })
+}
+
+fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
+    Diagnosis { mistake, text }
+}
+
+/// What the differences look like, and further observations.
+pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
+    let wrong = Mask::wrong(evidence);
+    if let Some(text) = not_finite(evidence, &wrong) {
+        return (vec![diagnosis(Mistake::NotFinite, text)], Vec::new());
+    }
+    if let Some(found) = whole(evidence, &wrong).or_else(|| part(evidence, &wrong)) {
+        return (vec![found], Vec::new());
+    }
+    let split = |masks: Vec<Mask>| -> Option<Vec<Diagnosis>> {
+        let found: Vec<_> = masks.iter().map(|mask| (mask, part(evidence, mask))).collect();
+        let explained = found.iter().filter(|(_, found)| found.is_some()).count();
+        let rest = |mask: &Mask| diagnosis(Mistake::Unexplained, format!("no simple explanation {}", mask.place(evidence)));
+        let helps = masks.len() > 1 && explained > 0 && (explained == masks.len() || masks.len() <= MOST_SPLIT);
+        helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
+    };
+    let singles = if wrong.entries.len() <= MOST_SINGLE { wrong.singles() } else { Vec::new() };
+    let best = [split(wrong.by_rows()), split(wrong.by_columns()), split(singles)]
+        .into_iter()
+        .flatten()
+        .min_by_key(|found| badness(found));
+    let found = best.or_else(|| Some(vec![terms::few_digits(evidence, &wrong)?]));
+    let unexplained = || vec![diagnosis(Mistake::Unexplained, format!("no simple explanation {}", wrong.place(evidence)))];
+    let found = found.unwrap_or_else(unexplained);
+    let open = found.iter().any(|d| d.mistake == Mistake::Unexplained);
+    (found, if open { arguments::where_it_vanishes(evidence) } else { Vec::new() })
+}
+
+/// Few open questions first, then few mistakes.
+fn badness(found: &[Diagnosis]) -> (usize, usize) {
+    (found.iter().filter(|d| d.mistake == Mistake::Unexplained).count(), found.len())
+}
+
+/// Mistakes that concern the block as a whole.
+fn whole(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
+    let all = Mask::all(evidence);
+    factor::sign(evidence, &all)
+        .or_else(|| factor::zero(evidence, &all))
+        .or_else(|| exchange::transposed(evidence, &all))
+        .or_else(|| factor::likely(evidence, &all))
+        .or_else(|| terms::named(evidence, &all))
+        .or_else(|| terms::other_block(evidence, &all))
+        .or_else(|| arguments::elsewhere(evidence, &all))
+        .or_else(|| exchange::rows_or_columns(evidence, wrong))
+        .or_else(|| factor::argument(evidence, &all))
+}
+
+/// Mistakes in some of the entries.
+fn part(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    factor::not_zero(evidence, mask)
+        .or_else(|| factor::sign(evidence, mask))
+        .or_else(|| factor::zero(evidence, mask))
+        .or_else(|| factor::likely(evidence, mask))
+        .or_else(|| terms::named(evidence, mask))
+        .or_else(|| exchange::transposed(evidence, mask))
+        .or_else(|| exchange::entries(evidence, mask))
+        .or_else(|| terms::of_arguments(evidence, mask))
+        .or_else(|| arguments::confused(evidence, mask))
+        .or_else(|| arguments::elsewhere(evidence, mask))
+        .or_else(|| factor::constant(evidence, mask))
+        .or_else(|| factor::argument(evidence, mask))
+        .or_else(|| factor::varying(evidence, mask))
+        .or_else(|| terms::of_other_blocks(evidence, mask))
+        .or_else(|| terms::few_digits(evidence, mask))
+}
+
+fn not_finite(evidence: &Evidence, wrong: &Mask) -> Option<String> {
+    let bad = |&(i, j): &(usize, usize)| evidence.hand.iter().any(|hand| !hand[(i, j)].is_finite());
+    let entries: Vec<_> = wrong.entries.iter().copied().filter(bad).collect();
+    (!entries.is_empty()).then(|| format!("infinite or not a number {}", Mask { entries }.place(evidence)))
+}

@@ -1,0 +1,157 @@
+//! Sums with a term too few, too many, or wrong.
+
+use nalgebra::DMatrix;
+
+use super::factor::digits;
+use super::mask::Mask;
+use super::{Evidence, diagnosis};
+use crate::check::compare::MatrixAt;
+use crate::check::report::{Diagnosis, Mistake};
+
+/// Errors below this fraction may be a matter of digits.
+const FEW: f64 = 1e-3;
+/// Two numbers are the same coefficient if they differ by less than this.
+const SAME: f64 = 1e-6;
+
+fn values(evidence: &Evidence, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
+    evidence.points.iter().map(|x| matrix(x)).collect()
+}
+
+/// Whether the difference is a multiple of a term that the true value is the sum of.
+pub(super) fn named(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    let terms = evidence.block.terms.iter().map(|(name, matrix)| (name, values(evidence, matrix)));
+    let fitting: Vec<_> = terms.filter_map(|(name, term)| Some((name, coefficient(evidence, mask, &term)?))).collect();
+    let simple = fitting.iter().find(|(_, c)| [-1.0, 1.0, -2.0].iter().any(|s| (c - s).abs() < SAME));
+    // A small multiple of a term is a matter of digits.
+    let any = || fitting.first().filter(|_| few_digits(evidence, mask).is_none());
+    if let Some((name, c)) = simple.or_else(any) {
+        return Some(describe(name, *c, &mask.place(evidence)));
+    }
+    turned(evidence, mask)
+}
+
+/// Whether the difference is a multiple of something that does not belong there.
+pub(super) fn of_other_blocks(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    if few_digits(evidence, mask).is_some() {
+        return None;
+    }
+    evidence.block.others.iter().find_map(|(name, matrix)| {
+        let c = coefficient(evidence, mask, &values(evidence, matrix))?;
+        let text = format!("the difference is {c:.6} times {name}, which does not belong here, {}", mask.place(evidence));
+        Some(diagnosis(Mistake::TermWrong, text))
+    })
+}
+
+/// A named term that was transposed.
+fn turned(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    if evidence.rows() != evidence.columns() {
+        return None;
+    }
+    let changed = |(name, matrix): &(String, MatrixAt)| {
+        let term = values(evidence, matrix);
+        if term.iter().any(|term| !term.is_square()) {
+            return None;
+        }
+        let term: Vec<DMatrix<f64>> = term.into_iter().map(|term| term.transpose() - term).collect();
+        let c = coefficient(evidence, mask, &term)?;
+        ((c - 1.0).abs() < SAME)
+            .then(|| diagnosis(Mistake::Transposed, format!("the term {name} is transposed {}", mask.place(evidence))))
+    };
+    evidence.block.terms.iter().find_map(changed)
+}
+
+/// The c with hand − true = c · term, if there is one.
+fn coefficient(evidence: &Evidence, mask: &Mask, term: &[DMatrix<f64>]) -> Option<f64> {
+    if term.iter().zip(&evidence.truth).any(|(a, b)| a.shape() != b.shape()) {
+        return None;
+    }
+    let of = |p: usize, i: usize, j: usize| term[p][(i, j)];
+    let size = evidence.product(mask, of, of);
+    let c = evidence.product(mask, |p, i, j| evidence.difference(p, i, j), of) / size;
+    let fits = || evidence.holds(mask, |p, i, j| evidence.truth[p][(i, j)] + c * of(p, i, j));
+    (size > 0.0 && c.is_finite() && c.abs() > SAME && fits()).then_some(c)
+}
+
+fn describe(name: &str, c: f64, place: &str) -> Diagnosis {
+    let is = |x: f64| (c - x).abs() < SAME;
+    if is(-1.0) {
+        diagnosis(Mistake::TermMissing, format!("term missing: {name}, {place}"))
+    } else if is(1.0) {
+        diagnosis(Mistake::TermWrong, format!("once too often: {name}, {place}"))
+    } else if is(-2.0) {
+        diagnosis(Mistake::TermWrong, format!("sign of a term flipped: {name}, {place}"))
+    } else {
+        diagnosis(Mistake::TermWrong, format!("a term has the factor {:.6} instead of 1: {name}, {place}", 1.0 + c))
+    }
+}
+
+/// Whether the matrix is the right value of something else.
+pub(super) fn other_block(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    let is = |(name, matrix): &(String, MatrixAt)| {
+        let values = values(evidence, matrix);
+        if values.iter().any(|v| v.shape() != (evidence.rows(), evidence.columns())) {
+            return None;
+        }
+        let same = |sign: f64| evidence.holds(mask, |p, i, j| sign * values[p][(i, j)]);
+        let minus = if same(1.0) {
+            ""
+        } else if same(-1.0) {
+            "−"
+        } else {
+            return None;
+        };
+        let text = format!("these are the values of {minus}{name} instead, {}", mask.place(evidence));
+        Some(diagnosis(Mistake::OtherBlock, text))
+    };
+    evidence.block.others.iter().find_map(is)
+}
+
+/// Whether the difference is the part of the true value that comes from one argument: true(x) − true(x with that argument 0).
+pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    if !evidence.is_small() {
+        return None;
+    }
+    let groups = &evidence.setting.groups;
+    let single =
+        groups.iter().flat_map(|(_, range)| range.clone().map(|k| (evidence.setting.arguments[k].clone(), k..k + 1)));
+    let several = groups.iter().filter(|(_, range)| range.len() > 1).map(|(name, range)| (name.clone(), range.clone()));
+    // Coordinates come last: they enter nonlinearly, and seldom make a term.
+    let mut candidates: Vec<_> = single.chain(several).collect();
+    let coordinates = groups.iter().find(|(name, _)| name == "q").map_or(0..0, |(_, range)| range.clone());
+    candidates.sort_by_key(|(_, range)| coordinates.contains(&range.start));
+    let fitting: Vec<(String, f64)> = candidates
+        .into_iter()
+        .filter_map(|(name, range)| {
+            let without = evidence.truth_at(|x| {
+                let mut x = x.to_vec();
+                x[range.clone()].fill(0.0);
+                x
+            });
+            let term: Vec<DMatrix<f64>> =
+                evidence.truth.iter().zip(&without).map(|(with, without)| with - without).collect();
+            Some((name, coefficient(evidence, mask, &term)?))
+        })
+        .collect();
+    // A term left out is likelier than one with another factor, even where both fit.
+    let with = |wanted: f64| fitting.iter().find(move |(_, c)| (c - wanted).abs() < SAME);
+    let (name, c) = with(-1.0).or_else(|| with(-2.0)).or_else(|| with(1.0))?;
+    Some(describe(&format!("the part that comes from {name}"), *c, &mask.place(evidence)))
+}
+
+/// Right in the leading digits.
+pub(super) fn few_digits(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+    let mut worst = 0.0f64;
+    for p in 0..evidence.points.len() {
+        for &(i, j) in &mask.entries {
+            worst = worst.max(evidence.difference(p, i, j).abs() / evidence.sizes[(i, j)]);
+        }
+    }
+    let text = || {
+        let digits = digits(worst);
+        format!(
+            "right to {digits} digits only {}: a constant with too few digits, a difference quotient, or a small term missing",
+            mask.place(evidence)
+        )
+    };
+    (worst < FEW).then(|| diagnosis(Mistake::FewDigits, text()))
+}

@@ -1,0 +1,295 @@
+//! Hand-derived derivatives of one element, without any scene.
+
+mod constraint;
+mod cost;
+mod energy;
+mod force;
+
+pub use constraint::constraint;
+pub use cost::cost;
+pub use energy::{kinetic_energy, potential_energy};
+pub use force::force;
+
+use std::ops::Range;
+
+use super::compare::{Block, MatrixAt, Setting, check};
+use super::formula::{Derived, Differentiable, Function, Of};
+use super::matrix::Matrix;
+use super::oracle::dual;
+use super::point::{Places, Point};
+use super::random::Random;
+use super::report::Report;
+
+/// Random points that are drawn for one that is admissible.
+const MOST_DRAWS: usize = 200;
+
+/// Derivatives of an element to be checked; made by [`constraint`], [`kinetic_energy`], [`potential_energy`], [`force`] or [`cost`].
+///
+/// Hand in any number of derivatives, each as a closure of the [`Point`], then [`run`](ElementCheck::run).
+pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> {
+    element: &'a E,
+    title: String,
+    coordinates: Vec<String>,
+    equations: Vec<String>,
+    controls: Vec<String>,
+    constants: Vec<String>,
+    magnitudes: Point<N, M, K, P>,
+    given: Vec<Point<N, M, K, P>>,
+    count: usize,
+    seed: u64,
+    spread: f64,
+    tolerance: f64,
+    admissible: Box<dyn Fn(&Point<N, M, K, P>) -> bool + 'a>,
+    blocks: Vec<Pending<'a>>,
+}
+
+/// What the rows of a block are.
+#[derive(Clone, Copy)]
+enum Rows {
+    Equations(&'static str),
+    Coordinates(&'static str),
+    One(&'static str),
+}
+
+/// A block before the names and the points are known.
+struct Pending<'a> {
+    name: &'static str,
+    rows: Rows,
+    by: Range<usize>,
+    function: Box<dyn Differentiable + 'a>,
+    /// The element's own function, whose derivatives the block is made of.
+    foundation: Option<(Box<dyn Differentiable + 'a>, Range<usize>)>,
+    hand: MatrixAt<'a>,
+    terms: Vec<(String, MatrixAt<'a>)>,
+    others: Vec<(String, MatrixAt<'a>)>,
+}
+
+impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> ElementCheck<'a, E, N, M, K, P> {
+    const PLACES: Places = Places { n: N, m: M, k: K, p: P };
+
+    fn new(element: &'a E, kind: &str, b: [f64; P]) -> Self {
+        let name = std::any::type_name::<E>().rsplit("::").next().unwrap_or_default().trim_end_matches('>');
+        let numbered = |name: &str, count: usize| (0..count).map(|i| format!("{name}[{i}]")).collect();
+        ElementCheck {
+            element,
+            title: format!("{kind} `{name}`"),
+            coordinates: numbered("q", N),
+            equations: (0..M).map(|j| format!("equation {j}")).collect(),
+            controls: numbered("u", K),
+            constants: numbered("b", P),
+            magnitudes: Point::ones(b),
+            given: Vec::new(),
+            count: 12,
+            seed: 1,
+            spread: 0.0,
+            tolerance: 1e-11,
+            admissible: Box::new(|_| true),
+            blocks: Vec::new(),
+        }
+    }
+
+    /// Names the coordinates.
+    pub fn coordinates(mut self, names: [&str; N]) -> Self {
+        self.coordinates = names.map(|name| format!("`{name}`")).to_vec();
+        self
+    }
+
+    /// Names the constraint equations.
+    pub fn equations(mut self, names: [&str; M]) -> Self {
+        self.equations = names.map(|name| format!("`{name}`")).to_vec();
+        self
+    }
+
+    /// Names the controls.
+    pub fn controls(mut self, names: [&str; K]) -> Self {
+        self.controls = names.map(|name| format!("`{name}`")).to_vec();
+        self
+    }
+
+    /// Names the physical constants b.
+    pub fn constants(mut self, names: [&str; P]) -> Self {
+        self.constants = names.map(|name| format!("`{name}`")).to_vec();
+        self
+    }
+
+    /// Changes the sizes that the arguments have, all 1 at first: `|m| m.q[0] = 2000.0` for a length in mm.
+    pub fn magnitudes(mut self, change: impl FnOnce(&mut Point<N, M, K, P>)) -> Self {
+        change(&mut self.magnitudes);
+        self
+    }
+
+    /// Compares at this point, and at no random ones.
+    pub fn at(mut self, point: Point<N, M, K, P>) -> Self {
+        self.given.push(point);
+        self
+    }
+
+    /// The number of random points (12 at first) and their seed.
+    pub fn random_points(mut self, count: usize, seed: u64) -> Self {
+        (self.count, self.seed) = (count, seed);
+        self
+    }
+
+    /// Varies the constants too, by this fraction; the hand-derived formulas must then use the point's `b`.
+    pub fn vary_constants(mut self, fraction: f64) -> Self {
+        self.spread = fraction;
+        self
+    }
+
+    /// Draws random points only where this holds.
+    pub fn admissible(mut self, admissible: impl Fn(&Point<N, M, K, P>) -> bool + 'a) -> Self {
+        self.admissible = Box::new(admissible);
+        self
+    }
+
+    /// What an entry may be off by, relative to the size of its row and column (1e-11 at first).
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Compares everything that was handed in.
+    pub fn run(self) -> Report {
+        let points = self.points();
+        let mut notes = Vec::new();
+        if self.given.is_empty() && points.len() < self.count {
+            notes.push(format!(
+                "only {} of {} random points are admissible and give finite values",
+                points.len(),
+                self.count
+            ));
+        }
+        let setting = self.setting(points);
+        let blocks = self.blocks.into_iter().map(|pending| {
+            let equations = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect();
+            let rows = match pending.rows {
+                Rows::Equations(prefix) => equations(prefix, &self.equations),
+                Rows::Coordinates(prefix) => equations(prefix, &self.coordinates),
+                Rows::One(name) => vec![name.to_string()],
+            };
+            let block = Block {
+                name: pending.name.to_string(),
+                function: pending.function,
+                foundation: pending.foundation,
+                columns: setting.arguments[pending.by.clone()].to_vec(),
+                by: pending.by,
+                rows,
+                hand: pending.hand,
+                terms: pending.terms,
+                others: pending.others,
+                elsewhere: Vec::new(),
+            };
+            check(&block, &setting)
+        });
+        Report { blocks: blocks.collect(), title: self.title, notes }
+    }
+
+    fn points(&self) -> Vec<Vec<f64>> {
+        if !self.given.is_empty() {
+            return self.given.iter().map(Point::list).collect();
+        }
+        let mut random = Random::new(self.seed);
+        let finite = |x: &[f64]| self.blocks.iter().all(|block| block.function.real(x).iter().all(|y| y.is_finite()));
+        let mut draw = || {
+            (0..MOST_DRAWS).find_map(|_| {
+                let mut point = Point::random(&self.magnitudes, &mut random);
+                point.b.apply(|b| *b *= 1.0 + random.uniform(-self.spread, self.spread));
+                Some(point.list()).filter(|x| (self.admissible)(&point) && finite(x))
+            })
+        };
+        (0..self.count).filter_map(|_| draw()).collect()
+    }
+
+    fn setting(&self, points: Vec<Vec<f64>>) -> Setting {
+        let places = Self::PLACES;
+        let prefixed =
+            |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>();
+        let arguments = [
+            self.coordinates.clone(),
+            prefixed("v of ", &self.coordinates),
+            prefixed("p* of ", &self.coordinates),
+            prefixed("ṗ* of ", &self.coordinates),
+            prefixed("σ of ", &self.equations),
+            self.controls.clone(),
+            vec!["t".to_string()],
+            self.constants.clone(),
+        ];
+        let groups = [
+            ("b", places.b()),
+            ("v", places.v()),
+            ("σ", places.sigma()),
+            ("u", places.u()),
+            ("t", places.t()..places.t() + 1),
+            ("p*", places.p_star()),
+            ("ṗ*", places.p_star_dot()),
+            ("q", places.q()),
+        ];
+        let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
+        let varied = self.spread != 0.0;
+        let constants = self.constants.iter().cloned().zip(self.magnitudes.b.iter().copied()).filter(|_| !varied);
+        Setting {
+            points,
+            seed: self.seed,
+            magnitudes: self.magnitudes.list().into_iter().map(size).collect(),
+            arguments: arguments.concat(),
+            groups: groups.into_iter().map(|(name, range)| (name.to_string(), range)).collect(),
+            factors: constants.collect(),
+            tolerance: self.tolerance,
+        }
+    }
+}
+
+/// One derivative of an element: its name, what is differentiated by what.
+struct Derivative {
+    name: &'static str,
+    rows: Rows,
+    derived: Derived,
+    by: Range<usize>,
+    /// Terms that it is the sum of, and blocks that it may be mistaken for.
+    terms: Vec<(&'static str, Derived, Range<usize>)>,
+    others: Vec<(&'static str, Derived, Range<usize>)>,
+}
+
+impl Derivative {
+    fn new(name: &'static str, rows: Rows, derived: Derived, by: Range<usize>) -> Self {
+        Derivative { name, rows, derived, by, terms: Vec::new(), others: Vec::new() }
+    }
+
+    fn term(mut self, name: &'static str, derived: Derived, by: Range<usize>) -> Self {
+        self.terms.push((name, derived, by));
+        self
+    }
+
+    fn not(mut self, name: &'static str, derived: Derived, by: Range<usize>) -> Self {
+        self.others.push((name, derived, by));
+        self
+    }
+
+    /// With the user's version of it.
+    fn by_hand<'a, F, A, const N: usize, const M: usize, const K: usize, const P: usize>(
+        self,
+        function: F,
+        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
+    ) -> Pending<'a>
+    where
+        F: Function + Copy + 'a,
+        A: Matrix,
+    {
+        let matrix = move |(name, derived, by): (&str, Derived, Range<usize>)| -> (String, MatrixAt<'a>) {
+            let of = Of(function, derived);
+            (name.to_string(), Box::new(move |x| dual(&of, x, &by)))
+        };
+        let inner = self.derived.inner();
+        Pending {
+            name: self.name,
+            rows: self.rows,
+            by: self.by,
+            function: Box::new(Of(function, self.derived)),
+            foundation: inner
+                .map(|by| -> (Box<dyn Differentiable + 'a>, _) { (Box::new(Of(function, Derived::Value)), by) }),
+            hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
+            terms: self.terms.into_iter().map(matrix).collect(),
+            others: self.others.into_iter().map(matrix).collect(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Random directions of the inputs, and the gradient along them.
+
+use super::super::direct::no_change;
+use super::super::random::Random;
+use crate::{Gradient, Inputs};
+
+/// A part of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum Part {
+    /// All controls.
+    Controls,
+    /// All design variables.
+    Design,
+    /// q₀.
+    Coordinates,
+    /// v₀ or p*₀.
+    Rates,
+    /// The step lengths.
+    Steps,
+}
+
+impl Part {
+    pub(super) const ALL: [Part; 5] = [Part::Controls, Part::Design, Part::Coordinates, Part::Rates, Part::Steps];
+
+    /// For reports.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Part::Controls => "controls",
+            Part::Design => "design variables",
+            Part::Coordinates => "initial coordinates",
+            Part::Rates => "initial rates",
+            Part::Steps => "step lengths",
+        }
+    }
+
+    /// Its numbers.
+    pub(super) fn of(self, inputs: &Inputs) -> &[f64] {
+        match self {
+            Part::Controls => inputs.controls.as_slice(),
+            Part::Design => inputs.design.as_slice(),
+            Part::Coordinates => inputs.start.q().as_slice(),
+            Part::Rates => inputs.start.rate().as_slice(),
+            Part::Steps => &inputs.grid.steps,
+        }
+    }
+
+    fn of_mut(self, inputs: &mut Inputs) -> &mut [f64] {
+        match self {
+            Part::Controls => inputs.controls.as_mut_slice(),
+            Part::Design => inputs.design.as_mut_slice(),
+            Part::Coordinates => inputs.start.q_mut().as_mut_slice(),
+            Part::Rates => inputs.start.rate_mut().as_mut_slice(),
+            Part::Steps => &mut inputs.grid.steps,
+        }
+    }
+
+    fn of_gradient(self, gradient: &Gradient) -> &[f64] {
+        match self {
+            Part::Controls => gradient.controls.as_slice(),
+            Part::Design => gradient.design.as_slice(),
+            Part::Coordinates => gradient.start.q().as_slice(),
+            Part::Rates => gradient.start.rate().as_slice(),
+            Part::Steps => &gradient.steps,
+        }
+    }
+}
+
+/// A random direction in some parts, each number moving as far as numbers of its kind are large.
+pub(super) fn random(inputs: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
+    let mut direction = no_change(inputs);
+    for &part in parts {
+        let values = part.of(inputs);
+        let largest = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let floor = if largest == 0.0 { 1.0 } else { 0.1 * largest };
+        // Constants of different kinds stand among the design variables: each has its own size.
+        let size = |x: f64| match part {
+            Part::Design if x != 0.0 => x.abs(),
+            Part::Design => 1.0,
+            _ => x.abs().max(floor),
+        };
+        let moved: Vec<f64> = values.iter().map(|&x| random.away_from_zero(size(x))).collect();
+        part.of_mut(&mut direction).copy_from_slice(&moved);
+    }
+    direction
+}
+
+/// x + s d.
+pub(super) fn along(inputs: &Inputs, direction: &Inputs, s: f64) -> Inputs {
+    let mut moved = inputs.clone();
+    for part in Part::ALL {
+        part.of_mut(&mut moved).iter_mut().zip(part.of(direction)).for_each(|(x, d)| *x += s * d);
+    }
+    moved
+}
+
+/// Σ g_j d_j and the size that it has when its terms do not cancel, √Σ (g_j d_j)².
+pub(super) fn product(gradient: &Gradient, direction: &Inputs) -> (f64, f64) {
+    let terms = || {
+        Part::ALL.into_iter().flat_map(|part| part.of_gradient(gradient).iter().zip(part.of(direction)).map(|(g, d)| g * d))
+    };
+    (terms().sum(), terms().map(|x| x * x).sum::<f64>().sqrt())
+}

@@ -1,0 +1,64 @@
+//! The dot-product identity of adjoint and tangent, at every node.
+//!
+//! a_i and b_i are what J gains per unit of q_{i−1} + h v_{i−1} and p*_{i−1} + h ṗ*_{i−1}, with the sign of the Lagrangian. So what
+//! a change of the inputs does to the cost from node i on is, by the tangent on the left and by the adjoint on the right,
+//!
+//! ```text
+//!   Σ_{j ≥ i} δℓ_j  =  −a_i·(δq + h δv)_{i−1} − b_i·(δp* + h δṗ*)_{i−1} + Σ_{j ≥ i} (dJ/du_j)·δu_j
+//! ```
+//!
+//! for changes of controls and initial values. The first node, counted from the end, where it fails is where the error is.
+
+use num_dual::Dual64;
+
+use crate::trajectory::weights;
+use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
+
+/// How well the identity holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Identity {
+    /// The largest difference of both sides, relative to the largest of their terms.
+    pub worst: f64,
+    /// Where.
+    pub node: usize,
+    /// The node nearest to the end where they differ, if any does: the error is in this node's part of the sweep.
+    pub first_wrong: Option<usize>,
+}
+
+/// Compares both sides at the nodes N … 1.
+pub(super) fn identity(
+    system: &System,
+    inputs: &Inputs,
+    settings: Settings,
+    direction: &Inputs,
+    (gradient, adjoint): (&Gradient, &AdjointVariables),
+    tolerance: f64,
+) -> Result<Identity, Error> {
+    let moved = super::super::direct::moved(inputs, direction, Dual64::new)?;
+    let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
+    let motion = solver.simulate(&moved)?;
+    let dot = |x: nalgebra::DVectorView<f64>, y: nalgebra::DVectorView<Dual64>| {
+        x.iter().zip(y.iter()).map(|(x, y)| x * y.eps).sum::<f64>()
+    };
+    let (mut by_tangent, mut of_controls) = (0.0, 0.0);
+    let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
+    for i in (1..inputs.grid.nodes()).rev() {
+        by_tangent += system.cost(&motion.cost_at(&moved, i), &weights(&moved.grid.steps, i)).eps;
+        of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
+        let h = 0.5 * inputs.grid.steps[i - 1];
+        let (a, b) = (adjoint.a.column(i), adjoint.b.column(i));
+        let (q, v) = (motion.q.column(i - 1), motion.v.column(i - 1));
+        let (p, g) = (motion.p_star.column(i - 1), motion.p_star_dot.column(i - 1));
+        let terms = [dot(a, q), h * dot(a, v), dot(b, p), h * dot(b, g), of_controls];
+        let by_adjoint = of_controls - terms[..4].iter().sum::<f64>();
+        let size = terms.iter().fold(by_tangent.abs(), |m, x| m.max(x.abs()));
+        sides.push((i, by_tangent, by_adjoint, size));
+    }
+    let largest = sides.iter().fold(0.0f64, |m, side| m.max(side.3));
+    let errors: Vec<(usize, f64)> =
+        sides.iter().map(|(i, a, b, _)| (*i, if a == b { 0.0 } else { (a - b).abs() / largest })).collect();
+    let (node, worst) = errors.iter().copied().fold((0, 0.0), |m, x| if x.1 > m.1 { x } else { m });
+    let first_wrong = errors.iter().find(|(_, error)| error.is_nan() || *error > tolerance).map(|(i, _)| *i);
+    Ok(Identity { worst, node, first_wrong })
+}

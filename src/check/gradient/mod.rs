@@ -1,0 +1,171 @@
+//! The gradient four ways: discrete adjoint, direct differentiation, complex step, differences; with the Taylor test and the
+//! dot-product identity.
+
+mod directions;
+mod identity;
+mod own;
+mod report;
+mod taylor;
+mod ways;
+
+pub use directions::Part;
+pub use identity::Identity;
+pub use report::{DirectionReport, GradientReport};
+pub use taylor::{Remainder, Taylor};
+
+use super::derivative::Input;
+use super::direct::no_change;
+use super::random::Random;
+use super::report::{BlockReport, Verdict};
+use crate::{Error, Gradient, Inputs, Settings, Solver, System};
+use directions::{product, random};
+use ways::Ways;
+
+/// First step of the differences and of the Taylor test, relative to the direction.
+const FIRST_STEP: f64 = 4e-3;
+/// What differences see, beside their own error estimate.
+const DIFFERENCED: f64 = 1e-6;
+/// The error estimate of the differences may itself be too small by this factor.
+const CAUTION: f64 = 30.0;
+/// Worst directions that a complete check lists.
+const MOST_LISTED: usize = 20;
+
+/// A check of the gradient at some inputs; made by [`gradient`].
+pub struct GradientCheck<'a> {
+    system: &'a System,
+    inputs: &'a Inputs,
+    settings: Settings,
+    directions: usize,
+    seed: u64,
+    complete: bool,
+    tolerance: f64,
+    own: Vec<(String, Part, Vec<f64>)>,
+}
+
+/// Checks the gradient of the system's cost at these inputs.
+///
+/// By default one random direction in each part of the inputs and one in all of them. Works on copies: the system, the
+/// inputs and any solver of yours stay as they are.
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, check, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+/// inputs.controls.fill(10.0);
+/// check::gradient(&system, &inputs, Settings::default()).run()?.assert_passed();
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> GradientCheck<'a> {
+    // Initial values are moved off the constraints, where a real simulation would refuse them.
+    let settings =
+        Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, keep_adjoint: true, ..settings };
+    GradientCheck { system, inputs, settings, directions: 1, seed: 1, complete: false, tolerance: 1e-9, own: Vec::new() }
+}
+
+impl GradientCheck<'_> {
+    /// Random directions in each part of the inputs (1 at first), and their seed.
+    pub fn directions(mut self, count: usize, seed: u64) -> Self {
+        (self.directions, self.seed) = (count, seed);
+        self
+    }
+
+    /// Every single input, too: three or more simulations for each.
+    pub fn complete(mut self) -> Self {
+        self.complete = true;
+        self
+    }
+
+    /// What dJ may be off by, relative to the size of its terms (1e-9 at first).
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Compares a gradient of your own, for one part of the inputs, number by number, once the library's has been checked.
+    ///
+    /// The order is that of [`Inputs`]: controls column by column.
+    pub fn own(mut self, name: &str, part: Part, values: impl IntoIterator<Item = f64>) -> Self {
+        self.own.push((name.to_string(), part, values.into_iter().collect()));
+        self
+    }
+
+    /// Runs the check.
+    ///
+    /// # Errors
+    /// A motion that cannot be computed at the inputs themselves.
+    pub fn run(&self) -> Result<GradientReport, Error> {
+        let mut solver = Solver::new(self.system, self.settings);
+        solver.simulate(self.inputs)?;
+        let gradient = solver.gradient()?.clone();
+        let mut random_source = Random::new(self.seed);
+        let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
+        let mut ways = Ways::new(self.system, self.inputs, self.settings)?;
+        let mut rows = Vec::new();
+        for _ in 0..self.directions {
+            for &part in &parts {
+                let direction = random(self.inputs, &[part], &mut random_source);
+                rows.push(self.compare(&mut ways, part.name().to_string(), &direction, &gradient)?);
+            }
+        }
+        let all = random(self.inputs, &parts, &mut random_source);
+        rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
+        let taylor = taylor::taylor(self.system, self.inputs, self.settings, &all, product(&gradient, &all).0, FIRST_STEP)?;
+        let varied = [Part::Controls, Part::Coordinates, Part::Rates];
+        let direction = random(self.inputs, &varied, &mut random_source);
+        let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
+        let identity = adjoint
+            .map(|adjoint| identity::identity(self.system, self.inputs, self.settings, &direction, adjoint, self.tolerance))
+            .transpose()?;
+        let (singles, worst_singles) = if self.complete { self.singles(&mut ways, &gradient)? } else { (0, Vec::new()) };
+        let mut report = GradientReport {
+            value: gradient.value,
+            directions: rows,
+            singles,
+            worst_singles,
+            taylor,
+            identity,
+            own: Vec::new(),
+        };
+        if report.verdict() == Verdict::Right {
+            report.own = self.own.iter().map(|own| self.compare_own(own, &gradient)).collect();
+        }
+        Ok(report)
+    }
+
+    fn compare(
+        &self,
+        ways: &mut Ways,
+        name: String,
+        direction: &Inputs,
+        gradient: &Gradient,
+    ) -> Result<DirectionReport, Error> {
+        let (adjoint, size) = product(gradient, direction);
+        let (direct, complex_step) = (ways.direct(direction)?, ways.complex_step(direction)?);
+        let (differences, error) = ways.differences(direction);
+        Ok(DirectionReport::new(name, [adjoint, direct, complex_step, differences], error, size, self.tolerance))
+    }
+
+    /// Every input alone: how many, and the worst.
+    fn singles(&self, ways: &mut Ways, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
+        let inputs = Input::all(self.inputs);
+        let mut rows = Vec::new();
+        for input in &inputs {
+            let mut direction = no_change(self.inputs);
+            let x = input.of(&mut self.inputs.clone()).abs();
+            *input.of(&mut direction) = if x == 0.0 { 1.0 } else { x };
+            rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
+        }
+        // A derivative that is nearly zero beside its like is no reason for alarm.
+        let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.size));
+        rows.iter_mut().for_each(|row| row.judge(1e-3 * largest, self.tolerance));
+        let key = |row: &DirectionReport| (row.verdict != Verdict::Right, row.error());
+        rows.sort_by(|a, b| key(b).0.cmp(&key(a).0).then(b.error().total_cmp(&a.error())));
+        rows.truncate(MOST_LISTED);
+        Ok((inputs.len(), rows))
+    }
+
+    fn compare_own(&self, (name, part, values): &(String, Part, Vec<f64>), gradient: &Gradient) -> BlockReport {
+        own::compare(self.system, self.inputs, name, *part, values, gradient, self.tolerance)
+    }
+}

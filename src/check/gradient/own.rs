@@ -1,0 +1,135 @@
+//! A gradient of the user's own against the library's, which has been checked before.
+
+use super::Part;
+use crate::check::Input;
+use crate::check::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
+use crate::{Gradient, Inputs, System};
+
+/// Wrong entries that are listed.
+const LISTED: usize = 4;
+
+pub(super) fn compare(
+    system: &System,
+    inputs: &Inputs,
+    name: &str,
+    part: Part,
+    hand: &[f64],
+    gradient: &Gradient,
+    tolerance: f64,
+) -> BlockReport {
+    let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
+    let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
+    let mut report = BlockReport {
+        name: format!("{name} (own gradient, {})", part.name()),
+        size: (1, truth.len()),
+        points: 1,
+        set_aside: 0,
+        verdict: Verdict::NothingCompared,
+        absolute_error: 0.0,
+        relative_error: 0.0,
+        tolerance,
+        complex_step_error: 0.0,
+        differences_error: 0.0,
+        wrong_entries: 0,
+        entries: Vec::new(),
+        diagnoses: Vec::new(),
+        notes: Vec::new(),
+    };
+    if hand.len() != truth.len() {
+        report.verdict = Verdict::Wrong;
+        report
+            .diagnoses
+            .push(Diagnosis { mistake: Mistake::Shape, text: format!("{} numbers instead of {}", hand.len(), truth.len()) });
+        return report;
+    }
+    if truth.is_empty() {
+        report.notes.push("there are no such inputs: nothing was compared".into());
+        return report;
+    }
+    let size = truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let error = |j: usize| (hand[j] - truth[j]).abs();
+    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j).is_nan() || error(j) > tolerance * size).collect();
+    report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
+    report.relative_error = if report.absolute_error == 0.0 { 0.0 } else { report.absolute_error / size };
+    report.wrong_entries = wrong.len();
+    report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
+    if !wrong.is_empty() {
+        let steps = &inputs.grid.steps;
+        let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
+        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, steps, tolerance * size));
+        wrong.sort_by(|&a, &b| error(b).total_cmp(&error(a)));
+        let entry =
+            |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
+        report.entries = wrong.iter().take(LISTED).map(entry).collect();
+    }
+    report
+}
+
+fn diagnose(hand: &[f64], truth: &[f64], wrong: &[usize], names: &[String], steps: &[f64], within: f64) -> Diagnosis {
+    let count = truth.len();
+    let is = |expected: &dyn Fn(usize) -> f64| (0..count).all(|j| (hand[j] - expected(j)).abs() <= 8.0 * within);
+    let says = |mistake, text: String| Diagnosis { mistake, text };
+    let dt = steps.first().copied().unwrap_or(1.0);
+    if hand.iter().any(|x| !x.is_finite()) {
+        return says(Mistake::NotFinite, "infinite or not a number".into());
+    }
+    if is(&|j| -truth[j]) {
+        return says(Mistake::SignFlipped, "sign flipped in all".into());
+    }
+    let factors = [
+        (dt, "Δt: J as in Eq. (5) has none, see Eq. (11)"),
+        (1.0 / dt, "1/Δt"),
+        (2.0, "2"),
+        (0.5, "½"),
+        (0.5 * dt, "Δt/2"),
+        (2.0 / dt, "γ"),
+    ];
+    for (factor, name) in factors.into_iter().flat_map(|(x, name)| [(x, name.to_string()), (-x, format!("−({name})"))]) {
+        if is(&|j| factor * truth[j]) {
+            return says(Mistake::Factor, format!("constant factor {name}"));
+        }
+    }
+    let shifted = |by: usize, back: bool| {
+        let from = |j: usize| if back { j.checked_sub(by) } else { Some(j + by).filter(|&k| k < count) };
+        (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within)
+    };
+    if count > 2 && shifted(1, true) {
+        return says(Mistake::OtherArgument, "moved by one: entry j holds the derivative of input j − 1".into());
+    }
+    if count > 2 && shifted(1, false) {
+        return says(Mistake::OtherArgument, "moved by one: entry j holds the derivative of input j + 1".into());
+    }
+    if wrong.iter().all(|&j| hand[j] == 0.0) {
+        let list: Vec<&str> = wrong.iter().take(3).map(|&j| names[j].as_str()).collect();
+        let more = if wrong.len() > 3 { " …" } else { "" };
+        return says(Mistake::Zero, format!("zero where it should not be: {}{more}", list.join(", ")));
+    }
+    if let [one] = wrong {
+        return says(Mistake::Unexplained, format!("only the derivative by {} is wrong", names[*one]));
+    }
+    let ends = wrong.iter().all(|&j| j == 0 || j + 1 == count);
+    if ends {
+        return says(Mistake::Unexplained, "only the first and last are wrong: how the sweep starts and ends".into());
+    }
+    let worst = wrong.iter().map(|&j| (hand[j] - truth[j]).abs()).fold(0.0, f64::max)
+        / truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if worst < 1e-3 {
+        return says(
+            Mistake::FewDigits,
+            format!("right to {:.0} digits only: differences, or loose tolerances", (-worst.log10()).floor()),
+        );
+    }
+    says(Mistake::Unexplained, format!("no simple explanation; {} of {count} are wrong", wrong.len()))
+}
+
+impl Part {
+    fn contains(self, input: &Input) -> bool {
+        match input {
+            Input::Control { .. } => self == Part::Controls,
+            Input::Design(_) => self == Part::Design,
+            Input::Coordinate(_) => self == Part::Coordinates,
+            Input::Rate(_) => self == Part::Rates,
+            Input::Step(_) => self == Part::Steps,
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! What a gradient check found.
+
+use std::fmt;
+
+use super::super::report::{BlockReport, Verdict};
+use super::{CAUTION, DIFFERENCED, Identity, Taylor};
+
+/// One direction, four ways.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct DirectionReport {
+    /// Which inputs move.
+    pub name: String,
+    /// g·d with the gradient g of the discrete adjoint.
+    pub adjoint: f64,
+    /// By the tangent system.
+    pub direct: f64,
+    /// By complex step through the whole simulation.
+    pub complex_step: f64,
+    /// By differences with Ridders' extrapolation.
+    pub differences: f64,
+    /// Their error by their own estimate.
+    pub differences_error: f64,
+    /// √Σ (g_j d_j)²: what the errors are relative to.
+    pub size: f64,
+    /// The outcome.
+    pub verdict: Verdict,
+}
+
+/// The gradient of a system's cost, checked.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct GradientReport {
+    /// J.
+    pub value: f64,
+    /// Random directions.
+    pub directions: Vec<DirectionReport>,
+    /// How many single inputs were compared.
+    pub singles: usize,
+    /// The worst of them.
+    pub worst_singles: Vec<DirectionReport>,
+    /// The Taylor remainder test, in all inputs together.
+    pub taylor: Taylor,
+    /// The dot-product identity, in controls and initial values.
+    pub identity: Option<Identity>,
+    /// Gradients of the user's own.
+    pub own: Vec<BlockReport>,
+}
+
+impl DirectionReport {
+    pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, size: f64, tolerance: f64) -> Self {
+        let [adjoint, direct, complex_step, differences] = values;
+        let verdict = Verdict::NothingCompared;
+        let mut report =
+            DirectionReport { name, adjoint, direct, complex_step, differences, differences_error, size, verdict };
+        report.judge(0.0, tolerance);
+        report
+    }
+
+    /// Judges again, with errors relative to at least `floor`.
+    pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
+        self.size = self.size.max(self.direct.abs()).max(floor);
+        let exact = tolerance * self.size;
+        let seen = DIFFERENCED * self.size + CAUTION * self.differences_error;
+        let near = |a: f64, b: f64, within: f64| (a - b).abs() <= within;
+        let oracles = near(self.direct, self.complex_step, exact);
+        let differences = !self.differences.is_finite() || near(self.direct, self.differences, seen);
+        self.verdict = if !oracles || !differences {
+            Verdict::OraclesDisagree
+        } else if near(self.adjoint, self.direct, exact) {
+            Verdict::Right
+        } else {
+            Verdict::Wrong
+        };
+    }
+
+    /// |adjoint − direct|, relative.
+    pub fn error(&self) -> f64 {
+        relative(self.adjoint - self.direct, self.size)
+    }
+}
+
+fn relative(difference: f64, size: f64) -> f64 {
+    if difference == 0.0 { 0.0 } else { difference.abs() / size }
+}
+
+impl GradientReport {
+    /// The outcome of everything.
+    pub fn verdict(&self) -> Verdict {
+        let rows = || self.directions.iter().chain(&self.worst_singles);
+        let any = |verdict| rows().any(|row| row.verdict == verdict) || self.own.iter().any(|own| own.verdict == verdict);
+        let identity = self.identity.is_none_or(|identity| identity.first_wrong.is_none());
+        if any(Verdict::OraclesDisagree) {
+            Verdict::OraclesDisagree
+        } else if any(Verdict::Wrong) || !identity || !self.taylor_holds() {
+            Verdict::Wrong
+        } else if self.directions.iter().all(|row| row.size == 0.0) {
+            Verdict::NothingCompared
+        } else {
+            Verdict::Right
+        }
+    }
+
+    fn taylor_holds(&self) -> bool {
+        self.taylor.slope.is_none_or(|slope| slope > 1.5)
+    }
+
+    /// Whether all is right.
+    pub fn passed(&self) -> bool {
+        self.verdict() == Verdict::Right
+    }
+
+    /// For tests.
+    ///
+    /// # Panics
+    /// With the whole report, unless all is right.
+    #[track_caller]
+    pub fn assert_passed(&self) {
+        assert!(self.passed(), "\n{self}");
+    }
+}
+
+impl fmt::Display for GradientReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let summary = match self.verdict() {
+            Verdict::Right => "right".to_string(),
+            Verdict::NothingCompared => "FAILED, because nothing was compared: J does not depend on the inputs".to_string(),
+            other => other.to_string(),
+        };
+        writeln!(f, "gradient of J = {:.12e}: {summary}", self.value)?;
+        let width = self.directions.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
+        writeln!(
+            f,
+            "  {:width$}  {:>19}  {:>9}  {:>9}  {:>9} (est.)   verdict",
+            "direction", "dJ by direct diff.", "adjoint", "complex", "differ."
+        )?;
+        self.directions.iter().try_for_each(|row| row.line(f, width))?;
+        if self.singles > 0 {
+            writeln!(f, "  each of {} inputs alone; the worst:", self.singles)?;
+            self.worst_singles.iter().take(5).try_for_each(|row| row.line(f, width))?;
+        }
+        match self.taylor.slope {
+            Some(slope) => {
+                let word = if self.taylor_holds() {
+                    "a right gradient has 2"
+                } else {
+                    "TOO LOW: a right gradient has 2, a wrong one 1"
+                };
+                writeln!(f, "  Taylor remainder J(x + s d) − J(x) − s g·d: observed order {slope:.3} ({word})")?;
+            }
+            None => writeln!(f, "  Taylor remainder: rounding at all steps, J is linear along this direction")?,
+        }
+        if let Some(identity) = self.identity {
+            write!(f, "  adjoint–tangent identity: holds to {:.1e} at all nodes", identity.worst)?;
+            match identity.first_wrong {
+                Some(node) => writeln!(f, "; BROKEN from node {node} backwards")?,
+                None => writeln!(f)?,
+            }
+        }
+        self.own.iter().try_for_each(|own| write!(f, "{own}"))
+    }
+}
+
+impl DirectionReport {
+    fn line(&self, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
+        let off = |x: f64| relative(x - self.direct, self.size);
+        let (adjoint, complex, differences) = (off(self.adjoint), off(self.complex_step), off(self.differences));
+        let (name, estimate) = (&self.name, relative(self.differences_error, self.size));
+        writeln!(
+            f,
+            "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>9.1e} ({estimate:.0e})  {}",
+            self.direct, self.verdict
+        )
+    }
+}

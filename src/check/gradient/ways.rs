@@ -1,0 +1,58 @@
+//! dJ along a direction, by every way that is not the adjoint, sharing one real motion.
+
+use num_dual::Dual64;
+use std::cell::RefCell;
+
+use super::super::direct::moved;
+use super::super::ridders::ridders;
+use super::FIRST_STEP;
+use super::directions::along;
+use crate::{Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
+
+/// The most halvings of the differences' step; easy motions need three or four.
+const HALVINGS: usize = 12;
+/// The differences need not be better than this: simulations cost.
+const ENOUGH: f64 = 1e-8;
+
+/// The solvers of the three ways.
+pub(super) struct Ways<'a> {
+    inputs: &'a Inputs,
+    dual: LiftedSolver<'a, Dual64>,
+    complex: LiftedSolver<'a, Cx>,
+    real: RefCell<Solver<'a>>,
+}
+
+impl<'a> Ways<'a> {
+    pub(super) fn new(system: &'a System, inputs: &'a Inputs, settings: Settings) -> Result<Self, Error> {
+        Ok(Ways {
+            inputs,
+            dual: LiftedSolver::new(system, inputs, settings)?,
+            complex: LiftedSolver::new(system, inputs, settings)?,
+            real: RefCell::new(Solver::new(system, settings)),
+        })
+    }
+
+    /// Direct differentiation.
+    pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
+        self.dual.simulate(&moved(self.inputs, direction, Dual64::new)?)?;
+        Ok(self.dual.cost().eps)
+    }
+
+    /// Im J(x + i h d)/h.
+    pub(super) fn complex_step(&mut self, direction: &Inputs) -> Result<f64, Error> {
+        const STEP: f64 = 1e-30;
+        self.complex.simulate(&moved(self.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
+        Ok(self.complex.cost().0.im / STEP)
+    }
+
+    /// Ridders' differences, with their error estimate; a step without a motion is left out.
+    pub(super) fn differences(&mut self, direction: &Inputs) -> (f64, f64) {
+        let cost = |s: f64| {
+            let mut solver = self.real.borrow_mut();
+            let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
+            (s, vec![if moved { solver.cost() } else { f64::NAN }])
+        };
+        let (derivative, error) = ridders(cost, (FIRST_STEP, HALVINGS), ENOUGH, 1);
+        (derivative[0], error[0])
+    }
+}

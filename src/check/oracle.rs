@@ -1,0 +1,108 @@
+//! The true Jacobian at a point, three ways: dual numbers, complex step, and differences with an error estimate.
+
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+use super::formula::Differentiable;
+use super::random::Random;
+use super::ridders::ridders;
+
+/// Blocks with more columns than this are checked by differences in this many columns only.
+const MOST_DIFFERENCED: usize = 24;
+
+/// The steps of the differences go from h to h/2¹².
+const HALVINGS: usize = 12;
+
+/// A Jacobian and what is known about its accuracy.
+#[derive(Clone, Debug)]
+pub(crate) struct Truth {
+    /// By dual numbers.
+    pub value: DMatrix<f64>,
+    pub complex: DMatrix<f64>,
+    /// NaN in columns that were not differenced.
+    pub differences: DMatrix<f64>,
+    /// How far the differences may be off, by their own estimate.
+    pub differences_error: DMatrix<f64>,
+    /// How much the entries change when the arguments change by rounding.
+    pub noise: DMatrix<f64>,
+    /// The function itself, for the scale of its rows.
+    pub function: Vec<f64>,
+}
+
+/// ∂f/∂x over the arguments `by`, by dual numbers.
+pub(crate) fn dual(f: &dyn Differentiable, x: &[f64], by: &Range<usize>) -> DMatrix<f64> {
+    jacobian(x, by, |x, direction| f.by_dual(x, direction))
+}
+
+/// The same by complex step.
+pub(crate) fn complex_step(f: &dyn Differentiable, x: &[f64], by: &Range<usize>) -> DMatrix<f64> {
+    jacobian(x, by, |x, direction| f.by_complex_step(x, direction))
+}
+
+fn jacobian(x: &[f64], by: &Range<usize>, along: impl Fn(&[f64], &[f64]) -> Vec<f64>) -> DMatrix<f64> {
+    let mut direction = vec![0.0; x.len()];
+    let columns: Vec<Vec<f64>> = by
+        .clone()
+        .map(|j| {
+            direction[j] = 1.0;
+            let column = along(x, &direction);
+            direction[j] = 0.0;
+            column
+        })
+        .collect();
+    let rows = columns.first().map_or(0, Vec::len);
+    DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
+}
+
+/// All oracles at one point; `magnitudes` are the sizes that the arguments have.
+pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, magnitudes: &[f64], random: &mut Random) -> Truth {
+    let value = dual(f, x, by);
+    let (rows, columns) = value.shape();
+    let mut differences = DMatrix::from_element(rows, columns, f64::NAN);
+    let mut differences_error = DMatrix::from_element(rows, columns, f64::INFINITY);
+    for j in differenced(columns, random) {
+        let at = by.start + j;
+        let step = 0.05 * magnitudes[at].max(x[at].abs());
+        let along = |s: f64| {
+            let mut x = x.to_vec();
+            x[at] += s;
+            // The step as it is in binary.
+            (x[at], f.real(&x))
+        };
+        let (estimate, error) = ridders(along, (step, HALVINGS), 0.0, rows);
+        differences.column_mut(j).copy_from_slice(&estimate);
+        differences_error.column_mut(j).copy_from_slice(&error);
+    }
+    Truth {
+        complex: complex_step(f, x, by),
+        noise: noise(f, x, by, &value, random),
+        function: f.real(x),
+        value,
+        differences,
+        differences_error,
+    }
+}
+
+fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
+    if columns <= MOST_DIFFERENCED {
+        return (0..columns).collect();
+    }
+    let mut picked: Vec<usize> = (0..MOST_DIFFERENCED).map(|_| random.below(columns)).collect();
+    picked.sort_unstable();
+    picked.dedup();
+    picked
+}
+
+/// The change of the Jacobian when every argument changes by a few units in its last place.
+///
+/// It measures the cancellation inside the formula: no hand-derived one can be expected to be better.
+fn noise(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
+    let mut noise = value.map(|x| f64::EPSILON * x.abs());
+    for _ in 0..2 {
+        let nearby: Vec<f64> =
+            x.iter().map(|x| x * (1.0 + 2.0 * f64::EPSILON * random.uniform(-1.0, 1.0).signum())).collect();
+        let change = dual(f, &nearby, by) - value;
+        noise.zip_apply(&change, |noise, change| *noise = noise.max(change.abs()));
+    }
+    noise
+}

@@ -1,0 +1,227 @@
+//! What a check found, for machines (the fields; `serde` with that feature) and for people (`Display`).
+
+use std::fmt;
+
+/// The outcome for one block, or for all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum Verdict {
+    /// Right within rounding, at every point.
+    Right,
+    /// Different from what all oracles agree on.
+    Wrong,
+    /// The oracles contradict each other: the formula itself must be looked at first.
+    OraclesDisagree,
+    /// Nothing was compared, which is no success.
+    NothingCompared,
+}
+
+/// What kind of mistake a difference looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum Mistake {
+    /// −1 times the true value.
+    SignFlipped,
+    /// The transpose of the true value.
+    Transposed,
+    /// A constant times the true value.
+    Factor,
+    /// A named term is absent.
+    TermMissing,
+    /// A named term is there twice, has the wrong sign or a wrong factor.
+    TermWrong,
+    /// The true value of other arguments: another node, another coordinate, sine for cosine.
+    OtherArgument,
+    /// The true value of another block.
+    OtherBlock,
+    /// Two rows or columns are exchanged.
+    Swapped,
+    /// Zero where it should not be.
+    Zero,
+    /// Not zero where it should be.
+    NotZero,
+    /// Right in the leading digits only.
+    FewDigits,
+    /// The wrong numbers of rows and columns.
+    Shape,
+    /// Infinite or not a number.
+    NotFinite,
+    /// None of these.
+    Unexplained,
+}
+
+/// What a difference looks like, in a word and in a sentence.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Diagnosis {
+    /// The kind of mistake.
+    pub mistake: Mistake,
+    /// The sentence.
+    pub text: String,
+}
+
+/// One entry of a block that is wrong, with the names of its equation and its variable.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Entry {
+    /// What is differentiated.
+    pub row: String,
+    /// By what.
+    pub column: String,
+    /// The user's value.
+    pub hand: f64,
+    /// The value that the oracles agree on.
+    pub truth: f64,
+    /// The point where the difference is largest, counted from 0.
+    pub point: usize,
+}
+
+/// The comparison of one block.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct BlockReport {
+    /// Its name.
+    pub name: String,
+    /// Rows and columns.
+    pub size: (usize, usize),
+    /// At how many points it was compared.
+    pub points: usize,
+    /// How many points were set aside because the oracles disagree there.
+    pub set_aside: usize,
+    /// The outcome.
+    pub verdict: Verdict,
+    /// The largest |hand − true|.
+    pub absolute_error: f64,
+    /// The largest |hand − true| relative to the size of its row and column.
+    pub relative_error: f64,
+    /// The smallest relative error that this block's tolerance lets through nowhere.
+    pub tolerance: f64,
+    /// The largest relative difference of dual numbers and complex step.
+    pub complex_step_error: f64,
+    /// The largest relative difference of dual numbers and differences.
+    pub differences_error: f64,
+    /// How many entries are wrong at some point.
+    pub wrong_entries: usize,
+    /// The worst entries.
+    pub entries: Vec<Entry>,
+    /// What the difference looks like; more than one where different rows have different mistakes.
+    pub diagnoses: Vec<Diagnosis>,
+    /// Further observations.
+    pub notes: Vec<String>,
+}
+
+/// The comparison of all blocks that were handed in.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Report {
+    /// What was checked.
+    pub title: String,
+    /// One for each block, in the order they were handed in.
+    pub blocks: Vec<BlockReport>,
+    /// What concerns all of them.
+    pub notes: Vec<String>,
+}
+
+impl Report {
+    /// The outcome: right if at least one block was compared and all are right.
+    pub fn verdict(&self) -> Verdict {
+        let any = |verdict| self.blocks.iter().any(|block| block.verdict == verdict);
+        if any(Verdict::Wrong) {
+            Verdict::Wrong
+        } else if any(Verdict::OraclesDisagree) {
+            Verdict::OraclesDisagree
+        } else if self.blocks.is_empty() || any(Verdict::NothingCompared) {
+            Verdict::NothingCompared
+        } else {
+            Verdict::Right
+        }
+    }
+
+    /// Whether everything handed in is right.
+    pub fn passed(&self) -> bool {
+        self.verdict() == Verdict::Right
+    }
+
+    /// The block called `name`.
+    pub fn block(&self, name: &str) -> Option<&BlockReport> {
+        self.blocks.iter().find(|block| block.name == name)
+    }
+
+    /// For tests.
+    ///
+    /// # Panics
+    /// With the whole report, unless everything is right.
+    #[track_caller]
+    pub fn assert_passed(&self) {
+        assert!(self.passed(), "\n{self}");
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.pad(match self {
+            Verdict::Right => "right",
+            Verdict::Wrong => "WRONG",
+            Verdict::OraclesDisagree => "oracles disagree",
+            Verdict::NothingCompared => "nothing compared",
+        })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let wrong = self.blocks.iter().filter(|block| block.verdict == Verdict::Wrong).count();
+        let summary = match self.verdict() {
+            Verdict::Right if self.blocks.len() == 1 => "right".to_string(),
+            Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
+            Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
+            Verdict::OraclesDisagree => "the oracles disagree; see below".to_string(),
+            Verdict::NothingCompared => "FAILED, because nothing was compared".to_string(),
+        };
+        writeln!(f, "{}: {summary}", self.title)?;
+        if self.blocks.is_empty() {
+            return writeln!(f, "  hand in at least one matrix, and at least one point");
+        }
+        let width = self.blocks.iter().map(|block| block.name.chars().count()).max().unwrap_or(0).max(5);
+        writeln!(
+            f,
+            "  {:width$}  {:>7}  {:>6}  {:>9}  {:>9}  verdict",
+            "block", "size", "points", "abs. err.", "rel. err."
+        )?;
+        for block in &self.blocks {
+            let size = format!("{}×{}", block.size.0, block.size.1);
+            let error = |x: f64| if x == 0.0 { "0".to_string() } else { format!("{x:.1e}") };
+            let (points, abs, rel) = (block.points, error(block.absolute_error), error(block.relative_error));
+            writeln!(f, "  {:width$}  {size:>7}  {points:>6}  {abs:>9}  {rel:>9}  {}", block.name, block.verdict)?;
+        }
+        for block in self.blocks.iter().filter(|block| block.verdict != Verdict::Right || !block.notes.is_empty()) {
+            block.details(f)?;
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "\n{note}"))
+    }
+}
+
+impl BlockReport {
+    fn details(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(f, "\n{}: {}", self.name, self.verdict)?;
+        for diagnosis in &self.diagnoses {
+            writeln!(f, "  → {}", diagnosis.text)?;
+        }
+        for entry in &self.entries {
+            let Entry { row, column, hand, truth, point } = entry;
+            let place = if self.points > 1 { format!(" (point {point})") } else { String::new() };
+            writeln!(f, "  d({row})/d({column}) = {hand:>+.9e} by hand, {truth:>+.9e} is true{place}")?;
+        }
+        let more = self.wrong_entries.saturating_sub(self.entries.len());
+        if more > 0 && !self.entries.is_empty() {
+            writeln!(f, "  and {more} more entries")?;
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "  note: {note}"))
+    }
+}
+
+impl fmt::Display for BlockReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.details(f)
+    }
+}

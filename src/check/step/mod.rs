@@ -1,0 +1,233 @@
+//! Hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11).
+
+mod point;
+mod terms;
+
+pub use point::{State, StepPoint};
+pub use terms::Terms;
+
+use std::ops::Range;
+
+use super::compare::{Block, Elsewhere, MatrixAt, Setting, check};
+use super::formula::Formula;
+use super::matrix::Matrix;
+use super::random::Random;
+use super::report::Report;
+use crate::System;
+use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
+use crate::scalar::Real;
+use point::Places;
+
+/// How far random points are from the motion, relative to the sizes that occur in it.
+const SPREAD: f64 = 0.3;
+
+/// Blocks of the step's tangent matrices to be checked; made by [`step`].
+pub struct StepCheck<'a> {
+    paper: &'a PaperSystem<'a>,
+    nodes: Vec<usize>,
+    seed: u64,
+    spread: f64,
+    tolerance: f64,
+    blocks: Vec<Pending<'a>>,
+}
+
+struct Pending<'a> {
+    name: String,
+    equation: Equation,
+    by: By,
+    hand: MatrixAt<'a>,
+}
+
+/// What f_i is differentiated by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum By {
+    Y(Variable),
+    Previous(Variable),
+    Controls,
+    Design,
+}
+
+/// Checks hand-derived blocks of the tangent matrices of a step, at nodes of a motion.
+///
+/// The points are random states near those of the motion, for which Eq. (2) holds: at the motion itself, symmetry or rest may
+/// make wrong terms vanish.
+///
+/// ```
+/// use hamiltonian_adjoint::paper_system::{Equation::F5, PaperSystem, Variable::V};
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, check, scenes::CartPendulum, simulate};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+/// inputs.controls.fill(10.0);
+/// let motion = simulate(&system, &inputs, Settings::default())?;
+/// let paper = PaperSystem::new(&system, &inputs, &motion)?;
+/// let report = check::step(&paper).f_y_previous(F5, V, |at| -at.terms().phi_q).run();
+/// report.assert_passed();
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub fn step<'a>(paper: &'a PaperSystem<'a>) -> StepCheck<'a> {
+    let last = paper.inputs.grid.steps.len();
+    let mut random = Random::new(7);
+    let nodes = if last == 0 { Vec::new() } else { (0..4).map(|_| 1 + random.below(last)).collect() };
+    StepCheck { paper, nodes, seed: 1, spread: SPREAD, tolerance: 1e-11, blocks: Vec::new() }
+}
+
+/// f_i as a function of y_i, y_{i−1}, u_i, b and, last, the number i.
+struct Residual<'a>(&'a PaperSystem<'a>);
+
+impl Formula for Residual<'_> {
+    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let places = Places::of(self.0);
+        let list = |range: Range<usize>| nalgebra::DVector::from_column_slice(&x[range]);
+        let at =
+            Arguments { y: list(places.y()), y_previous: list(places.previous()), u: list(places.u()), b: list(places.b()) };
+        let node = x[places.node()].part(0).round() as usize;
+        self.0.residual(node, &at).iter().copied().collect()
+    }
+}
+
+/// The rows of one equation.
+struct RowsOf<'a>(Residual<'a>, Range<usize>);
+
+impl Formula for RowsOf<'_> {
+    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
+        self.0.value(x)[self.1.clone()].to_vec()
+    }
+}
+
+impl<'a> StepCheck<'a> {
+    /// Compares at these nodes, 1 … N (4 random ones at first).
+    pub fn nodes(mut self, nodes: impl IntoIterator<Item = usize>) -> Self {
+        self.nodes = nodes.into_iter().collect();
+        self
+    }
+
+    /// The seed of the random states.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Compares exactly at the motion, instead of at random states near it.
+    pub fn on_the_motion(mut self) -> Self {
+        self.spread = 0.0;
+        self
+    }
+
+    /// A block of ∂f_i/∂y_i, the left matrix of Eq. (10).
+    pub fn f_y<A: Matrix>(self, equation: Equation, variable: Variable, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        self.block(format!("[f_y^i] {} by {}", equation.name(), variable.name()), equation, By::Y(variable), hand)
+    }
+
+    /// A block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10) (there with i + 1 for i).
+    pub fn f_y_previous<A: Matrix>(
+        self,
+        equation: Equation,
+        variable: Variable,
+        hand: impl Fn(&StepPoint) -> A + 'a,
+    ) -> Self {
+        let name = format!("[f_y^(i+1)] {} by {}", equation.name(), variable.name());
+        self.block(name, equation, By::Previous(variable), hand)
+    }
+
+    /// The rows of one equation in ∂f_i/∂u_i.
+    pub fn f_u<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        self.block(format!("[f_u^i] {}", equation.name()), equation, By::Controls, hand)
+    }
+
+    /// The rows of one equation in ∂f_i/∂b.
+    pub fn f_b<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        self.block(format!("[f_b^i] {}", equation.name()), equation, By::Design, hand)
+    }
+
+    fn block<A: Matrix>(mut self, name: String, equation: Equation, by: By, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        let paper = self.paper;
+        let hand: MatrixAt<'a> = Box::new(move |x| hand(&StepPoint::new(paper, x)).dense());
+        self.blocks.push(Pending { name, equation, by, hand });
+        self
+    }
+
+    /// Compares everything that was handed in.
+    pub fn run(self) -> Report {
+        let places = Places::of(self.paper);
+        let setting = self.setting(&places);
+        let system = self.paper.system;
+        let (n, m) = (system.n(), system.m());
+        let (paper, steps) = (self.paper, self.paper.inputs.grid.steps.len());
+        let mut notes = Vec::new();
+        if self.nodes.iter().any(|&node| node == 0 || node > steps) {
+            notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
+        }
+        let blocks = self.blocks.into_iter().map(|pending| {
+            let by = pending.by.range(&places);
+            let block = Block {
+                name: pending.name,
+                function: Box::new(RowsOf(Residual(paper), part(pending.equation as usize, n, m))),
+                foundation: None,
+                rows: row_names(system, pending.equation),
+                columns: setting.arguments[by.clone()].to_vec(),
+                by,
+                hand: pending.hand,
+                terms: terms::of_block(paper, pending.equation, pending.by),
+                others: terms::all(paper),
+                elsewhere: other_nodes(places),
+            };
+            check(&block, &setting)
+        });
+        Report { blocks: blocks.collect(), title: "tangent matrices of a step".into(), notes }
+    }
+
+    fn setting(&self, places: &Places) -> Setting {
+        let mut random = Random::new(self.seed);
+        let steps = &self.paper.inputs.grid.steps;
+        let nodes = || self.nodes.iter().copied().filter(|&node| node > 0 && node <= steps.len());
+        let magnitudes = point::magnitudes(self.paper);
+        let near = |node| point::near(self.paper, places, node, &magnitudes, self.spread, &mut random);
+        let points = nodes().map(near).collect();
+        let dt: Vec<f64> = nodes().map(|node| steps[node - 1]).collect();
+        let factor = |dt: f64| [("γ", 2.0 / dt), ("Δt", dt), ("γ²", 4.0 / (dt * dt))].map(|(name, x)| (name.to_string(), x));
+        let same = dt.windows(2).all(|pair| pair[0] == pair[1]);
+        Setting {
+            points,
+            seed: self.seed,
+            magnitudes,
+            arguments: point::names(self.paper),
+            groups: Vec::new(),
+            factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
+            tolerance: self.tolerance,
+        }
+    }
+}
+
+impl By {
+    fn range(self, places: &Places) -> Range<usize> {
+        match self {
+            By::Y(variable) => places.part_of_y(variable, false),
+            By::Previous(variable) => places.part_of_y(variable, true),
+            By::Controls => places.u(),
+            By::Design => places.b(),
+        }
+    }
+}
+
+fn row_names(system: &System, equation: Equation) -> Vec<String> {
+    match equation {
+        Equation::F5 => (0..system.m()).map(|j| format!("dΦ/dt of {}", system.equation_name(j))).collect(),
+        _ => (0..system.n()).map(|i| format!("{} of `{}`", equation.name(), system.coordinate_name(i))).collect(),
+    }
+}
+
+/// States with parts of the previous node in the place of the present one.
+fn other_nodes<'a>(places: Places) -> Vec<(String, Elsewhere<'a>)> {
+    let other = |name: &str, which: &'static [Variable]| -> (String, Elsewhere<'a>) {
+        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(x, which)))
+    };
+    vec![
+        other("q, v, σ", &[Variable::Q, Variable::V, Variable::Sigma]),
+        other("q", &[Variable::Q]),
+        other("v", &[Variable::V]),
+        other("σ", &[Variable::Sigma]),
+        other("q and v", &[Variable::Q, Variable::V]),
+        other("q and σ", &[Variable::Q, Variable::Sigma]),
+    ]
+}

@@ -1,0 +1,216 @@
+//! Where a step's blocks are evaluated: y_i, y_{i−1}, u_i and b, by name and in one list.
+
+use nalgebra::DVector;
+use std::ops::Range;
+
+use super::super::random::Random;
+use super::terms::Terms;
+use crate::paper_system::{PaperSystem, Variable, part};
+use crate::trajectory::column;
+
+/// The paper's y at one node, in its parts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// v.
+    pub v: DVector<f64>,
+    /// ṗ*.
+    pub p_star_dot: DVector<f64>,
+    /// q.
+    pub q: DVector<f64>,
+    /// p*.
+    pub p_star: DVector<f64>,
+    /// σ.
+    pub sigma: DVector<f64>,
+}
+
+/// A step into node i: everything that f_i depends on.
+///
+/// Eq. (2) holds between the two states, so `y.v` is what the paper's substitution γ q_i + q̂_{i−1} gives.
+pub struct StepPoint<'a> {
+    paper: &'a PaperSystem<'a>,
+    /// i.
+    pub node: usize,
+    /// t_i, s.
+    pub time: f64,
+    /// Δt of the step, s.
+    pub dt: f64,
+    /// γ = 2/Δt.
+    pub gamma: f64,
+    /// y_i.
+    pub y: State,
+    /// y_{i−1}.
+    pub previous: State,
+    /// u_i.
+    pub u: DVector<f64>,
+    /// Design variables.
+    pub b: DVector<f64>,
+}
+
+impl<'a> StepPoint<'a> {
+    pub(super) fn new(paper: &'a PaperSystem<'a>, x: &[f64]) -> Self {
+        let places = Places::of(paper);
+        let list = |range: Range<usize>| DVector::from_column_slice(&x[range]);
+        let state = |previous: bool| {
+            let of = |variable| list(places.part_of_y(variable, previous));
+            let [v, p_star_dot, q, p_star, sigma] = Variable::ALL.map(of);
+            State { v, p_star_dot, q, p_star, sigma }
+        };
+        let node = x[places.node()].round() as usize;
+        let dt = paper.inputs.grid.steps[node - 1];
+        StepPoint {
+            paper,
+            node,
+            time: paper.trajectory.times[node],
+            dt,
+            gamma: 2.0 / dt,
+            y: state(false),
+            previous: state(true),
+            u: list(places.u()),
+            b: list(places.b()),
+        }
+    }
+
+    /// The terms of Eq. (10) at q_i, v_i, σ_i, u_i.
+    pub fn terms(&self) -> Terms {
+        Terms::new(self.paper.system, &self.y, &self.u, &self.b, self.time)
+    }
+
+    /// The same functions at q_{i−1}, v_{i−1}, σ_{i−1} (and u_i).
+    pub fn previous_terms(&self) -> Terms {
+        Terms::new(self.paper.system, &self.previous, &self.u, &self.b, self.time - self.dt)
+    }
+
+    /// The same functions at a state of your own making.
+    pub fn terms_at(&self, state: &State) -> Terms {
+        Terms::new(self.paper.system, state, &self.u, &self.b, self.time)
+    }
+}
+
+/// Where the arguments stand in the list.
+#[derive(Clone, Copy)]
+pub(super) struct Places {
+    n: usize,
+    m: usize,
+    k: usize,
+    designs: usize,
+}
+
+impl Places {
+    pub(super) fn of(paper: &PaperSystem) -> Self {
+        let system = paper.system;
+        Places { n: system.n(), m: system.m(), k: system.k(), designs: system.designs() }
+    }
+
+    fn len(&self) -> usize {
+        4 * self.n + self.m
+    }
+
+    pub(super) fn y(&self) -> Range<usize> {
+        0..self.len()
+    }
+
+    pub(super) fn previous(&self) -> Range<usize> {
+        self.len()..2 * self.len()
+    }
+
+    pub(super) fn u(&self) -> Range<usize> {
+        2 * self.len()..2 * self.len() + self.k
+    }
+
+    pub(super) fn b(&self) -> Range<usize> {
+        self.u().end..self.u().end + self.designs
+    }
+
+    pub(super) fn node(&self) -> usize {
+        self.b().end
+    }
+
+    pub(super) fn part_of_y(&self, variable: Variable, previous: bool) -> Range<usize> {
+        let range = part(variable as usize, self.n, self.m);
+        let first = if previous { self.len() } else { 0 };
+        first + range.start..first + range.end
+    }
+
+    /// x with some parts of y_i replaced by those of y_{i−1}, and Eq. (2) still true.
+    pub(super) fn with_previous(&self, x: &[f64], which: &[Variable]) -> Vec<f64> {
+        let mut x = x.to_vec();
+        // V = γ (q_i − q_{i−1}) − v_{i−1} is what f_i contains: keep it, or make it v_{i−1}, by moving q_{i−1}.
+        let (q, v) = (self.part_of_y(Variable::Q, false), self.part_of_y(Variable::V, false));
+        let (q_previous, v_previous) = (self.part_of_y(Variable::Q, true), self.part_of_y(Variable::V, true));
+        for i in 0..self.n {
+            let (sum, step) = (x[v.start + i] + x[v_previous.start + i], x[q.start + i] - x[q_previous.start + i]);
+            if which.contains(&Variable::Q) {
+                x[q.start + i] = x[q_previous.start + i];
+            }
+            if which.contains(&Variable::V) {
+                x[v.start + i] = x[v_previous.start + i];
+            }
+            let change = (x[v.start + i] + x[v_previous.start + i]) / sum * step;
+            x[q_previous.start + i] = x[q.start + i] - change;
+        }
+        if which.contains(&Variable::Sigma) {
+            let (sigma, previous) = (self.part_of_y(Variable::Sigma, false), self.part_of_y(Variable::Sigma, true));
+            x.copy_within(previous, sigma.start);
+        }
+        x
+    }
+}
+
+/// The sizes that each argument has along the motion; what is always zero has the size of its kind, or 1.
+pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
+    let nodes = paper.inputs.grid.nodes();
+    let along = |row: usize, matrix: &nalgebra::DMatrix<f64>| matrix.row(row).iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let kind = |matrix: &nalgebra::DMatrix<f64>| {
+        let largest = matrix.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let floor = if largest == 0.0 { 1.0 } else { 0.1 * largest };
+        (0..matrix.nrows()).map(|row| along(row, matrix).max(floor)).collect::<Vec<f64>>()
+    };
+    let motion = paper.trajectory;
+    let y = [&motion.v, &motion.p_star_dot, &motion.q, &motion.p_star, &motion.sigma].map(kind).concat();
+    let design = paper.inputs.design.iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() });
+    y.iter().chain(&y).copied().chain(kind(&paper.inputs.controls)).chain(design).chain([nodes as f64]).collect()
+}
+
+/// A random state near that of the motion at a node, for which Eq. (2) holds.
+pub(super) fn near(
+    paper: &PaperSystem,
+    places: &Places,
+    node: usize,
+    magnitudes: &[f64],
+    spread: f64,
+    random: &mut Random,
+) -> Vec<f64> {
+    let (y, previous) = (paper.y(node), paper.y(node - 1));
+    let u = column(&paper.inputs.controls, node);
+    let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64]];
+    let mut x = lists.concat();
+    for k in 0..places.b().start {
+        x[k] += if spread == 0.0 { 0.0 } else { random.away_from_zero(spread * magnitudes[k]) };
+    }
+    let h = 0.5 * paper.inputs.grid.steps[node - 1];
+    for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
+        let start = |variable, previous| places.part_of_y(variable, previous).start;
+        for i in 0..places.n {
+            let sum = x[start(rate, false) + i] + x[start(rate, true) + i];
+            x[start(value, true) + i] = x[start(value, false) + i] - h * sum;
+        }
+    }
+    x
+}
+
+/// The name of each argument.
+pub(super) fn names(paper: &PaperSystem) -> Vec<String> {
+    let system = paper.system;
+    let of = |variable: Variable, node: &str| -> Vec<String> {
+        let symbol = format!("{}_{node}", variable.name());
+        match variable {
+            Variable::Sigma => (0..system.m()).map(|j| format!("{symbol} of {}", system.equation_name(j))).collect(),
+            _ => (0..system.n()).map(|i| format!("{symbol} of `{}`", system.coordinate_name(i))).collect(),
+        }
+    };
+    let y = |node: &str| Variable::ALL.map(|variable| of(variable, node)).concat();
+    let controls = (0..system.k()).map(|k| format!("`{}`", system.control_name(k)));
+    let design = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p)));
+    let rest = controls.chain(design).chain(["node".to_string()]);
+    y("i").into_iter().chain(y("(i−1)")).chain(rest).collect()
+}

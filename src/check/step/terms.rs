@@ -1,0 +1,135 @@
+//! The terms that the blocks of Eq. (10) are sums of, at one state.
+
+use nalgebra::{DMatrix, DVector};
+use num_dual::Dual64;
+
+use super::super::compare::MatrixAt;
+use super::By;
+use super::point::{State, StepPoint};
+use crate::System;
+use crate::paper_system::{Equation, PaperSystem, Variable};
+use crate::system::{At, Sums};
+
+/// M, Φ_q and the other terms of Eq. (10), each by dual numbers.
+///
+/// With variable mass matrices, Q stands for Q + T_q − V_q; the paper has no T_q and counts −V_q to Q.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terms {
+    /// M = 𝓛_vv, n × n.
+    pub mass: DMatrix<f64>,
+    /// (M v)_q, n × n.
+    pub mass_v_q: DMatrix<f64>,
+    /// Φ_q, m × n.
+    pub phi_q: DMatrix<f64>,
+    /// (dΦ/dt)_q, m × n; (Φ_q v)_q without driven joints.
+    pub phi_dot_q: DMatrix<f64>,
+    /// (Φ_qᵀσ)_q, n × n.
+    pub phi_q_t_sigma_q: DMatrix<f64>,
+    /// ((dΦ/dt)_qᵀσ)_q, n × n.
+    pub phi_dot_q_t_sigma_q: DMatrix<f64>,
+    /// Q_q, n × n.
+    pub force_q: DMatrix<f64>,
+    /// Q_v, n × n.
+    pub force_v: DMatrix<f64>,
+    /// Q_u, n × k.
+    pub force_u: DMatrix<f64>,
+}
+
+/// A term by its name.
+type Named = (&'static str, fn(&Terms) -> DMatrix<f64>);
+
+const REACTION: Named = ("(Φ_qᵀσ)_q", |t| t.phi_q_t_sigma_q.clone());
+const REACTION_RATE: Named = ("((dΦ/dt)_qᵀσ)_q", |t| t.phi_dot_q_t_sigma_q.clone());
+const MASS: Named = ("M", |t| t.mass.clone());
+const MASS_Q: Named = ("(M v)_q", |t| t.mass_v_q.clone());
+const FORCE_Q: Named = ("Q_q", |t| t.force_q.clone());
+const FORCE_V: Named = ("Q_v", |t| t.force_v.clone());
+const FORCE_U: Named = ("Q_u", |t| t.force_u.clone());
+const IDENTITY: Named = ("I", |t| DMatrix::identity(t.mass.nrows(), t.mass.ncols()));
+const PHI_Q: Named = ("Φ_q", |t| t.phi_q.clone());
+const PHI_DOT_Q: Named = ("(dΦ/dt)_q", |t| t.phi_dot_q.clone());
+const PHI_Q_T: Named = ("Φ_qᵀ", |t| t.phi_q.transpose());
+const PHI_DOT_Q_T: Named = ("(dΦ/dt)_qᵀ", |t| t.phi_dot_q.transpose());
+
+/// A term with its sign and, if `times_gamma`, the factor γ.
+fn signed<'a>(paper: &'a PaperSystem<'a>, (name, of): Named, sign: f64, times_gamma: bool) -> (String, MatrixAt<'a>) {
+    let matrix: MatrixAt<'a> = Box::new(move |x| {
+        let at = StepPoint::new(paper, x);
+        of(&at.terms()) * if times_gamma { sign * at.gamma } else { sign }
+    });
+    (format!("{}{}{name}", if sign < 0.0 { "−" } else { "" }, if times_gamma { "γ " } else { "" }), matrix)
+}
+
+/// The terms that a block of Eq. (10) is the sum of (as corrected).
+pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) -> Vec<(String, MatrixAt<'a>)> {
+    use Equation::{F3, F4, F5};
+    let terms: &[(Named, f64, bool)] = match (row, by) {
+        (F3, By::Y(Variable::Q)) => &[(REACTION, 1.0, false), (MASS, 1.0, true), (MASS_Q, 1.0, false)],
+        (F4, By::Y(Variable::Q)) => {
+            &[(FORCE_Q, 1.0, false), (FORCE_V, 1.0, true), (REACTION_RATE, 1.0, false), (REACTION, 1.0, true)]
+        }
+        (F5, By::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
+        (F4, By::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false)],
+        (F4, By::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true)],
+        _ => &[],
+    };
+    terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()
+}
+
+/// Everything that stands somewhere in Eq. (10).
+pub(super) fn all<'a>(paper: &'a PaperSystem<'a>) -> Vec<(String, MatrixAt<'a>)> {
+    let named =
+        [REACTION, REACTION_RATE, MASS, MASS_Q, FORCE_Q, FORCE_V, FORCE_U, IDENTITY, PHI_Q, PHI_DOT_Q, PHI_Q_T, PHI_DOT_Q_T];
+    named.into_iter().flat_map(|term| [signed(paper, term, 1.0, false), signed(paper, term, 1.0, true)]).collect()
+}
+
+/// Derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt by one argument, one column each.
+struct Columns {
+    l_v: DMatrix<f64>,
+    force: DMatrix<f64>,
+    phi_dot: DMatrix<f64>,
+}
+
+impl Terms {
+    pub(super) fn new(system: &System, y: &State, u: &DVector<f64>, b: &DVector<f64>, time: f64) -> Self {
+        let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
+        let arguments = [dual(&y.q), dual(&y.v), dual(&y.sigma), dual(u), dual(b)];
+        let mut unloaded = arguments.clone();
+        unloaded[2].fill(Dual64::from_re(0.0));
+        let by = |of: &[DVector<Dual64>; 5], which: usize| columns(system, of, which, time);
+        // Both are linear in σ, so what is left without it, and what it adds, are these differences.
+        let (by_q, by_q_unloaded) = (by(&arguments, 0), by(&unloaded, 0));
+        let by_v = by(&unloaded, 1);
+        Terms {
+            mass: by_v.l_v,
+            phi_q: by_v.phi_dot,
+            force_v: by_v.force,
+            phi_q_t_sigma_q: by_q.l_v - &by_q_unloaded.l_v,
+            phi_dot_q_t_sigma_q: by_q.force - &by_q_unloaded.force,
+            mass_v_q: by_q_unloaded.l_v,
+            force_q: by_q_unloaded.force,
+            phi_dot_q: by_q_unloaded.phi_dot,
+            force_u: by(&unloaded, 3).force,
+        }
+    }
+}
+
+fn columns(system: &System, arguments: &[DVector<Dual64>; 5], which: usize, time: f64) -> Columns {
+    let (n, m, count) = (system.n(), system.m(), arguments[which].len());
+    let zeros = |rows| DMatrix::zeros(rows, count);
+    let mut found = Columns { l_v: zeros(n), force: zeros(n), phi_dot: zeros(m) };
+    let mut seeded = arguments.clone();
+    let mut sums = Sums::new(n, m);
+    for k in 0..count {
+        seeded[which][k].eps = 1.0;
+        let [q, v, sigma, u, design] = [0, 1, 2, 3, 4].map(|i| seeded[i].as_slice());
+        system.plain_sums(&At { q, v, sigma, u, t: Dual64::from_re(time), design }, &mut sums);
+        for (matrix, values) in
+            [(&mut found.l_v, &sums.l_v), (&mut found.force, &sums.force), (&mut found.phi_dot, &sums.phi_dot)]
+        {
+            matrix.column_mut(k).iter_mut().zip(values).for_each(|(entry, value)| *entry = value.eps);
+        }
+        seeded[which][k].eps = 0.0;
+    }
+    found
+}

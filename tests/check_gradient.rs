@@ -1,0 +1,114 @@
+//! The gradient four ways, on scenes that use every kind of input; and gradients of the user's own.
+
+use hamiltonian_adjoint::check::{self, Mistake, Part, Verdict};
+use hamiltonian_adjoint::element::CostPoint;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Cost, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, System, gradient};
+use nalgebra::SVector;
+
+fn cart(links: usize) -> (System, Inputs) {
+    let system = CartPendulum::with_links(links).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, if links > 5 { 0.01 } else { 0.02 }));
+    inputs.controls.fill(10.0);
+    (system, inputs)
+}
+
+/// ½ b (u² + v² + 0.01 σ²).
+struct Running;
+
+impl Cost<1, 1, 1, 1> for Running {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 1, 1>, b: &SVector<S, 1>) -> S {
+        (at.u[0] * at.u[0] + at.v[0] * at.v[0] + at.sigma[0] * at.sigma[0] * 0.01) * b[0] * 0.5
+    }
+}
+
+/// A pendulum with a spring, design variables everywhere, a running and a terminal cost.
+fn pendulum() -> (System, Inputs) {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let [mass, length, stiffness] =
+        [("mass", 1.2), ("half length", 0.5), ("stiffness", 30.0)].map(|(n, v)| scene.design(n, v));
+    let torque = scene.control("torque");
+    let rod = scene.body("rod", mass, 0.1, [0.0, -0.5, -std::f64::consts::FRAC_PI_2]);
+    let pivot = scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.spring_damper("spring", Body::GROUND.at(1.0, 0.0), rod.at(length, 0.0), stiffness, 0.8, 0.3);
+    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    let [_, _, angle] = rod.coordinates;
+    scene.cost("running", Running, Sum::Trapezoidal, [angle], [pivot[0]], [torque], [length.into()]);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(60, 0.02));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (0.3 * i as f64).sin());
+    (system, inputs)
+}
+
+#[test]
+fn the_papers_example_passes_in_every_direction_and_input() {
+    let (system, inputs) = cart(3);
+    let before = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let copy = inputs.clone();
+    let report = check::gradient(&system, &inputs, Settings::default()).complete().run().expect("motion");
+    println!("{report}");
+    report.assert_passed();
+    assert_eq!(report.singles, 101 + 12 + 12 + 100);
+    assert_eq!(inputs, copy);
+    assert_eq!(gradient(&system, &inputs, Settings::default()).expect("gradient"), before);
+}
+
+#[test]
+fn the_users_solver_is_not_touched() {
+    let (system, inputs) = cart(2);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("motion");
+    let motion = solver.trajectory().clone();
+    check::gradient(&system, solver.inputs(), Settings::default()).run().expect("motion").assert_passed();
+    assert_eq!(solver.trajectory(), &motion);
+    assert!(solver.gradient().is_ok());
+}
+
+#[test]
+fn design_variables_running_costs_and_given_momenta_pass() {
+    let (system, mut inputs) = pendulum();
+    let report = check::gradient(&system, &inputs, Settings::default()).directions(3, 5).complete().run().expect("motion");
+    println!("{report}");
+    report.assert_passed();
+    let q = inputs.start.q().clone();
+    let p_star = SVector::<f64, 3>::from([0.3, 0.1, 0.2]);
+    inputs.start = Start::Momentum { q, p_star: nalgebra::DVector::from_column_slice(p_star.as_slice()) };
+    check::gradient(&system, &inputs, Settings::default()).run().expect("motion").assert_passed();
+}
+
+#[test]
+fn a_gradient_of_the_users_own_is_compared_number_by_number() {
+    let (system, inputs) = pendulum();
+    let right = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let u: Vec<f64> = right.controls.iter().copied().collect();
+    let last = u.len() - 1;
+    let cases: [(&str, Vec<f64>, Option<Mistake>); 7] = [
+        ("right", u.clone(), None),
+        ("with Δt, as Eq. (11) is printed", u.iter().map(|g| g * 0.02).collect(), Some(Mistake::Factor)),
+        ("sign", u.iter().map(|g| -g).collect(), Some(Mistake::SignFlipped)),
+        ("moved", (0..=last).map(|i| u[i.saturating_sub(1)]).collect(), Some(Mistake::OtherArgument)),
+        ("u_0 forgotten", (0..=last).map(|i| if i == 0 { 0.0 } else { u[i] }).collect(), Some(Mistake::Zero)),
+        ("continuous adjoint", u.iter().map(|g| g * (1.0 + 1e-4 * g.abs())).collect(), Some(Mistake::FewDigits)),
+        ("one too few", u[1..].to_vec(), Some(Mistake::Shape)),
+    ];
+    for (name, values, mistake) in cases {
+        let check = check::gradient(&system, &inputs, Settings::default()).own(name, Part::Controls, values);
+        let report = check.run().expect("motion");
+        let own = &report.own[0];
+        println!("{own}");
+        assert_eq!(own.verdict == Verdict::Right, mistake.is_none());
+        assert_eq!(own.diagnoses.first().map(|d| d.mistake), mistake, "{name}");
+        assert_eq!(report.passed(), mistake.is_none());
+    }
+}
+
+#[test]
+fn a_cost_of_nothing_is_no_success() {
+    let system = CartPendulum::with_links(1).mechanism().scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
+    println!("{report}");
+    assert_eq!(report.verdict(), Verdict::NothingCompared);
+}
