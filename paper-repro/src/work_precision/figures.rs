@@ -1,0 +1,117 @@
+//! The figures: errors over run time and over steps, and the errors of ways to the gradient.
+
+use std::path::Path;
+
+use super::Measured;
+use super::convergence::{Convergence, Reading};
+use super::methods::Methods;
+use crate::error::Error;
+use crate::figures::saved;
+use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Point, Series, Style};
+
+/// The size of one of two panels side by side.
+const PANEL: (f64, f64) = (450.0, 420.0);
+/// The relative errors that are shown.
+const ERRORS: (f64, f64) = (1e-15, 1e-1);
+
+/// Draws all figures into the folder.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
+    let all: Vec<&Convergence> = measured.convergence.iter().collect();
+    let smooth: Vec<&Convergence> = all.iter().copied().filter(|scheme| scheme.reading == Reading::Piece).collect();
+    let (cost, gradient) = ("cost J", "gradient dJ/dx, force on 101 knots");
+    let milliseconds = |points: Vec<Point>| points.into_iter().map(|(time, error)| (1e3 * time, error)).collect();
+    let over_time = [
+        chart(cost, smooth.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.cost_over_time())))),
+        chart(gradient, all.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.gradient_over_time())))),
+    ];
+    save(side_by_side(over_time, "run time [ms]"), &folder.join("work_precision"))?;
+
+    let label = |scheme: &Convergence, order: Option<f64>| match order {
+        Some(order) => format!("{}: {order:.2}", scheme.label()),
+        None => scheme.label(),
+    };
+    let over_steps = [
+        chart(cost, smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
+        chart(gradient, all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
+    ];
+    save(side_by_side(over_steps, "steps of the rule: stages × macro steps"), &folder.join("convergence"))?;
+    save(methods(&measured.methods), &folder.join("gradient_methods"))
+}
+
+fn save(panels: Panels, stem: &Path) -> Result<(), Error> {
+    saved(panels.save(stem), stem)
+}
+
+/// The errors of a scheme.
+fn series(scheme: &Convergence, name: String, points: Vec<Point>) -> Series {
+    let smooth = scheme.reading == Reading::Piece;
+    let colour = match (scheme.order, scheme.stages) {
+        (2, _) => Colour::BLUE,
+        (4, _) => Colour::RED,
+        (_, 7) => Colour::GREEN,
+        _ => Colour::PURPLE,
+    };
+    let style = if smooth { Style::LineAndCircles } else { Style::Dashed };
+    Series { name, points, colour, style, right_axis: false }
+}
+
+/// A panel of errors.
+fn chart(title: &str, series: impl Iterator<Item = Series>) -> LineChart {
+    LineChart {
+        title: title.to_owned(),
+        y: Axis { range: Some(ERRORS), ..Axis::log("relative error", 0.0) },
+        legend: Legend::LowerLeft,
+        series: series.collect(),
+        size: PANEL,
+        ..LineChart::default()
+    }
+}
+
+/// The panels over the same stretch of their horizontal axes.
+fn side_by_side(charts: [LineChart; 2], x: &str) -> Panels {
+    let values: Vec<f64> = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0).collect();
+    let axis = Axis { range: Some(stretch(&values)), ..Axis::log(x, 0.0) };
+    let charts = charts.map(|chart| LineChart { x: axis.clone(), ..chart });
+    Panels { charts: charts.to_vec(), columns: 2, ..Panels::default() }
+}
+
+/// From the least to the greatest value with some room on a logarithmic axis.
+fn stretch(values: &[f64]) -> (f64, f64) {
+    const ROOM: f64 = 1.5;
+    let (least, greatest) = values.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    (least / ROOM, greatest * ROOM)
+}
+
+/// Errors over the step size, with the levels of methods that have none, and the least error over the cost.
+fn methods(measured: &Methods) -> Panels {
+    let colours = [Colour::BLUE, Colour::RED, Colour::GREEN];
+    let levels = [Colour::BLACK, Colour::PURPLE, Colour::ORANGE];
+    let named =
+        |name: &str, colour, style, points| Series { name: name.to_owned(), points, colour, style, right_axis: false };
+    let sizes: Vec<f64> = measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0).collect();
+    let (least, greatest) = stretch(&sizes);
+    let exact = measured.exact.iter().zip(levels);
+    let stepped = measured.stepped.iter().zip(colours);
+    let lines = exact.clone().map(|(method, colour)| {
+        named(method.name, colour, Style::Dashed, vec![(least, method.error), (greatest, method.error)])
+    });
+    let curves = stepped.clone().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
+    let over_size = LineChart {
+        x: Axis { range: Some((least, greatest)), ..Axis::log("step size [N]", 0.0) },
+        y: Axis { range: Some((1e-15, 1e2)), ..Axis::log("relative error", 0.0) },
+        series: curves.chain(lines).collect(),
+        legend: Legend::Above,
+        ..chart("", std::iter::empty())
+    };
+    let points = exact.map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
+    let best = stepped.map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
+    let over_cost = LineChart {
+        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations]", 0.0) },
+        series: best.chain(points).collect(),
+        ..over_size.clone()
+    };
+    Panels { charts: vec![over_size, over_cost], columns: 2, ..Panels::default() }
+}
