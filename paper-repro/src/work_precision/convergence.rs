@@ -68,7 +68,8 @@ impl Convergence {
         }
     }
 
-    fn new(composition: Composition, reading: Reading, runs: Vec<Run>) -> Self {
+    /// Finds the orders that the runs show.
+    pub fn new(composition: Composition, reading: Reading, runs: Vec<Run>) -> Self {
         let mut convergence = Convergence {
             scheme: super::name(composition),
             stages: composition.stages(),
@@ -165,7 +166,9 @@ impl GridOfCase {
         GridOfCase {
             macro_steps,
             inputs: constant_force(system, macro_steps, composition),
-            knots: (macro_steps % INTERVALS == 0).then(|| interpolate(INTERVALS, macro_steps / INTERVALS, composition)),
+            knots: macro_steps
+                .is_multiple_of(INTERVALS)
+                .then(|| interpolate(INTERVALS, macro_steps / INTERVALS, composition)),
         }
     }
 
@@ -207,4 +210,27 @@ pub fn constant_force(system: &System, macro_steps: usize, composition: Composit
     let mut inputs = Inputs::at_rest(system, Grid::composed(macro_steps, END / macro_steps as f64, composition));
     inputs.controls.fill(FORCE);
     inputs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hamiltonian_adjoint::scenes::CartPendulum;
+    use std::time::Duration;
+
+    #[test]
+    fn kinks_lower_the_order_only_where_they_lie_inside_macro_steps() {
+        let system = CartPendulum::default().scene().compile().unwrap();
+        let repeats = Repeats { turns: 1, turn: Duration::ZERO };
+        let cases = [Reading::Piece, Reading::Time].map(|reading| (Composition::Yoshida6, reading));
+        let [piece, time] = &measure(&system, &cases, true, repeats).unwrap()[..] else { panic!("two cases") };
+        assert!((piece.order_of_cost.unwrap() - 6.0).abs() < 0.2, "{:?}", piece.order_of_cost);
+        assert!((piece.order_of_gradient.unwrap() - 6.0).abs() < 0.2, "{:?}", piece.order_of_gradient);
+        assert!((time.order_of_gradient.unwrap() - 2.0).abs() < 0.2, "{:?}", time.order_of_gradient);
+        // 25 and 50 macro steps do not meet all knots.
+        let without: Vec<usize> =
+            piece.runs.iter().filter(|run| run.gradient_error.is_none()).map(|run| run.macro_steps).collect();
+        assert_eq!(without, [25, 50]);
+        assert!(piece.gradient_over_time().iter().all(|(time, _)| *time > 0.0));
+    }
 }

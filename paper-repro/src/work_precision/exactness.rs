@@ -17,6 +17,8 @@ pub struct Exactness {
     pub scheme: &'static str,
     /// Macro steps.
     pub macro_steps: usize,
+    /// Steps of the rule to a macro step.
+    pub stages: usize,
     /// Of dJ/du_i.
     pub controls: f64,
     /// Of dJ/dΔt_i.
@@ -44,6 +46,7 @@ fn compare(system: &System, composition: Composition, macro_steps: usize) -> Res
     Ok(Exactness {
         scheme: super::name(composition),
         macro_steps,
+        stages: composition.stages(),
         controls: difference(sample(0, last).map(|node| Input::Control { channel: 0, node }).collect())?,
         steps: difference(sample(1, last).map(Input::Step).collect())?,
     })

@@ -33,9 +33,10 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
         Some(order) => format!("{}: {order:.2}", scheme.label()),
         None => scheme.label(),
     };
+    let titles = [cost, gradient].map(|title| format!("{title}: orders"));
     let over_steps = [
-        chart(cost, smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
-        chart(gradient, all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
+        chart(&titles[0], smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
+        chart(&titles[1], all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
     ];
     save(side_by_side(over_steps, "steps of the rule: stages × macro steps"), &folder.join("convergence"))?;
     save(methods(&measured.methods), &folder.join("gradient_methods"))
@@ -85,31 +86,30 @@ fn stretch(values: &[f64]) -> (f64, f64) {
     (least / ROOM, greatest * ROOM)
 }
 
-/// Errors over the step size, with the levels of methods that have none, and the least error over the cost.
+/// Errors over the step size, with the levels of methods that have none, and the least error over the time.
 fn methods(measured: &Methods) -> Panels {
-    let colours = [Colour::BLUE, Colour::RED, Colour::GREEN];
-    let levels = [Colour::BLACK, Colour::PURPLE, Colour::ORANGE];
     let named =
         |name: &str, colour, style, points| Series { name: name.to_owned(), points, colour, style, right_axis: false };
+    // The third is a complex step too.
+    let exact = || measured.exact.iter().zip([(Colour::BLACK, Style::Line), (Colour::ORANGE, Style::Dashed)]);
+    let stepped = || measured.stepped.iter().zip([Colour::BLUE, Colour::RED, Colour::GREEN]);
     let sizes: Vec<f64> = measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0).collect();
     let (least, greatest) = stretch(&sizes);
-    let exact = measured.exact.iter().zip(levels);
-    let stepped = measured.stepped.iter().zip(colours);
-    let lines = exact.clone().map(|(method, colour)| {
-        named(method.name, colour, Style::Dashed, vec![(least, method.error), (greatest, method.error)])
-    });
-    let curves = stepped.clone().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
+    let level = |error| vec![(least, error), (greatest, error)];
+    let levels = exact().map(|(it, (colour, style))| named(it.name, colour, style, level(it.error)));
+    let curves = stepped().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
     let over_size = LineChart {
         x: Axis { range: Some((least, greatest)), ..Axis::log("step size [N]", 0.0) },
         y: Axis { range: Some((1e-15, 1e2)), ..Axis::log("relative error", 0.0) },
-        series: curves.chain(lines).collect(),
         legend: Legend::Above,
-        ..chart("", std::iter::empty())
+        ..chart("101 derivatives, over step size", curves.chain(levels))
     };
-    let points = exact.map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
-    let best = stepped.map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
+    let best = stepped().map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
+    let points = exact().map(|(it, (colour, _))| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
     let over_cost = LineChart {
-        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations]", 0.0) },
+        title: "101 derivatives, over time".to_owned(),
+        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time, in simulations (at the best step size)", 0.0) },
+        legend: Legend::UpperRight,
         series: best.chain(points).collect(),
         ..over_size.clone()
     };

@@ -7,14 +7,12 @@ use serde::Serialize;
 use super::Measured;
 use super::convergence::{Convergence, Reading};
 use super::exactness::Exactness;
-use super::order;
+use crate::statistics::largest;
 
 /// Relative differences up to this are rounding.
 const ROUNDING: f64 = 1e-12;
 /// How far an observed order may be from the promised one, as a share of that.
 const SHARE: f64 = 0.05;
-/// The errors for which the fastest scheme is looked for.
-const ERRORS: [f64; 5] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
 
 /// Whether a finding is as expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -69,8 +67,6 @@ pub fn all(measured: &Measured) -> Vec<Finding> {
     let mut findings = orders(&measured.convergence);
     findings.extend(exactness(&measured.exactness));
     findings.extend(methods(measured));
-    findings.extend(fastest("fastest for J", &measured.convergence, Convergence::cost_over_time));
-    findings.extend(fastest("fastest for the gradient", &measured.convergence, Convergence::gradient_over_time));
     findings
 }
 
@@ -101,15 +97,15 @@ fn orders(all: &[Convergence]) -> Vec<Finding> {
 /// The worst differences of each scheme.
 fn exactness(all: &[Exactness]) -> Vec<Finding> {
     let of_one_scheme = |grids: &[Exactness]| {
-        let worst = |difference: fn(&Exactness) -> f64| grids.iter().map(difference).fold(0.0, f64::max);
+        let worst = |difference: fn(&Exactness) -> f64| largest(&grids.iter().map(difference).collect::<Vec<_>>());
         let (controls, steps) = (worst(|grid| grid.controls), worst(|grid| grid.steps));
         let counts: Vec<String> = grids.iter().map(|grid| grid.macro_steps.to_string()).collect();
         Finding {
-            what: "adjoint against complex step",
+            what: "adjoint against complex step, worst grid",
             of: format!("{}, N = {}", grids[0].scheme, counts.join(", ")),
             expected: format!("≤ {ROUNDING:.0e}"),
             found: format!("dJ/du {controls:.1e}, dJ/dΔt {steps:.1e}"),
-            verdict: exact(controls.max(steps)),
+            verdict: exact(largest(&[controls, steps])),
         }
     };
     all.chunk_by(|a, b| a.scheme == b.scheme).map(of_one_scheme).collect()
@@ -117,12 +113,12 @@ fn exactness(all: &[Exactness]) -> Vec<Finding> {
 
 /// The errors of the methods and their costs.
 fn methods(measured: &Measured) -> Vec<Finding> {
-    let what = "gradient of the scheme, N = 100";
+    let what = "dJ/du at 101 nodes, against 128-bit floats";
     let exacts = measured.methods.exact.iter().map(|method| Finding {
         what,
         of: method.name.to_owned(),
         expected: format!("≤ {ROUNDING:.0e}"),
-        found: format!("{:.1e}, in the time of {:.3} simulations", method.error, method.cost),
+        found: format!("{:.1e}, in the time of {} simulations", method.error, cost(method.cost)),
         verdict: exact(method.error),
     });
     let stepped = measured.methods.stepped.iter().map(|method| {
@@ -131,33 +127,51 @@ fn methods(measured: &Measured) -> Vec<Finding> {
             what,
             of: method.name.to_owned(),
             expected: "depends on the step".to_owned(),
-            found: format!("{error:.1e} at best, with {size:.0e} N, in the time of {:.0} simulations", method.cost),
+            found: format!("{error:.1e} at best, with {size:.0e} N, in the time of {} simulations", cost(method.cost)),
             verdict: Verdict::Reported,
         }
     });
     exacts.chain(stepped).collect()
 }
 
-/// The scheme that reaches each error first.
-fn fastest(what: &'static str, all: &[Convergence], runs: fn(&Convergence) -> Vec<(f64, f64)>) -> Vec<Finding> {
-    let sound: Vec<&Convergence> = all.iter().filter(|scheme| scheme.reading == Reading::Piece).collect();
-    let at = |error: f64| {
-        let times = sound.iter().filter_map(|scheme| Some((order::time_for(error, &runs(scheme))?, scheme.label())));
-        let mut times: Vec<(f64, String)> = times.collect();
-        times.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let words = times.iter().map(|(time, scheme)| format!("{scheme} {:.3} ms", 1e3 * time));
-        (!times.is_empty()).then(|| Finding {
-            what,
-            of: format!("relative error of {error:.0e}"),
-            expected: "times are not judged".to_owned(),
-            found: words.collect::<Vec<_>>().join(", "),
-            verdict: Verdict::Reported,
-        })
-    };
-    ERRORS.into_iter().filter_map(at).collect()
+/// The number in about three digits.
+fn cost(simulations: f64) -> String {
+    if simulations < 10.0 { format!("{simulations:.2}") } else { format!("{simulations:.0}") }
 }
 
 /// Whether a relative difference is only rounding.
 fn exact(difference: f64) -> Verdict {
     if difference <= ROUNDING { Verdict::Confirmed } else { Verdict::Failed }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hamiltonian_adjoint::Composition;
+
+    /// Orders as they would be found.
+    fn scheme(reading: Reading, order: Option<f64>) -> Convergence {
+        let mut scheme = Convergence::new(Composition::Suzuki4, reading, Vec::new());
+        (scheme.order_of_cost, scheme.order_of_gradient) = (order, order);
+        scheme
+    }
+
+    #[test]
+    fn an_order_must_be_found_and_be_the_promised_one_unless_the_control_has_kinks_inside_macro_steps() {
+        let verdicts = |reading, order| orders(&[scheme(reading, order)]).iter().map(|it| it.verdict).collect::<Vec<_>>();
+        assert_eq!(verdicts(Reading::Piece, Some(3.9)), [Verdict::Confirmed; 2]);
+        assert_eq!(verdicts(Reading::Piece, Some(3.7)), [Verdict::Failed; 2]);
+        assert_eq!(verdicts(Reading::Piece, Some(f64::NAN)), [Verdict::Failed; 2]);
+        assert_eq!(verdicts(Reading::Piece, None), [Verdict::Failed; 2]);
+        assert_eq!(verdicts(Reading::Time, Some(2.0)), [Verdict::Reported]);
+    }
+
+    #[test]
+    fn the_worst_grid_of_a_scheme_decides() {
+        let grid = |macro_steps, steps| Exactness { scheme: "a", macro_steps, stages: 1, controls: 1e-14, steps };
+        let verdict = |grids: &[Exactness]| exactness(grids)[0].verdict;
+        assert_eq!(verdict(&[grid(25, 1e-13), grid(50, 1e-13)]), Verdict::Confirmed);
+        assert_eq!(verdict(&[grid(25, 1e-11), grid(50, 1e-13)]), Verdict::Failed);
+        assert_eq!(verdict(&[grid(25, f64::NAN)]), Verdict::Failed);
+    }
 }

@@ -1,22 +1,23 @@
 //! The gradient with respect to 101 controls by different methods, against 128-bit floats: errors and costs.
 
-use hamiltonian_adjoint::check::{Input, complex_step, tangent};
-use hamiltonian_adjoint::{Composition, Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
+use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::{Composition, Cx, Error, Inputs, LiftedSolver, Real, Settings, Solver, System, gradient};
+use num_dual::Dual64;
 use serde::Serialize;
 
 use super::convergence::constant_force;
-use super::reference::Reference;
+use super::reference::{FORCE, Reference};
 use super::stopwatch::{Job, Repeats};
 
 /// Steps of the trapezoidal rule, as in the paper.
 const STEPS: usize = 100;
 /// The step size of timed runs, N; the time hardly depends on it.
 const USUAL: f64 = 1e-6;
+/// The step size of a complex step that is as good as none, N.
+const TINY: f64 = 1e-30;
 
-/// Gives dJ/du at all nodes.
-type Gradient<'a> = Box<dyn FnMut() -> Result<Vec<f64>, Error> + 'a>;
-/// The same with a step size in N.
-type SteppedGradient<'a> = Box<dyn FnMut(f64) -> Result<Vec<f64>, Error> + 'a>;
+/// dJ/dx for one input x, with a step size that not every method needs.
+type Derivative<'a> = Box<dyn FnMut(Input, f64) -> Result<f64, Error> + 'a>;
 
 /// All methods.
 #[derive(Clone, Debug, Serialize)]
@@ -65,7 +66,7 @@ struct Example<'s> {
     controls: Vec<Input>,
 }
 
-/// Measures all methods, stepped ones at the given step sizes in N.
+/// Measures all methods, those with a step size at the given ones in N.
 ///
 /// # Errors
 /// A simulation without a solution.
@@ -73,107 +74,133 @@ pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Metho
     let inputs = constant_force(system, STEPS, Composition::Trapezoidal);
     let controls = (0..=STEPS).map(|node| Input::Control { channel: 0, node }).collect();
     let example = Example { system, inputs, controls };
-    let mut solver = Solver::new(system, Settings::default());
-    let simulation: Job = Box::new(|| solver.simulate(&example.inputs).map(|_| ()));
-    let mut exact = example.exact();
-    let mut stepped = example.stepped()?;
-    let mut jobs = vec![simulation];
-    jobs.extend(exact.iter_mut().map(|(_, gradient)| -> Job { Box::new(|| gradient().map(|_| ())) }));
-    jobs.extend(stepped.iter_mut().map(|(_, gradient)| -> Job { Box::new(|| gradient(USUAL).map(|_| ())) }));
-    let times = repeats.times(&mut jobs)?;
-    drop(jobs);
-    let (simulation_s, mut costs) = (times[0], times[1..].iter().map(|time| time / times[0]));
+    let mut direct = example.lifted(|_| Dual64::new(0.0, 1.0), |j, _| j.eps)?;
+    let mut complex = example.lifted(|size| Cx::new(0.0, size), |j, size| j.0.im / size)?;
+    let mut forward = example.forward_differences()?;
+    let mut central = example.central_differences();
+    let times = example.times([&mut direct, &mut complex, &mut forward, &mut central], repeats)?;
+    let [simulation_s, adjoint_s, each @ ..] = times;
 
     let reference = Reference::discrete();
-    let mut cost = || costs.next().unwrap_or(f64::NAN);
-    let mut measured = Methods { simulation_s, exact: Vec::new(), stepped: Vec::new() };
-    for (name, gradient) in &mut exact {
-        let error = reference.gradient_error(&gradient()?);
-        measured.exact.push(Exact { name, error, cost: cost() });
-    }
-    for (name, gradient) in &mut stepped {
-        let one = |&size: &f64| Ok((size, reference.gradient_error(&gradient(size)?)));
-        let errors = sizes.iter().map(one).collect::<Result<_, Error>>()?;
-        measured.stepped.push(Stepped { name, errors, cost: cost() });
-    }
-    Ok(measured)
+    let error = |derivative: &mut Derivative, size| -> Result<f64, Error> {
+        let gradient: Result<Vec<f64>, Error> = example.controls.iter().map(|&input| derivative(input, size)).collect();
+        Ok(reference.gradient_error(&gradient?))
+    };
+    let adjoint = gradient(system, &example.inputs, Settings::default())?;
+    // One simulation for each control and, for forward differences, one more.
+    let all = |each: f64, more: f64| each / simulation_s * example.controls.len() as f64 + more;
+    let [direct_cost, complex_cost, forward_cost, central_cost] =
+        [all(each[0], 0.0), all(each[1], 0.0), all(each[2], 1.0), all(each[3], 0.0)];
+    let exact = vec![
+        Exact {
+            name: "adjoint",
+            error: reference.gradient_error(adjoint.controls.as_slice()),
+            cost: adjoint_s / simulation_s,
+        },
+        Exact { name: "direct differentiation", error: error(&mut direct, TINY)?, cost: direct_cost },
+        Exact { name: "complex step of 1e-30", error: error(&mut complex, TINY)?, cost: complex_cost },
+    ];
+    let stepped = |name, derivative: &mut Derivative, cost| -> Result<Stepped, Error> {
+        let errors = sizes.iter().map(|&size| Ok((size, error(derivative, size)?))).collect::<Result<_, Error>>()?;
+        Ok(Stepped { name, errors, cost })
+    };
+    let stepped = vec![
+        stepped("forward differences", &mut forward, forward_cost)?,
+        stepped("central differences", &mut central, central_cost)?,
+        stepped("complex step", &mut complex, complex_cost)?,
+    ];
+    Ok(Methods { simulation_s, exact, stepped })
 }
 
 impl Example<'_> {
-    /// The methods without a step size.
-    fn exact(&self) -> [(&'static str, Gradient<'_>); 3] {
-        let (settings, mut solver) = (Settings::default(), Solver::new(self.system, Settings::default()));
-        let adjoint = move || {
-            solver.simulate(&self.inputs)?;
-            Ok(solver.gradient()?.controls.as_slice().to_vec())
-        };
-        [
-            ("adjoint", Box::new(adjoint)),
-            ("direct differentiation", Box::new(move || tangent(self.system, &self.inputs, settings, &self.controls))),
-            ("complex step, 1e-30", Box::new(move || complex_step(self.system, &self.inputs, settings, &self.controls))),
-        ]
+    /// Times of a simulation, of one with the adjoint, and of one derivative by each of the methods, s.
+    fn times(&self, methods: [&mut Derivative; 4], repeats: Repeats) -> Result<[f64; 6], Error> {
+        let new = || Solver::new(self.system, Settings::default());
+        let (mut simulation, mut adjoint) = (new(), new());
+        let mut jobs: Vec<Job> = vec![
+            Box::new(|| simulation.simulate(&self.inputs).map(|_| ())),
+            Box::new(|| {
+                adjoint.simulate(&self.inputs)?;
+                adjoint.gradient().map(|_| ())
+            }),
+        ];
+        for derivative in methods {
+            let mut controls = self.controls.iter().cycle();
+            jobs.push(Box::new(move || controls.next().map_or(Ok(()), |&input| derivative(input, USUAL).map(|_| ()))));
+        }
+        let times = repeats.times(&mut jobs)?;
+        Ok(std::array::from_fn(|job| times[job]))
     }
 
-    /// The methods with a step size.
-    fn stepped(&self) -> Result<[(&'static str, SteppedGradient<'_>); 3], Error> {
-        let mut lifted = LiftedSolver::new(self.system, &self.inputs, Settings::default())?;
-        Ok([
-            ("forward differences", Box::new(|size| self.forward_differences(size))),
-            ("central differences", Box::new(|size| self.central_differences(size))),
-            ("complex step", Box::new(move |size| self.complex_steps(&mut lifted, size))),
-        ])
-    }
-
-    /// (J(u + s) − J(u))/s for each control, one simulation more than controls.
-    fn forward_differences(&self, size: f64) -> Result<Vec<f64>, Error> {
-        let mut solver = Solver::new(self.system, Settings::default());
-        solver.simulate(&self.inputs)?;
-        let here = solver.cost();
-        self.each(|inputs, input, u| {
-            let ahead = moved(&mut solver, inputs, input, u + size)?;
-            Ok((ahead - here) / ((u + size) - u))
-        })
-    }
-
-    /// (J(u + s) − J(u − s))/2s for each control, two simulations a control.
-    fn central_differences(&self, size: f64) -> Result<Vec<f64>, Error> {
-        let mut solver = Solver::new(self.system, Settings::default());
-        self.each(|inputs, input, u| {
-            let ahead = moved(&mut solver, inputs, input, u + size)?;
-            let behind = moved(&mut solver, inputs, input, u - size)?;
-            Ok((ahead - behind) / ((u + size) - (u - size)))
-        })
-    }
-
-    /// Im J(u + i s)/s for each control.
-    fn complex_steps(&self, solver: &mut LiftedSolver<Cx>, size: f64) -> Result<Vec<f64>, Error> {
-        let mut inputs = self.inputs.lift::<Cx>();
-        let one = |input: &Input| {
+    /// The part of J(x + unit) that holds the derivative, on complex or dual numbers.
+    fn lifted<'a, R: Real + 'a>(
+        &'a self,
+        unit: impl Fn(f64) -> R + 'a,
+        part: impl Fn(R, f64) -> f64 + 'a,
+    ) -> Result<Derivative<'a>, Error> {
+        let mut solver = LiftedSolver::new(self.system, &self.inputs, Settings::default())?;
+        let mut inputs = self.inputs.lift::<R>();
+        Ok(Box::new(move |input, size| {
             let real = *input.of(&mut inputs);
-            *input.of(&mut inputs) = real + Cx::new(0.0, size);
-            solver.simulate(&inputs)?;
+            *input.of(&mut inputs) = real + unit(size);
+            let result = solver.simulate(&inputs).map(|_| ());
             *input.of(&mut inputs) = real;
-            Ok(solver.cost().0.im / size)
-        };
-        self.controls.iter().map(one).collect()
+            result.map(|()| part(solver.cost(), size))
+        }))
     }
 
-    /// A derivative for each control, of which it is given the value.
-    fn each(&self, mut derivative: impl FnMut(&mut Inputs, Input, f64) -> Result<f64, Error>) -> Result<Vec<f64>, Error> {
+    /// (J(x + s) − J(x))/s.
+    fn forward_differences(&self) -> Result<Derivative<'_>, Error> {
+        let mut cost = self.cost_with();
+        let here = cost(self.controls[0], 0.0)?;
+        Ok(Box::new(move |input, size| Ok((cost(input, size)? - here) / moved_by(FORCE, size))))
+    }
+
+    /// (J(x + s) − J(x − s))/2s.
+    fn central_differences(&self) -> Derivative<'_> {
+        let mut cost = self.cost_with();
+        Box::new(move |input, size| {
+            let distance = moved_by(FORCE, size) - moved_by(FORCE, -size);
+            Ok((cost(input, size)? - cost(input, -size)?) / distance)
+        })
+    }
+
+    /// J with one input changed.
+    fn cost_with(&self) -> Derivative<'_> {
+        let mut solver = Solver::new(self.system, Settings::default());
         let mut inputs = self.inputs.clone();
-        let one = |&input: &Input| {
-            let u = *input.of(&mut inputs);
-            let result = derivative(&mut inputs, input, u);
-            *input.of(&mut inputs) = u;
-            result
-        };
-        self.controls.iter().map(one).collect()
+        Box::new(move |input, change| {
+            let here = *input.of(&mut inputs);
+            *input.of(&mut inputs) = here + change;
+            let result = solver.simulate(&inputs).map(|_| ());
+            *input.of(&mut inputs) = here;
+            result.map(|()| solver.cost())
+        })
     }
 }
 
-/// J with another value of one input.
-fn moved(solver: &mut Solver, inputs: &mut Inputs, input: Input, value: f64) -> Result<f64, Error> {
-    *input.of(inputs) = value;
-    solver.simulate(inputs)?;
-    Ok(solver.cost())
+/// How far x + change is from x in floating point.
+fn moved_by(x: f64, change: f64) -> f64 {
+    (x + change) - x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hamiltonian_adjoint::scenes::CartPendulum;
+    use std::time::Duration;
+
+    #[test]
+    fn exact_methods_are_exact_and_differences_have_their_orders() {
+        let system = CartPendulum::default().scene().compile().unwrap();
+        let repeats = Repeats { turns: 1, turn: Duration::ZERO };
+        let methods = measure(&system, &[1e-1, 1e-2], repeats).unwrap();
+        assert!(methods.exact.iter().all(|method| method.error < 1e-12));
+        assert!(methods.exact.iter().map(|method| method.cost).chain([methods.simulation_s]).all(|time| time > 0.0));
+        for (method, order) in methods.stepped.iter().zip([1.0, 2.0, 2.0]) {
+            let observed = (method.errors[0].1 / method.errors[1].1).log10();
+            assert!((observed - order).abs() < 0.1, "{}: {observed}", method.name);
+            assert_eq!(method.best(), method.errors[1]);
+        }
+    }
 }

@@ -15,6 +15,7 @@ mod methods;
 mod order;
 mod reference;
 mod stopwatch;
+mod tables;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -24,7 +25,7 @@ use hamiltonian_adjoint::{Composition, scenes::CartPendulum};
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::{settings, table, write};
+use crate::{settings, write};
 use convergence::{Convergence, Reading};
 use exactness::Exactness;
 use findings::{Finding, Verdict};
@@ -68,14 +69,15 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let measured = measure(options.short)?;
     figures::draw(&measured, &folder)?;
     let findings = findings::all(&measured);
-    let rows: Vec<[String; 5]> = findings.iter().map(Finding::cells).collect();
-    let markdown = table::bars(Finding::HEADS, &rows);
-    write(&folder.join("work_precision.md"), |path| std::fs::write(path, markdown))?;
+    let tables = tables::all(&measured, &findings);
+    let markdown: Vec<String> = tables.iter().map(|table| table.markdown.clone()).collect();
+    write(&folder.join("work_precision.md"), |path| std::fs::write(path, markdown.join("\n")))?;
     let json = serde_json::to_string_pretty(&Report { measured: &measured, findings: &findings });
     write(&folder.join("work_precision.json"), |path| std::fs::write(path, json? + "\n"))?;
     // A reader who closes the pipe early has what they want.
-    let text = table::aligned(Finding::HEADS, &rows);
-    let _ = writeln!(std::io::stdout(), "{text}\nfigures, work_precision.md and .json are in {}", folder.display());
+    let mut out = std::io::stdout();
+    let _ = tables.iter().try_for_each(|table| writeln!(out, "{}", table.text));
+    let _ = writeln!(out, "figures, work_precision.md and work_precision.json are in {}", folder.display());
     Ok(findings.iter().all(|finding| finding.verdict != Verdict::Failed))
 }
 
@@ -105,5 +107,26 @@ fn name(composition: Composition) -> &'static str {
         Composition::Suzuki4 => "Suzuki, order 4",
         Composition::Yoshida6 => "Yoshida, order 6",
         Composition::KahanLi6 => "Kahan–Li, order 6",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Cli, Command};
+    use clap::{CommandFactory, Parser};
+
+    #[test]
+    fn it_stands_beside_the_parts_of_the_paper() {
+        Cli::command().debug_assert();
+        let command = |line: &str| Cli::try_parse_from(line.split(' ')).map(|cli| (cli.command, cli.parts.len()));
+        let options = match command("paper-repro work-precision --short --out folder") {
+            Ok((Some(Command::WorkPrecision(options)), 0)) => options,
+            _ => panic!("not understood"),
+        };
+        assert!(options.short && options.out.is_some());
+        assert!(matches!(command("paper-repro fig1 timing --out folder"), Ok((None, 2))));
+        assert!(matches!(command("paper-repro"), Ok((None, 0))));
+        // Its problem is that of the references, without flags for another.
+        assert!(command("paper-repro work-precision --links 2").is_err());
     }
 }

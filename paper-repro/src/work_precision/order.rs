@@ -14,8 +14,13 @@ pub fn observed(runs: &[(f64, f64)], floor: f64) -> Option<f64> {
     }
 }
 
-/// The least time at which the error is reached, on straight lines in logarithms through the runs (time, error).
+/// The time at which the error is reached, on straight lines in logarithms through the runs (time, error), coarse to fine.
+///
+/// It is that of the coarsest run, if that one is as good already.
 pub fn time_for(error: f64, runs: &[(f64, f64)]) -> Option<f64> {
+    if let Some(coarsest) = runs.first().filter(|run| run.1 <= error) {
+        return Some(coarsest.0);
+    }
     let crossing = runs.windows(2).find(|pair| pair[0].1 > error && pair[1].1 <= error)?;
     let [(t0, e0), (t1, e1)] = [crossing[0], crossing[1]].map(|(time, error)| (time.ln(), error.ln()));
     Some((t0 + (t1 - t0) * (error.ln() - e0) / (e1 - e0)).exp())
@@ -37,6 +42,6 @@ mod tests {
     fn times_are_interpolated_and_never_extrapolated() {
         let runs = [(1.0, 1e-2), (10.0, 1e-4), (100.0, 1e-6)];
         assert!((time_for(1e-5, &runs).unwrap() - 10f64.powf(1.5)).abs() < 1e-9);
-        assert_eq!((time_for(1e-1, &runs), time_for(1e-7, &runs)), (None, None));
+        assert_eq!((time_for(1e-1, &runs), time_for(1e-7, &runs)), (Some(1.0), None));
     }
 }
