@@ -21,7 +21,7 @@ const ERRORS: (f64, f64) = (1e-15, 1e-1);
 pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
     let all: Vec<&Convergence> = measured.convergence.iter().collect();
     let smooth: Vec<&Convergence> = all.iter().copied().filter(|scheme| scheme.reading == Reading::Piece).collect();
-    let (cost, gradient) = ("cost J", "gradient dJ/dx, force on 101 knots");
+    let (cost, gradient) = ("cost J", "gradient dJ/d(101 knots)");
     let milliseconds = |points: Vec<Point>| points.into_iter().map(|(time, error)| (1e3 * time, error)).collect();
     let over_time = [
         chart(cost, smooth.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.cost_over_time())))),
@@ -33,7 +33,7 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
         Some(order) => format!("{}: {order:.2}", scheme.label()),
         None => scheme.label(),
     };
-    let titles = [cost, gradient].map(|title| format!("{title}: orders"));
+    let titles = [cost, gradient].map(|title| format!("{title}, observed orders"));
     let over_steps = [
         chart(&titles[0], smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
         chart(&titles[1], all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
@@ -108,8 +108,7 @@ fn methods(measured: &Methods) -> Panels {
     let points = exact().map(|(it, (colour, _))| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
     let over_cost = LineChart {
         title: "101 derivatives, over time".to_owned(),
-        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time, in simulations (at the best step size)", 0.0) },
-        legend: Legend::UpperRight,
+        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations], error at the best step size", 0.0) },
         series: best.chain(points).collect(),
         ..over_size.clone()
     };
