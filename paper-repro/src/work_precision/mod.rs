@@ -85,8 +85,8 @@ pub fn run(options: &Options) -> Result<bool, Error> {
 fn measure(short: bool) -> Result<Measured, Error> {
     let system = CartPendulum::default().scene().compile()?;
     let repeats = match short {
-        true => Repeats { turns: 3, turn: Duration::ZERO },
-        false => Repeats { turns: 15, turn: Duration::from_millis(4) },
+        true => Repeats { turns: 3, turn: Duration::from_millis(2) },
+        false => Repeats { turns: 9, turn: Duration::from_millis(30) },
     };
     let mut cases = Composition::ALL.map(|composition| (composition, Reading::Piece)).to_vec();
     cases.push((Composition::Yoshida6, Reading::Time));

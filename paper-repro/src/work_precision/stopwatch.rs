@@ -1,4 +1,4 @@
-//! Run times: medians over repeats, on one thread, memory allocated and caches warm.
+//! Run times on one thread, memory allocated and caches warm: the median over turns of the shortest call in a turn.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,8 @@ pub type Job<'a> = Box<dyn FnMut() -> Result<(), Error> + 'a>;
 
 /// How often jobs are repeated.
 ///
-/// They take turns, so that a machine that is busy for a while is so for all of them.
+/// They take turns, so that a machine that is busy for a while is so for all of them. The shortest call of a turn is one that was not
+/// interrupted by other programs, if any was.
 #[derive(Clone, Copy, Debug)]
 pub struct Repeats {
     /// Turns of each job.
@@ -21,7 +22,7 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// The median time of a call of each job, s.
+    /// The median over turns of the shortest call of each job, s.
     ///
     /// # Errors
     /// The first error of a call.
@@ -31,13 +32,13 @@ impl Repeats {
             for (job, times) in jobs.iter_mut().zip(&mut times) {
                 job()?;
                 let begin = Instant::now();
-                let mut last = Duration::ZERO;
-                while last == Duration::ZERO || last < self.turn {
-                    let start = begin.elapsed();
+                let mut shortest = Duration::MAX;
+                while shortest == Duration::MAX || begin.elapsed() < self.turn {
+                    let start = Instant::now();
                     job()?;
-                    last = begin.elapsed();
-                    times.push((last - start).as_secs_f64());
+                    shortest = shortest.min(start.elapsed());
                 }
+                times.push(shortest.as_secs_f64());
             }
         }
         Ok(times.iter().map(|times| median(times)).collect())
