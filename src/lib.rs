@@ -77,6 +77,7 @@
 pub mod adjoint;
 pub mod check;
 mod complex_step;
+mod composition;
 pub mod element;
 pub mod error;
 mod evaluation;
@@ -102,6 +103,7 @@ mod trapezoid;
 
 pub use adjoint::{AdjointVariables, Gradient};
 pub use complex_step::Cx;
+pub use composition::Composition;
 pub use element::{Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
 pub use error::{Error, Stopped};
 pub use inputs::{Grid, Inputs, Start};

@@ -56,10 +56,19 @@ const GAP: &str = "  ";
 
 /// The claims in aligned columns, wrapped to the line, with a rule where the figure changes.
 pub fn text(claims: &[Claim]) -> String {
-    let rows: Vec<[String; 5]> = claims.iter().map(cells).collect();
-    let widths = widths(&rows);
-    let rule = "─".repeat(widths.iter().sum::<usize>() + GAP.len() * (HEADS.len() - 1)) + "\n";
-    let mut out = row(&HEADS.map(str::to_owned), &widths);
+    aligned(HEADS, &claims.iter().map(cells).collect::<Vec<_>>())
+}
+
+/// The claims as a table of Markdown.
+pub fn markdown(claims: &[Claim]) -> String {
+    bars(HEADS, &claims.iter().map(cells).collect::<Vec<_>>())
+}
+
+/// Rows in aligned columns, wrapped to the line, with a rule where the first column changes.
+pub fn aligned<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
+    let widths = widths(heads, rows);
+    let rule = "─".repeat(widths.iter().sum::<usize>() + GAP.len() * (C - 1)) + "\n";
+    let mut out = row(&heads.map(str::to_owned), &widths);
     for (index, cells) in rows.iter().enumerate() {
         if index == 0 || rows[index - 1][0] != cells[0] {
             out += &rule;
@@ -69,11 +78,11 @@ pub fn text(claims: &[Claim]) -> String {
     out
 }
 
-/// The claims as a table of Markdown.
-pub fn markdown(claims: &[Claim]) -> String {
-    let line = |cells: [String; 5]| format!("| {} |\n", cells.map(|cell| escaped(&cell)).join(" | "));
-    let head = line(HEADS.map(str::to_owned)) + "|---|---|---|---|---|\n";
-    std::iter::once(head).chain(claims.iter().map(|claim| line(cells(claim)))).collect()
+/// Rows as a table of Markdown.
+pub fn bars<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
+    let line = |cells: [String; C]| format!("| {} |\n", cells.map(|cell| escaped(&cell)).join(" | "));
+    let head = line(heads.map(str::to_owned)) + &"|---".repeat(C) + "|\n";
+    std::iter::once(head).chain(rows.iter().map(|cells| line(cells.clone()))).collect()
 }
 
 /// The cells of the claim.
@@ -88,14 +97,14 @@ fn escaped(cell: &str) -> String {
 }
 
 /// Widths of the columns, the widest narrowed until a row fits the line.
-fn widths(rows: &[[String; 5]]) -> [usize; 5] {
-    let mut widths = HEADS.map(length);
+fn widths<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> [usize; C] {
+    let mut widths = heads.map(length);
     for row in rows {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = length(cell).max(*width);
         }
     }
-    let room = LINE - GAP.len() * (HEADS.len() - 1);
+    let room = LINE - GAP.len() * (C - 1);
     while widths.iter().sum::<usize>() > room {
         if let Some(widest) = widths.iter_mut().max() {
             *widest -= 1;
@@ -105,7 +114,7 @@ fn widths(rows: &[[String; 5]]) -> [usize; 5] {
 }
 
 /// One row, of as many lines as its longest cell needs.
-fn row(cells: &[String; 5], widths: &[usize; 5]) -> String {
+fn row<const C: usize>(cells: &[String; C], widths: &[usize; C]) -> String {
     let columns: Vec<Vec<String>> = cells.iter().zip(widths).map(|(cell, width)| wrapped(cell, *width)).collect();
     let height = columns.iter().map(Vec::len).max().unwrap_or(0);
     let line = |index: usize| {

@@ -9,6 +9,6 @@ pub mod fig6;
 mod mechanism;
 
 /// Names the files in the error, if there is one.
-fn saved(result: Result<(), crate::plot::PlotError>, stem: &std::path::Path) -> Result<(), crate::error::Error> {
+pub fn saved(result: Result<(), crate::plot::PlotError>, stem: &std::path::Path) -> Result<(), crate::error::Error> {
     result.map_err(|source| crate::error::Error::Figure { stem: stem.to_owned(), source })
 }

@@ -1,0 +1,75 @@
+//! How far the adjoint on composed grids is from complex step on the same grids: only rounding.
+
+use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::{Composition, Error, Settings, System, gradient};
+use serde::Serialize;
+
+use super::convergence::constant_force;
+use super::reference::relative_difference;
+
+/// Controls and as many step lengths that are compared on each grid.
+const SAMPLES: usize = 24;
+
+/// The differences on one grid, in the maximum norm, relative to the largest derivative of that kind.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Exactness {
+    /// The name of the composition.
+    pub scheme: &'static str,
+    /// Macro steps.
+    pub macro_steps: usize,
+    /// Steps of the rule to a macro step.
+    pub stages: usize,
+    /// Of dJ/du_i.
+    pub controls: f64,
+    /// Of dJ/dΔt_i.
+    pub steps: f64,
+}
+
+/// Compares on all grids.
+///
+/// # Errors
+/// A simulation without a solution.
+pub fn measure(system: &System, all_macro_steps: &[usize]) -> Result<Vec<Exactness>, Error> {
+    let grids = Composition::ALL.into_iter().flat_map(|composition| all_macro_steps.iter().map(move |&n| (composition, n)));
+    grids.map(|(composition, macro_steps)| compare(system, composition, macro_steps)).collect()
+}
+
+/// Compares on one grid.
+fn compare(system: &System, composition: Composition, macro_steps: usize) -> Result<Exactness, Error> {
+    let inputs = constant_force(system, macro_steps, composition);
+    let adjoint = gradient(system, &inputs, Settings::default())?;
+    let difference = |sample: Vec<Input>| {
+        let ours: Vec<f64> = sample.iter().map(|input| input.in_gradient(&adjoint)).collect();
+        complex_step(system, &inputs, Settings::default(), &sample).map(|theirs| relative_difference(&ours, &theirs))
+    };
+    let last = inputs.grid.steps.len();
+    Ok(Exactness {
+        scheme: super::name(composition),
+        macro_steps,
+        stages: composition.stages(),
+        controls: difference(sample(0, last).map(|node| Input::Control { channel: 0, node }).collect())?,
+        steps: difference(sample(1, last).map(Input::Step).collect())?,
+    })
+}
+
+/// Numbers from the first to the last, evenly spread as far as whole numbers can be, so that all stages have their turn.
+fn sample(first: usize, last: usize) -> impl Iterator<Item = usize> {
+    let count = SAMPLES.min(last - first + 1);
+    (0..count).map(move |index| first + index * (last - first) / (count - 1).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_have_both_ends_and_every_stage() {
+        for composition in Composition::ALL {
+            let (stages, last) = (composition.stages(), 50 * composition.stages());
+            let nodes: Vec<usize> = sample(0, last).collect();
+            assert_eq!((nodes[0], nodes[SAMPLES - 1]), (0, last));
+            assert!((0..stages).all(|stage| nodes.iter().any(|node| node % stages == stage)), "{composition:?}");
+        }
+        assert!(sample(1, 3).eq([1, 2, 3]));
+    }
+}

@@ -1,0 +1,116 @@
+//! The figures: errors over run time and over steps, and the errors of ways to the gradient.
+
+use std::path::Path;
+
+use super::Measured;
+use super::convergence::{Convergence, Reading};
+use super::methods::Methods;
+use crate::error::Error;
+use crate::figures::saved;
+use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Point, Series, Style};
+
+/// The size of one of two panels side by side.
+const PANEL: (f64, f64) = (450.0, 420.0);
+/// The relative errors that are shown.
+const ERRORS: (f64, f64) = (1e-15, 1e-1);
+
+/// Draws all figures into the folder.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
+    let all: Vec<&Convergence> = measured.convergence.iter().collect();
+    let smooth: Vec<&Convergence> = all.iter().copied().filter(|scheme| scheme.reading == Reading::Piece).collect();
+    let (cost, gradient) = ("cost J", "gradient dJ/d(101 knots)");
+    let milliseconds = |points: Vec<Point>| points.into_iter().map(|(time, error)| (1e3 * time, error)).collect();
+    let over_time = [
+        chart(cost, smooth.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.cost_over_time())))),
+        chart(gradient, all.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.gradient_over_time())))),
+    ];
+    save(side_by_side(over_time, "run time [ms]"), &folder.join("work_precision"))?;
+
+    let label = |scheme: &Convergence, order: Option<f64>| match order {
+        Some(order) => format!("{}: {order:.2}", scheme.label()),
+        None => scheme.label(),
+    };
+    let titles = [cost, gradient].map(|title| format!("{title}, observed orders"));
+    let over_steps = [
+        chart(&titles[0], smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
+        chart(&titles[1], all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
+    ];
+    save(side_by_side(over_steps, "steps of the rule: stages × macro steps"), &folder.join("convergence"))?;
+    save(methods(&measured.methods), &folder.join("gradient_methods"))
+}
+
+fn save(panels: Panels, stem: &Path) -> Result<(), Error> {
+    saved(panels.save(stem), stem)
+}
+
+/// The errors of a scheme.
+fn series(scheme: &Convergence, name: String, points: Vec<Point>) -> Series {
+    let smooth = scheme.reading == Reading::Piece;
+    let colour = match (scheme.order, scheme.stages) {
+        (2, _) => Colour::BLUE,
+        (4, _) => Colour::RED,
+        (_, 7) => Colour::GREEN,
+        _ => Colour::PURPLE,
+    };
+    let style = if smooth { Style::LineAndCircles } else { Style::Dashed };
+    Series { name, points, colour, style, right_axis: false }
+}
+
+/// A panel of errors.
+fn chart(title: &str, series: impl Iterator<Item = Series>) -> LineChart {
+    LineChart {
+        title: title.to_owned(),
+        y: Axis { range: Some(ERRORS), ..Axis::log("relative error", 0.0) },
+        legend: Legend::LowerLeft,
+        series: series.collect(),
+        size: PANEL,
+        ..LineChart::default()
+    }
+}
+
+/// The panels over the same stretch of their horizontal axes.
+fn side_by_side(charts: [LineChart; 2], x: &str) -> Panels {
+    let values: Vec<f64> = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0).collect();
+    let axis = Axis { range: Some(stretch(&values)), ..Axis::log(x, 0.0) };
+    let charts = charts.map(|chart| LineChart { x: axis.clone(), ..chart });
+    Panels { charts: charts.to_vec(), columns: 2, ..Panels::default() }
+}
+
+/// From the least to the greatest value with some room on a logarithmic axis.
+fn stretch(values: &[f64]) -> (f64, f64) {
+    const ROOM: f64 = 1.5;
+    let (least, greatest) = values.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    (least / ROOM, greatest * ROOM)
+}
+
+/// Errors over the step size, with the levels of methods that have none, and the least error over the time.
+fn methods(measured: &Methods) -> Panels {
+    let named =
+        |name: &str, colour, style, points| Series { name: name.to_owned(), points, colour, style, right_axis: false };
+    // The third is a complex step too.
+    let exact = || measured.exact.iter().zip([(Colour::BLACK, Style::Line), (Colour::ORANGE, Style::Dashed)]);
+    let stepped = || measured.stepped.iter().zip([Colour::BLUE, Colour::RED, Colour::GREEN]);
+    let sizes: Vec<f64> = measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0).collect();
+    let (least, greatest) = stretch(&sizes);
+    let level = |error| vec![(least, error), (greatest, error)];
+    let levels = exact().map(|(it, (colour, style))| named(it.name, colour, style, level(it.error)));
+    let curves = stepped().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
+    let over_size = LineChart {
+        x: Axis { range: Some((least, greatest)), ..Axis::log("step size [N]", 0.0) },
+        y: Axis { range: Some((1e-15, 1e2)), ..Axis::log("relative error", 0.0) },
+        legend: Legend::Above,
+        ..chart("101 derivatives, over step size", curves.chain(levels))
+    };
+    let best = stepped().map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
+    let points = exact().map(|(it, (colour, _))| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
+    let over_cost = LineChart {
+        title: "101 derivatives, over time".to_owned(),
+        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations], error at the best step size", 0.0) },
+        series: best.chain(points).collect(),
+        ..over_size.clone()
+    };
+    Panels { charts: vec![over_size, over_cost], columns: 2, ..Panels::default() }
+}
