@@ -83,6 +83,12 @@ impl Findings {
         self.findings.iter().filter(|finding| finding.status == status).count()
     }
 
+    /// Whether every corrected formula that can be evaluated is right; (1b) compares two discretisations, which agree to their error.
+    pub fn all_corrected_hold(&self) -> bool {
+        let right = |error: &f64| error.is_nan() || *error < 1e-5;
+        self.findings.iter().filter_map(|finding| finding.corrected_error.as_ref()).flatten().all(right)
+    }
+
     fn summary(&self) -> String {
         let [holds, constant, wrong] =
             [Status::Holds, Status::HoldsForConstantMass, Status::Misprinted].map(|s| self.count(s));

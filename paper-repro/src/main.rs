@@ -4,6 +4,7 @@ mod constraints;
 mod error;
 mod experiment;
 mod figures;
+mod jacobians;
 mod parts;
 pub mod plot;
 mod settings;
@@ -49,6 +50,12 @@ struct Cli {
 /// What else there is besides the paper's figures.
 #[derive(Subcommand)]
 enum Command {
+    /// Compares every formula of the paper, as printed in our copy, with the true derivatives
+    Jacobians {
+        /// Folder for jacobians.txt and jacobians.md [default: paper-repro/out]
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
     WorkPrecision(work_precision::Options),
 }
 
@@ -58,6 +65,7 @@ fn main() -> ExitCode {
         Cli::command().error(ErrorKind::ValueValidation, problem).exit();
     }
     let holds = match &cli.command {
+        Some(Command::Jacobians { out }) => compare_equations(out.clone()),
         Some(Command::WorkPrecision(options)) => work_precision::run(options),
         None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     };
@@ -92,6 +100,23 @@ fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
     let _ =
         writeln!(std::io::stdout(), "{}\nfigures, data and summary.json are in {}", table::text(&claims), folder.display());
     Ok(claims)
+}
+
+/// Writes and prints how the paper's formulas compare with the true derivatives; whether all corrected ones are right.
+fn compare_equations(out: Option<PathBuf>) -> Result<bool, Error> {
+    let folder = out.unwrap_or_else(settings::default_folder);
+    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+    let findings = jacobians::report()?;
+    write(&folder.join("jacobians.txt"), |path| std::fs::write(path, findings.to_string()))?;
+    write(&folder.join("jacobians.md"), |path| std::fs::write(path, findings.markdown()))?;
+    // A reader who closes the pipe early has what they want.
+    let _ = writeln!(
+        std::io::stdout(),
+        "{findings}
+jacobians.txt and jacobians.md are in {}",
+        folder.display()
+    );
+    Ok(findings.all_corrected_hold())
 }
 
 /// Names the path in the error, if there is one.
