@@ -52,7 +52,7 @@ mod tests {
     fn chains_agree_with_plain_loops_for_every_length() {
         for len in 0..11 {
             let x: Vec<f64> = (0..len).map(|k| f64::from(k * 7 % 5) - 2.5).collect();
-            let y: Vec<f64> = (0..len).map(|k| f64::from(k)).collect();
+            let y: Vec<f64> = (0..len).map(f64::from).collect();
             assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
             assert_eq!(dot(&x, &y), x.iter().zip(&y).map(|(x, y)| x * y).sum::<f64>());
             assert!(all_finite(&x));

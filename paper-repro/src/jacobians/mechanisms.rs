@@ -58,9 +58,8 @@ pub fn constant_mass() -> Result<Moving, Error> {
     scene.spring_damper("strut", ground, second.at(0.1, 0.05), 0.0, 1.0, damping);
     scene.actuator("drive", origin, 0.0, cart.at(0.0, 0.0), force);
     for (name, link) in [("angle 1", first), ("angle 2", second)] {
-        if let Some([_, _, angle]) = link.coordinates() {
-            scene.cost(name, AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
-        }
+        let [_, _, angle] = link.coordinates;
+        scene.cost(name, AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
     }
     scene.cost("effort", Effort, Sum::Plain, [], [], [force], [damping.into()]);
     Moving::new(scene.compile()?, None, 0.02)
@@ -164,7 +163,7 @@ fn point_masses(start: [f64; 2]) -> Result<[f64; 2], Error> {
     scene.distance("rod 2", first.at(0.0, 0.0), second.at(0.0, 0.0), 1.0);
     let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(4000, 0.00025));
-    let motion = simulate(&system, &inputs, &Settings { position_tolerance: 1e-8, ..Settings::default() })?;
+    let motion = simulate(&system, &inputs, Settings { position_tolerance: 1e-8, ..Settings::default() })?;
     let q = motion.q.column(4000);
     Ok([q[0].atan2(-q[1]), (q[3] - q[0]).atan2(-(q[4] - q[1]))])
 }
