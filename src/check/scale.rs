@@ -4,14 +4,16 @@ use nalgebra::DMatrix;
 
 /// Rounds of balancing; the sizes need no more than a digit.
 const ROUNDS: usize = 12;
+const BALANCING_ROUNDS: usize = 60;
 
 /// r_i c_j with |a_ij| ≤ r_i c_j and every row and column touching the bound, nearly.
 ///
-/// Changing the unit of a row or a column changes its r or c alike (Ruiz's equilibration), so errors relative to
-/// these sizes mean the same in metres and in millimetres. Rows and columns without any entry get `fallback_ij`.
+/// Changing the unit of a row or a column changes its r or c alike, so errors relative to these sizes mean the same in metres and
+/// in millimetres. Ruiz's equilibration alone has many solutions; which one it finds would depend on the units. So it begins where
+/// the logarithms of all entries are balanced, which is unique. Rows and columns without any entry get `fallback_ij`.
 pub(crate) fn sizes(a: &DMatrix<f64>, fallback: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     let (rows, columns) = a.shape();
-    let (mut r, mut c) = (vec![1.0; rows], vec![1.0; columns]);
+    let (mut r, mut c) = balanced(a);
     let entry = |r: &[f64], c: &[f64], i: usize, j: usize| a[(i, j)].abs() / (r[i] * c[j]);
     for _ in 0..ROUNDS {
         let row: Vec<f64> = (0..rows).map(|i| (0..columns).fold(0.0, |m: f64, j| m.max(entry(&r, &c, i, j)))).collect();
@@ -28,6 +30,35 @@ pub(crate) fn sizes(a: &DMatrix<f64>, fallback: impl Fn(usize, usize) -> f64) ->
     DMatrix::from_fn(rows, columns, |i, j| {
         if no_row[i] || no_column[j] { fallback(i, j) } else { (r[i] * c[j]).max(a[(i, j)].abs()) }
     })
+}
+
+/// r_i c_j ≈ |a_ij| in the least squares of the logarithms of all entries but zeros, by turns for r and c.
+fn balanced(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
+    let (rows, columns) = a.shape();
+    let logarithms: Vec<(usize, usize, f64)> = (0..rows)
+        .flat_map(|i| (0..columns).map(move |j| (i, j)))
+        .filter(|&at| a[at] != 0.0 && a[at].is_finite())
+        .map(|(i, j)| (i, j, a[(i, j)].abs().ln()))
+        .collect();
+    let (mut rho, mut gamma) = (vec![0.0; rows], vec![0.0; columns]);
+    for _ in 0..BALANCING_ROUNDS {
+        let row = logarithms.iter().map(|&(i, j, log)| (i, log - gamma[j]));
+        rho = means(row, rows);
+        let column = logarithms.iter().map(|&(i, j, log)| (j, log - rho[i]));
+        gamma = means(column, columns);
+    }
+    let exponentials = |x: Vec<f64>| x.into_iter().map(f64::exp).collect();
+    (exponentials(rho), exponentials(gamma))
+}
+
+/// The mean of the values with each index; zero where there are none.
+fn means(values: impl Iterator<Item = (usize, f64)>, len: usize) -> Vec<f64> {
+    let (mut sums, mut counts) = (vec![0.0; len], vec![0usize; len]);
+    for (i, value) in values {
+        sums[i] += value;
+        counts[i] += 1;
+    }
+    sums.iter().zip(counts).map(|(sum, count)| sum / count.max(1) as f64).collect()
 }
 
 #[cfg(test)]
