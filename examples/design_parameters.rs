@@ -63,7 +63,7 @@ fn by_complex_step(system: &System, inputs: &Inputs, design: [f64; 3], p: usize)
     set_design(&mut perturbed, b);
     let mut solver = LiftedSolver::new(system, inputs, Settings::default())?;
     solver.simulate(&perturbed)?;
-    Ok(solver.cost().0.im / 1e-30)
+    Ok(solver.cost()?.0.im / 1e-30)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // One step against the gradient, as long as the linear model allows: the cost must fall.
     inputs.controls -= &gradient.controls * (0.1 * gradient.value / gradient.controls.norm_squared());
     solver.simulate(&inputs)?;
-    println!("J = {:.10} after one step of steepest descent", solver.cost());
-    assert!(solver.cost() < gradient.value, "the cost has not fallen");
+    println!("J = {:.10} after one step of steepest descent", solver.cost()?);
+    assert!(solver.cost()? < gradient.value, "the cost has not fallen");
     Ok(())
 }

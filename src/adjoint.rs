@@ -118,11 +118,8 @@ impl Sweep {
     }
 
     pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
+        forward.trajectory.check_complete(&forward.inputs)?;
         let nodes = forward.inputs.grid.nodes();
-        let computed = forward.trajectory.computed;
-        if computed != nodes {
-            return Err(Error::Incomplete { expected: nodes, computed });
-        }
         self.prepare(system, forward, settings);
         for i in (0..nodes).rev() {
             self.cost_rows(system, forward, i)?;

@@ -102,7 +102,7 @@ pub enum Error {
         /// When, s.
         time: f64,
     },
-    /// The mass matrix is not positive definite on the motions that the constraints allow.
+    /// The mass matrix is singular on the motions that the constraints allow.
     SingularMass {
         /// The coordinates that move without kinetic energy.
         coordinates: Vec<String>,
@@ -142,6 +142,11 @@ pub enum Error {
         /// Its time, s.
         time: f64,
     },
+    /// A derivative was asked for with respect to something that a motion does not have.
+    NoSuchInput {
+        /// What was asked for.
+        input: String,
+    },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
         /// The nodes that the grid has.
@@ -154,7 +159,9 @@ pub enum Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Error::DuplicateName { kind, name } => write!(f, "two {kind}s are called `{name}`; give each its own name"),
+            Error::DuplicateName { kind, name } => {
+                write!(f, "more than one {kind} is called `{name}`; give each its own name")
+            }
             Error::Foreign { element, kind } => {
                 write!(f, "`{element}` refers to a {kind} of another scene; use handles of the scene it is added to")
             }
@@ -186,32 +193,44 @@ impl fmt::Display for Error {
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,
-                "at t = {time:?} s the constraint Jacobian has rank {rank} but {rows} rows; dependent: {}; remove the \
+                "at t = {} s the constraint Jacobian has rank {rank} but {rows} rows, {} too many; dependent: {}; remove the \
                  equations that follow from others",
+                seconds(*time),
+                rows - rank,
                 equations.join(", ")
             ),
             Error::SingularMass { coordinates, time } => write!(
                 f,
-                "at t = {time:?} s the mass matrix is not positive definite on the admissible motions; \
+                "at t = {} s the mass matrix is singular on the admissible motions; \
                  coordinates that move without kinetic energy: {}; check masses and inertias",
+                seconds(*time),
                 coordinates.join(", ")
             ),
             Error::Newton { step, time, iterations, residual, equation } => write!(
                 f,
-                "Newton did not converge in step {step} (t = {time:?} s): after {iterations} iterations the relative residual is \
-                 {residual:.2e} in {equation}; try a shorter time step, or raise `Settings::max_iterations`"
+                "Newton did not converge in step {step} (t = {} s): the relative residual after iteration {iterations} is \
+                 {residual:.2e} in {equation}; try a shorter time step, or raise `Settings::max_iterations`",
+                seconds(*time)
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(
                 f,
-                "the tangent matrix is singular in step {step} (t = {time:?} s) at {unknown} ({}); \
+                "the tangent matrix is singular in step {step} (t = {} s) at {unknown} ({}); \
                  the mechanism is in a singular configuration, or the time step is too long",
+                seconds(*time),
                 if pivot.is_finite() { format!("relative pivot {pivot:.1e}") } else { "numbers overflow there".into() }
             ),
             Error::Model { element, node, time } => write!(
                 f,
-                "{element} gave a value that is not finite at node {node} (t = {time:?} s); \
-                 check its formula (division by zero, root or logarithm of a negative number)"
+                "{element} gave a value or derivative that is not finite at node {node} (t = {} s); check its formula \
+                 (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
+                seconds(*time)
             ),
+            Error::NoSuchInput { input } => {
+                write!(f, "{input} is no input of this motion; `check::Input::all` lists them")
+            }
+            Error::Incomplete { computed: 0, .. } => {
+                write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")
+            }
             Error::Incomplete { expected, computed } => write!(
                 f,
                 "the trajectory holds {computed} of the {expected} nodes of the grid; simulate to the end before asking for a gradient"
@@ -221,6 +240,12 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// A time to six digits: what a sum of steps is beyond that is rounding.
+fn seconds(time: f64) -> String {
+    let rounded: f64 = format!("{time:.5e}").parse().unwrap_or(time);
+    format!("{rounded:?}")
+}
 
 pub(crate) fn quoted(name: &str) -> String {
     format!("`{name}`")

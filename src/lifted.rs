@@ -29,7 +29,7 @@ const MOST_CORRECTIONS: usize = 30;
 /// perturbed.controls[(0, 3)] = Cx::new(0.0, 1e-30);
 /// let mut solver = LiftedSolver::new(&system, &inputs, Settings::default())?;
 /// solver.simulate(&perturbed)?;
-/// let derivative = solver.cost().0.im / 1e-30;
+/// let derivative = solver.cost()?.0.im / 1e-30;
 /// # let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default())?;
 /// # assert!((derivative - gradient.controls[(0, 3)]).abs() < 1e-12);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
@@ -75,6 +75,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// # Errors
     /// A step whose corrections do not converge; sizes that differ from those of the real inputs.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
+        self.trajectory.computed = 0;
         self.check_sizes(inputs)?;
         self.inputs = inputs.clone();
         for part in 1..R::PARTS {
@@ -96,8 +97,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     /// J of the last motion.
-    pub fn cost(&self) -> R {
-        self.trajectory.cost(self.real.system(), &self.inputs)
+    ///
+    /// # Errors
+    /// No complete motion.
+    pub fn cost(&self) -> Result<R, Error> {
+        self.trajectory.check_complete(&self.inputs)?;
+        Ok(self.trajectory.cost(self.real.system(), &self.inputs))
     }
 
     /// The real motion.

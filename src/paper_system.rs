@@ -133,10 +133,7 @@ impl<'a> PaperSystem<'a> {
     /// # Errors
     /// A motion that is incomplete.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
-        let (expected, computed) = (inputs.grid.nodes(), trajectory.computed);
-        if expected != computed {
-            return Err(Error::Incomplete { expected, computed });
-        }
+        trajectory.check_complete(inputs)?;
         Ok(PaperSystem { system, inputs, trajectory })
     }
 

@@ -60,8 +60,13 @@ impl<'s> Solver<'s> {
     }
 
     /// J of the last motion.
-    pub fn cost(&self) -> f64 {
-        self.forward.trajectory.cost(self.system, &self.forward.inputs)
+    ///
+    /// # Errors
+    /// No complete motion.
+    pub fn cost(&self) -> Result<f64, Error> {
+        let Forward { trajectory, inputs, .. } = &self.forward;
+        trajectory.check_complete(inputs)?;
+        Ok(trajectory.cost(self.system, inputs))
     }
 
     /// J of the last motion and its derivatives with respect to all inputs, by the discrete adjoint (Eq. 9–12).

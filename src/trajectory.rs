@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::scalar::Real;
 use crate::system::{At, CostAt, Sums, Weights};
-use crate::{Inputs, System};
+use crate::{Error, Inputs, System};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,12 @@ impl<R: Real> Trajectory<R> {
             t: self.times[i],
             design: inputs.design.as_slice(),
         }
+    }
+
+    /// Refuses a motion that does not reach the end of its grid.
+    pub(crate) fn check_complete(&self, inputs: &Inputs<R>) -> Result<(), Error> {
+        let (expected, computed) = (inputs.grid.nodes(), self.computed);
+        if expected == computed { Ok(()) } else { Err(Error::Incomplete { expected, computed }) }
     }
 
     /// J of Eq. (5): all costs of the scene, summed over the nodes.

@@ -36,7 +36,7 @@ fn two_bodies_of_one_name_are_refused() {
     let (mut scene, _) = with_rod();
     scene.body("rod", 1.0, 0.1, PLACE);
     let error = refused(scene);
-    assert_eq!(error, duplicate("coordinate group", "rod"));
+    assert_eq!(error, duplicate("body or coordinate group", "rod"));
     assert_says(&error, &["`rod`", "own name"]);
 }
 
@@ -55,7 +55,7 @@ fn two_elements_of_one_name_are_refused() {
     scene.joint_friction("drag", Body::GROUND, rod, 0.2);
     let error = refused(scene);
     assert_eq!(error, duplicate("element", "drag"));
-    assert_says(&error, &["two elements", "`drag`"]);
+    assert_says(&error, &["more than one element", "`drag`"]);
 }
 
 #[test]

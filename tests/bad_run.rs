@@ -181,7 +181,7 @@ fn newton_that_does_not_converge_tells_where_and_keeps_what_was_computed() {
     let Error::Newton { step, time, iterations, residual, equation } = &stopped.error else { panic!("{:?}", stopped.error) };
     assert_eq!((*step, *iterations, equation.as_str()), (7, settings.max_iterations, "the momentum equation of `sled.x`"));
     assert!((time - 300.12).abs() < 1e-9 && *residual > 1e-3);
-    assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after 25 iterations", "`sled.x`", "shorter time step"]);
+    assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after iteration 25", "`sled.x`", "shorter time step"]);
     assert_eq!(stopped.trajectory.computed, 7);
     assert!(stopped.to_string().contains("7 nodes were computed"), "{stopped}");
 
@@ -201,7 +201,7 @@ fn too_few_iterations_are_reported_in_the_first_step_that_needs_more() {
     let settings = Settings { max_iterations: 1, ..Settings::default() };
     let error = simulate(&system, &inputs, settings).expect_err("one iteration").error;
     assert!(matches!(error, Error::Newton { step: 1, iterations: 1, residual, .. } if residual > 0.0), "{error:?}");
-    assert_says(&error, &["step 1", "after 1 iteration", "max_iterations"]);
+    assert_says(&error, &["step 1", "after iteration 1", "max_iterations"]);
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_gradient_without_a_complete_simulation_is_refused() {
     let mut solver = Solver::new(&system, Settings::default());
     let error = solver.gradient().expect_err("nothing simulated").clone();
     assert!(matches!(error, Error::Incomplete { computed: 0, .. }), "{error:?}");
-    assert_says(&error, &["0 of", "simulate"]);
+    assert_says(&error, &["no motion", "simulate"]);
 
     solver.simulate(&inputs).expect_err("a huge step");
     let error = solver.gradient().expect_err("half simulated").clone();
@@ -233,4 +233,31 @@ fn a_grid_without_steps_is_a_motion_of_one_node() {
     let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect("gradient");
     assert!((gradient.value - 0.5 * std::f64::consts::PI.powi(2)).abs() < 1e-15);
     assert!((gradient.start.q()[5] + std::f64::consts::PI).abs() < 1e-15);
+}
+
+#[test]
+fn a_derivative_with_respect_to_something_that_is_not_there_is_refused() {
+    use hamiltonian_adjoint::check::{Input, central_differences, complex_step};
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
+    for missing in [Input::Step(0), Input::Step(4), Input::Design(0), Input::Control { channel: 1, node: 0 }, Input::Rate(6)]
+    {
+        let by_complex_step = complex_step(&system, &inputs, Settings::default(), &[missing]);
+        let by_differences = central_differences(&system, &inputs, Settings::default(), &[missing], 1e-6);
+        for refused in [by_complex_step, by_differences] {
+            assert!(matches!(refused, Err(Error::NoSuchInput { .. })), "{missing:?}: {refused:?}");
+        }
+    }
+}
+
+#[test]
+fn the_cost_of_a_motion_that_failed_is_refused() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
+    let mut solver = Solver::new(&system, Settings { max_iterations: 1, ..Settings::default() });
+    assert!(matches!(solver.cost(), Err(Error::Incomplete { .. })));
+    let mut pushed = inputs.clone();
+    pushed.controls.fill(1e5);
+    assert!(solver.simulate(&pushed).is_err());
+    assert!(matches!(solver.cost(), Err(Error::Incomplete { .. })));
 }

@@ -73,7 +73,7 @@ fn an_integral_by_the_trapezoidal_rule_has_the_order_of_the_composition() {
     let mut solver = Solver::new(&system, Settings::default());
     let mut cost = |macro_steps, composition| {
         solver.simulate(&inputs(&system, macro_steps, composition)).expect("a motion");
-        solver.cost()
+        solver.cost().expect("cost")
     };
     let converged = cost(400, Composition::KahanLi6);
     for (composition, coarse, tolerance) in

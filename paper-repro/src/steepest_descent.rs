@@ -43,7 +43,7 @@ impl Objective for ControlObjective<'_, '_> {
     fn value(&mut self, u: &DMatrix<f64>) -> Result<f64, Error> {
         self.inputs.controls.copy_from(u);
         self.solver.simulate(&self.inputs)?;
-        Ok(self.solver.cost())
+        self.solver.cost()
     }
 
     fn gradient(&mut self) -> Result<DMatrix<f64>, Error> {

@@ -50,7 +50,20 @@ impl Input {
         }
     }
 
-    /// Its place in the inputs.
+    /// Refuses an input that the motion does not have.
+    fn check(self, inputs: &Inputs) -> Result<(), Error> {
+        let (channels, nodes) = inputs.controls.shape();
+        let exists = match self {
+            Input::Control { channel, node } => channel < channels && node < nodes,
+            Input::Design(p) => p < inputs.design.len(),
+            Input::Coordinate(i) => i < inputs.start.q().len(),
+            Input::Rate(i) => i < inputs.start.rate().len(),
+            Input::Step(i) => (1..=inputs.grid.steps.len()).contains(&i),
+        };
+        if exists { Ok(()) } else { Err(Error::NoSuchInput { input: format!("{self:?}") }) }
+    }
+
+    /// Its place in the inputs; it must be one of [`Input::all`].
     pub fn of<R: Real>(self, inputs: &mut Inputs<R>) -> &mut R {
         match self {
             Input::Control { channel, node } => &mut inputs.controls[(channel, node)],
@@ -101,10 +114,11 @@ fn through_lifted<R: Real>(
     let mut solver = LiftedSolver::<R>::new(system, inputs, settings)?;
     let lifted = inputs.lift::<R>();
     let one = |input: &Input| {
+        input.check(inputs)?;
         let mut perturbed = lifted.clone();
         *input.of(&mut perturbed) += unit;
         solver.simulate(&perturbed)?;
-        Ok(derivative(solver.cost()))
+        Ok(derivative(solver.cost()?))
     };
     with.iter().map(one).collect()
 }
@@ -127,9 +141,10 @@ pub fn central_differences(
         let mut perturbed = inputs.clone();
         *input.of(&mut perturbed) += change;
         solver.simulate(&perturbed)?;
-        Ok(solver.cost())
+        solver.cost()
     };
     let one = |&input: &Input| {
+        input.check(inputs)?;
         let x = *input.of(&mut inputs.clone());
         // A step that is exact in binary, so that x + s and x − s are s apart from x.
         let s = (x + step * x.abs().max(1.0)) - x;

@@ -55,7 +55,7 @@ pub fn direct_differentiation(
     let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
     let moved = moved(inputs, direction, Dual64::new)?;
     let motion = derivative(solver.simulate(&moved)?);
-    Ok(Sensitivity { cost: solver.cost().eps, motion })
+    Ok(Sensitivity { cost: solver.cost()?.eps, motion })
 }
 
 /// A direction of zeros, to be changed.

@@ -306,7 +306,7 @@ impl Scene {
     fn check_names(&self) -> Result<(), Error> {
         let designs: Vec<&String> = self.designs.iter().map(|(name, _)| name).collect();
         let groups: Vec<&String> = self.groups.iter().map(|(name, _)| name).collect();
-        unique("coordinate group", groups)?;
+        unique("body or coordinate group", groups)?;
         unique("coordinate", self.coordinates.iter().collect())?;
         unique("element", self.elements.iter().collect())?;
         unique("cost", self.costs_named.iter().collect())?;

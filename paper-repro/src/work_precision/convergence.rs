@@ -177,7 +177,7 @@ impl GridOfCase {
         let mut solver = Solver::new(system, Settings::default());
         let cost: Job = Box::new(move || {
             solver.simulate(&self.inputs)?;
-            black_box(solver.cost());
+            let _ = black_box(solver.cost());
             Ok(())
         });
         let gradient = self.knots.as_ref().map(|knots| -> Job {

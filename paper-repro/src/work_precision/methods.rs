@@ -145,7 +145,7 @@ impl Example<'_> {
             *input.of(&mut inputs) = real + unit(size);
             let result = solver.simulate(&inputs).map(|_| ());
             *input.of(&mut inputs) = real;
-            result.map(|()| part(solver.cost(), size))
+            result.and_then(|()| Ok(part(solver.cost()?, size)))
         }))
     }
 
@@ -174,7 +174,7 @@ impl Example<'_> {
             *input.of(&mut inputs) = here + change;
             let result = solver.simulate(&inputs).map(|_| ());
             *input.of(&mut inputs) = here;
-            result.map(|()| solver.cost())
+            result.and_then(|()| solver.cost())
         })
     }
 }

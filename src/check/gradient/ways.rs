@@ -35,14 +35,14 @@ impl<'a> Ways<'a> {
     /// Direct differentiation.
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
         self.dual.simulate(&moved(self.inputs, direction, Dual64::new)?)?;
-        Ok(self.dual.cost().eps)
+        Ok(self.dual.cost()?.eps)
     }
 
     /// Im J(x + i h d)/h.
     pub(super) fn complex_step(&mut self, direction: &Inputs) -> Result<f64, Error> {
         const STEP: f64 = 1e-30;
         self.complex.simulate(&moved(self.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
-        Ok(self.complex.cost().0.im / STEP)
+        Ok(self.complex.cost()?.0.im / STEP)
     }
 
     /// Ridders' differences, with their error estimate; a step without a motion is left out.
@@ -50,7 +50,7 @@ impl<'a> Ways<'a> {
         let cost = |s: f64| {
             let mut solver = self.real.borrow_mut();
             let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
-            (s, vec![if moved { solver.cost() } else { f64::NAN }])
+            (s, vec![if moved { solver.cost().unwrap_or(f64::NAN) } else { f64::NAN }])
         };
         let (derivative, error) = ridders(cost, (FIRST_STEP, HALVINGS), ENOUGH, 1);
         (derivative[0], error[0])
