@@ -33,8 +33,8 @@ use crate::system::{At, Pair};
 use crate::trajectory::Report;
 use crate::{Settings, System};
 
-/// A residual below this fraction of its terms is rounding.
-const ROUNDING: f64 = 1e-14;
+/// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
+const ROUNDING: f64 = 2e-15;
 /// Below this fraction it may be, where the sums are long or the masses far apart.
 const STALLED: f64 = 1e-10;
 
@@ -75,6 +75,8 @@ pub(crate) struct Newton {
     pub(crate) evaluation: Evaluation,
     matrix: BlockLu,
     condensed: usize,
+    /// The relative residual below which there is nothing but rounding.
+    rounding: f64,
     /// (v, σ) of the iterate, and of the first guess.
     x: Vec<f64>,
     guess: Vec<f64>,
@@ -114,6 +116,7 @@ impl Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
             condensed: system.symbolic().condensed(),
+            rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
             x: zeros(),
             guess: zeros(),
             expected: zeros(),
@@ -201,8 +204,8 @@ impl Newton {
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let rounding = residual <= ROUNDING || correction > 0.25 * last && before <= STALLED;
-            if next <= settings.tolerance || rounding {
+            let is_rounding = residual <= self.rounding || correction > 0.25 * last && before <= STALLED;
+            if next <= settings.tolerance || is_rounding {
                 report.worst_correction = report.worst_correction.max(next);
                 report.worst_residual = report.worst_residual.max(residual);
                 return self.finish(system, from, given, y);
@@ -210,7 +213,7 @@ impl Newton {
             last = correction;
             // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
             let left = 2.0 * residual / before;
-            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= ROUNDING);
+            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= self.rounding);
         }
         Err(self.diverged(system, settings.max_iterations, residual))
     }
