@@ -9,15 +9,20 @@ x = Maximal()
 n, m = x.n, x.m
 
 
+def sparse(matrix):
+    """Without the zeros, which CasADi would keep as entries."""
+    return ca.sparsify(ca.DM(matrix))
+
+
 def phi_q(q):
-    return ca.DM(x.a) - ca.mtimes(ca.DM(x.c), ca.diag(ca.sin(q))) + ca.mtimes(ca.DM(x.s), ca.diag(ca.cos(q)))
+    return sparse(x.a) - ca.mtimes(sparse(x.c), ca.diag(ca.sin(q))) + ca.mtimes(sparse(x.s), ca.diag(ca.cos(q)))
 
 
 def force(q, v, sigma, u):
     """L_q + Q."""
-    bend = -ca.mtimes((ca.DM(x.c) @ ca.diag(ca.cos(q)) + ca.DM(x.s) @ ca.diag(ca.sin(q))).T, sigma)
-    push = ca.vertcat(u, ca.DM.zeros(n - 1))
-    return ca.DM(x.weight) + push - ca.mtimes(ca.DM(x.damping), v) + v * bend
+    bend = -ca.mtimes((sparse(x.c) @ ca.diag(ca.cos(q)) + sparse(x.s) @ ca.diag(ca.sin(q))).T, sigma)
+    push = ca.vertcat(u, ca.DM(n - 1, 1))
+    return ca.DM(x.weight) + push - ca.mtimes(sparse(x.damping), v) + v * bend
 
 
 def step_function(rootfinder, options):

@@ -8,13 +8,18 @@ x = Maximal()
 n, m = x.n, x.m
 
 
-def phi_q(q):
-    return x.a - x.c * jnp.sin(q) + x.s * jnp.cos(q)
+# Products with Phi_q, not the matrix itself: 20 tangents at once go through them.
+def phi_q_times(q, v):
+    return x.a @ v - x.c @ (jnp.sin(q) * v) + x.s @ (jnp.cos(q) * v)
+
+
+def sigma_phi_q(q, sigma):
+    return sigma @ x.a - (sigma @ x.c) * jnp.sin(q) + (sigma @ x.s) * jnp.cos(q)
 
 
 def force(q, v, sigma, u):
     """L_q + Q."""
-    bend = -sigma @ (x.c * jnp.cos(q) + x.s * jnp.sin(q))
+    bend = -(sigma @ x.c) * jnp.cos(q) - (sigma @ x.s) * jnp.sin(q)
     return (x.weight - x.damping @ v + v * bend).at[0].add(u)
 
 
@@ -24,8 +29,8 @@ def step(state, u):
 
     def residual(z):
         v, sigma, q = z[:n], z[n:], q_start + h * z[:n]
-        jacobian = phi_q(q)
-        return jnp.concatenate([x.mass * v + sigma @ jacobian - p_start - h * force(q, v, sigma, u), jacobian @ v])
+        momentum = x.mass * v + sigma_phi_q(q, sigma) - p_start - h * force(q, v, sigma, u)
+        return jnp.concatenate([momentum, phi_q_times(q, v)])
 
     z = root(residual, 2 * now - before)
     q = q_start + h * z[:n]
