@@ -1,0 +1,120 @@
+//! Wall time of simulations and gradients, by size, element, feature and structure of a scene.
+//!
+//! `cargo bench` runs everything (some minutes), `cargo bench -- quick` one row of each group, `cargo bench -- element` a group.
+//! The times are those of one thread, after the scene was compiled and everything allocated.
+
+#[path = "../../tests/scenes/elements.rs"]
+mod elements;
+#[path = "../../tests/scenes/pairs.rs"]
+mod pairs;
+mod rows;
+#[path = "../../tests/scenes/structures.rs"]
+mod structures;
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use hamiltonian_adjoint::Scene;
+use std::time::Duration;
+
+use rows::Row;
+
+/// The paper's example has Δt = 0.02; longer chains whip faster.
+fn step_length(links: usize) -> f64 {
+    if links <= 3 { 0.02 } else { 0.01 }
+}
+
+/// "quick" in the names of what `cargo bench -- quick` selects.
+fn mark(name: impl std::fmt::Display, quick: bool) -> String {
+    if quick { format!("{name} (quick)") } else { name.to_string() }
+}
+
+fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
+    group
+}
+
+/// The cart with k links: simulation, gradient after it, and both.
+fn links(criterion: &mut Criterion) {
+    let mut group = group(criterion, "cart with k links, 100 steps");
+    for links in [3, 10, 30, 100] {
+        let row = Row::new(structures::chain(links), 100, step_length(links), 10.0);
+        let name = mark(format!("k = {links}"), links == 3);
+        row.simulate(&mut group, "simulate", &name);
+        row.gradient(&mut group, "gradient", &name);
+        row.both(&mut group, "value + gradient", &name);
+    }
+    group.finish();
+}
+
+/// The cart with three links over the number of steps.
+fn steps(criterion: &mut Criterion) {
+    let mut group = group(criterion, "cart with 3 links, N steps");
+    for steps in [100, 1000, 10_000] {
+        // The same two seconds, so that Newton's iterations per step tell of the step length alone.
+        let row = Row::new(structures::chain(3), steps, 2.0 / steps as f64, 10.0);
+        group.throughput(Throughput::Elements(steps as u64));
+        row.both(&mut group, "value + gradient", &mark(format!("N = {steps}"), steps == 1000));
+    }
+    group.finish();
+}
+
+/// Two arms and one kind of element, 100 steps.
+fn elements(criterion: &mut Criterion) {
+    let mut group = group(criterion, "element");
+    for (name, scene) in elements::all() {
+        let row = Row::new(scene, 100, 0.01, 1.0);
+        row.both(&mut group, "value + gradient", &mark(name, name == "revolute joint"));
+    }
+    group.finish();
+}
+
+/// What a scene may lack, with and without it, 100 steps.
+fn pairs(criterion: &mut Criterion) {
+    let mut group = group(criterion, "with and without");
+    for comparison in pairs::all() {
+        let quick = comparison.thing == "running cost";
+        for (name, scene) in comparison.rows {
+            Row::new(scene, 100, 0.01, 1.0).both(&mut group, comparison.thing, &mark(name, quick));
+        }
+    }
+    group.finish();
+}
+
+/// Time per body and step: the throughput is that of bodies times steps.
+fn structure(criterion: &mut Criterion) {
+    let mut group = group(criterion, "structure, 100 steps");
+    for links in [10, 30, 100, 300, 1000] {
+        structure_row(&mut group, "chain", &mark(format!("{links} links"), links == 30), structures::chain(links));
+    }
+    for levels in [4, 7, 10] {
+        let bodies = 2usize.pow(levels) - 1;
+        structure_row(&mut group, "binary tree", &format!("{bodies} bodies"), structures::binary_tree(levels));
+    }
+    for loops in [3, 30, 300] {
+        structure_row(&mut group, "ladder", &mark(format!("{loops} loops"), loops == 3), structures::ladder(loops));
+    }
+    group.finish();
+}
+
+fn structure_row(group: &mut BenchmarkGroup<WallTime>, kind: &str, name: &str, scene: Scene) {
+    const STEPS: usize = 100;
+    let row = Row::new(scene, STEPS, 0.002, 1.0);
+    group.throughput(Throughput::Elements((row.bodies() * STEPS) as u64));
+    row.both(group, kind, name);
+}
+
+/// Compiling a scene: tracing its elements and choosing the order of elimination.
+fn compile(criterion: &mut Criterion) {
+    let mut group = group(criterion, "compile a chain");
+    group.sample_size(10);
+    for links in [3, 30, 300] {
+        group.bench_function(mark(format!("{links} links"), links == 3), |bencher| {
+            bencher.iter_with_large_drop(|| structures::chain(links).compile())
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(all, links, steps, elements, pairs, structure, compile);
+criterion_main!(all);

@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# The same task with other tools, and with a program written by hand for this one mechanism; README.md tells what is compared.
+#
+#   run.sh yardstick          the crate beside the program written by hand: g++ and cargo, no Python, under a minute once built
+#   run.sh peers [FOLDER]     the Python packages, installed into a virtual environment in FOLDER (default: a temporary one)
+#   run.sh all [FOLDER]       both
+#
+# Prints Markdown. Everything runs on one thread.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+repository=$(cd "$here/../.." && pwd)
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+export LC_ALL=C PYTHONDONTWRITEBYTECODE=1
+
+rounds=${ROUNDS:-15}
+packages=(numpy casadi jax crocoddyl)
+peers=(maximal_numpy maximal_casadi minimal_casadi maximal_jax minimal_jax minimal_crocoddyl)
+
+main() {
+    scratch=$(mktemp -d)
+    trap 'rm -rf "$scratch"' EXIT
+    case "${1:-}" in
+    yardstick) machine && yardstick ;;
+    peers) machine && peers "${2:-$scratch}" ;;
+    all) machine && yardstick && peers "${2:-$scratch}" ;;
+    *)
+        sed -n '2,8s/^# \{0,1\}//p' "$0"
+        return 2
+        ;;
+    esac
+}
+
+# What ran it, and how busy it was.
+machine() {
+    local model load
+    model=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
+    load=$(cut -d ' ' -f 1 /proc/loadavg 2>/dev/null || true)
+    echo "$(date -u +%Y-%m-%d), $(uname -s) $(uname -m), ${model:-unknown processor}, $(getconf _NPROCESSORS_ONLN) cores," \
+        "load average at the start ${load:-unknown}"
+}
+
+# Alternates the two programs, so that both see the same load, and prints medians over the rounds.
+yardstick() {
+    local k dt repeat round
+    cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum
+    local target=${CARGO_TARGET_DIR:-$repository/target}
+    echo
+    echo "$(g++ --version | head -n 1), $(rustc --version), RUSTFLAGS \"${RUSTFLAGS:-}\"; medians of $rounds rounds, ms:"
+    echo
+    echo "| links | crate: simulation | with gradient | by hand | ratio | by hand, 1e-6 | ratio | dJ/du differs by |"
+    echo "|---|---|---|---|---|---|---|---|"
+    for k in 3 10 30 100; do
+        dt=0.01 && [ "$k" -gt 3 ] || dt=0.02
+        repeat=$((1500 / k))
+        g++ -O3 -march=native -fno-math-errno -fno-trapping-math -DK="$k" "$here/chain_floor.cpp" -o "$scratch/floor"
+        : >"$scratch/rounds"
+        for ((round = 0; round < rounds; round++)); do
+            "$target/release/examples/cart_pendulum" --links "$k" --dt "$dt" --repeat "$repeat" >"$scratch/crate.json"
+            "$scratch/floor" 100 "$dt" 1e-9 0 >"$scratch/floor.txt" 2>"$scratch/floor9.log"
+            "$scratch/floor" 100 "$dt" 1e-6 0 2>"$scratch/floor6.log" >/dev/null
+            echo "$(seconds forward_s) $(seconds value_and_gradient_s) $(floor_ms 9) $(floor_ms 6)" >>"$scratch/rounds"
+        done
+        row "$k"
+    done
+}
+
+# A time of the crate, in ms.
+seconds() { sed -n "s/.*\"$1\": \([^,]*\).*/\1/p" "$scratch/crate.json" | awk '{ print 1e3 * $1 }'; }
+
+# Value and gradient by hand, in ms.
+floor_ms() { sed -n 's/.*fwd+grad us med \([^ ]*\).*/\1/p' "$scratch/floor$1.log" | awk '{ print 1e-3 * $1 }'; }
+
+# The median of what it reads.
+median() { sort -g | awk '{ x[NR] = $1 } END { print x[int((NR + 1) / 2)] }'; }
+
+# One line of the table from all rounds.
+row() {
+    local column medians=()
+    for column in '$1' '$2' '$3' '$2 / $3' '$4' '$2 / $4'; do
+        medians+=("$(awk "{ print $column }" "$scratch/rounds" | median)")
+    done
+    printf '| %s | %.3f | %.3f | %.4f | **%.2f** | %.4f | %.2f | %.0e |\n' "$1" "${medians[@]}" "$(difference)"
+}
+
+# The largest difference of the two gradients, relative to the largest entry.
+difference() {
+    sed -n 's/.*"gradient": \[\(.*\)\].*/\1/p' "$scratch/crate.json" | tr ',' '\n' >"$scratch/crate.txt"
+    tail -n +2 "$scratch/floor.txt" | paste "$scratch/crate.txt" - | awk '
+        { d = $1 - $2; d = d < 0 ? -d : d; a = $2 < 0 ? -$2 : $2; if (d > worst) worst = d; if (a > size) size = a }
+        END { print worst / size }'
+}
+
+# A package or a peer that fails becomes a line of the table, not the end of the script.
+peers() {
+    local folder=$1 package peer
+    mkdir -p "$folder"
+    [ -x "$folder/venv/bin/python" ] || python3 -m venv "$folder/venv"
+    local python=$folder/venv/bin/python
+    for package in "${packages[@]}"; do
+        "$python" -m pip install --quiet --disable-pip-version-check "$package" 2>"$scratch/pip.log" >&2 ||
+            echo "$package could not be installed: $(tail -n 1 "$scratch/pip.log")" >&2
+    done
+    echo
+    "$python" "$here/common.py"
+    echo
+    echo "| tool | unknowns, scheme | value, ms | value + gradient, ms | error of J | error of dJ/du | remarks |"
+    echo "|---|---|---|---|---|---|---|"
+    for peer in "${peers[@]}"; do
+        if ! (cd "$scratch" && "$python" "$here/$peer.py" 2>"$scratch/peer.log"); then
+            echo "| $peer | | | | | | failed: $(tail -n 1 "$scratch/peer.log" | tr '|' '/') |"
+        fi
+    done
+}
+
+main "$@"

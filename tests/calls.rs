@@ -1,0 +1,301 @@
+//! How often the formulas of a scene are called: those whose derivatives are constant never in a step, and the sweep back calls a
+//! formula only for what its derivatives with respect to inputs need.
+
+use hamiltonian_adjoint::{
+    Constraint, Control, Coordinate, Cost, CostPoint, Design, Force, ForcePoint, Grid, Inputs, KineticEnergy, Param,
+    PotentialEnergy, Scalar, Scene, Settings, Solver, Sum,
+};
+use nalgebra::{SVector, Vector1, Vector2};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How often a formula was called.
+#[derive(Clone, Default)]
+struct Calls(Arc<AtomicUsize>);
+
+impl Calls {
+    fn add(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn take(&self) -> usize {
+        self.0.swap(0, Ordering::Relaxed)
+    }
+}
+
+/// An element that counts the calls of its formula.
+struct Counted<E>(E, Calls);
+
+impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> KineticEnergy<N, P> for Counted<E> {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, N>, v: &SVector<S, N>, b: &SVector<S, P>) -> S {
+        self.1.add();
+        self.0.kinetic_energy(q, v, b)
+    }
+}
+
+impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> PotentialEnergy<N, P> for Counted<E> {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> S {
+        self.1.add();
+        self.0.potential_energy(q, b, t)
+    }
+}
+
+impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Force<N, K, P> for Counted<E> {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, N, K>, b: &SVector<S, P>) -> SVector<S, N> {
+        self.1.add();
+        self.0.force(at, b)
+    }
+}
+
+impl<E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize> Constraint<N, M, P> for Counted<E> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> SVector<S, M> {
+        self.1.add();
+        self.0.phi(q, b, t)
+    }
+}
+
+impl<E: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Cost<N, M, K, P> for Counted<E> {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, M, K>, b: &SVector<S, P>) -> S {
+        self.1.add();
+        self.0.cost(at, b)
+    }
+}
+
+/// T = ½ m v².
+struct Mass;
+impl KineticEnergy<1, 1> for Mass {
+    fn kinetic_energy<S: Scalar>(&self, _q: &Vector1<S>, v: &Vector1<S>, b: &Vector1<S>) -> S {
+        b[0] * v[0] * v[0] * 0.5
+    }
+}
+
+/// T = ½ m (1 + q²) v².
+struct GrowingMass;
+impl KineticEnergy<1, 1> for GrowingMass {
+    fn kinetic_energy<S: Scalar>(&self, q: &Vector1<S>, v: &Vector1<S>, b: &Vector1<S>) -> S {
+        b[0] * (q[0] * q[0] + 1.0) * v[0] * v[0] * 0.5
+    }
+}
+
+/// V = ½ c (q − 1)².
+struct Spring;
+impl PotentialEnergy<1, 1> for Spring {
+    fn potential_energy<S: Scalar>(&self, q: &Vector1<S>, b: &Vector1<S>, _t: S) -> S {
+        b[0] * (q[0] - 1.0).powi(2) * 0.5
+    }
+}
+
+/// V = ¼ c (q − 1)⁴.
+struct HardSpring;
+impl PotentialEnergy<1, 1> for HardSpring {
+    fn potential_energy<S: Scalar>(&self, q: &Vector1<S>, b: &Vector1<S>, _t: S) -> S {
+        b[0] * (q[0] - 1.0).powi(4) * 0.25
+    }
+}
+
+/// Q = u − d v.
+struct Pushed;
+impl Force<1, 1, 1> for Pushed {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &Vector1<S>) -> Vector1<S> {
+        at.u - at.v * b[0]
+    }
+}
+
+/// Q = u cos q − d v.
+struct PushedAskew;
+impl Force<1, 1, 1> for PushedAskew {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &Vector1<S>) -> Vector1<S> {
+        at.u * at.q[0].cos() - at.v * b[0]
+    }
+}
+
+/// Q = d sin t.
+struct Shaken;
+impl Force<1, 0, 1> for Shaken {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &Vector1<S>) -> Vector1<S> {
+        Vector1::new(b[0] * at.t.sin())
+    }
+}
+
+/// Φ = x − b y.
+struct Geared;
+impl Constraint<2, 1, 1> for Geared {
+    fn phi<S: Scalar>(&self, q: &Vector2<S>, b: &Vector1<S>, _t: S) -> Vector1<S> {
+        Vector1::new(q[0] - b[0] * q[1])
+    }
+}
+
+/// Φ = x − b sin y.
+struct Waved;
+impl Constraint<2, 1, 1> for Waved {
+    fn phi<S: Scalar>(&self, q: &Vector2<S>, b: &Vector1<S>, _t: S) -> Vector1<S> {
+        Vector1::new(q[0] - b[0] * q[1].sin())
+    }
+}
+
+/// Φ = x − b y².
+struct Bent;
+impl Constraint<2, 1, 1> for Bent {
+    fn phi<S: Scalar>(&self, q: &Vector2<S>, b: &Vector1<S>, _t: S) -> Vector1<S> {
+        Vector1::new(q[0] - b[0] * q[1] * q[1])
+    }
+}
+
+/// ½ b q².
+struct Distance;
+impl Cost<1, 0, 0, 1> for Distance {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &Vector1<S>) -> S {
+        b[0] * at.q[0] * at.q[0] * 0.5
+    }
+}
+
+/// Two masses, pulled and driven, to which a test adds a counted element.
+struct Bench {
+    scene: Scene,
+    x: Coordinate,
+    y: Coordinate,
+    drive: Control,
+    constant: Param,
+    bound: Design,
+}
+
+/// The calls of the counted element in a simulation and in the gradient after it, for n steps.
+fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
+    let mut scene = Scene::new();
+    let [x, y] = scene.coordinates("masses", ["x", "y"]);
+    scene.kinetic_energy("mass of x", Mass, [x], [1.3.into()]);
+    scene.kinetic_energy("mass of y", Mass, [y], [0.7.into()]);
+    scene.potential_energy("pull", Spring, [y], [0.4.into()]);
+    let drive = scene.control("drive");
+    scene.force("drive", Pushed, [y], [drive], [0.1.into()]);
+    let bound = scene.design("b", 0.5);
+    let mut bench = Bench { scene, x, y, drive, constant: 0.5.into(), bound };
+    let calls = Calls::default();
+    add(&mut bench, calls.clone());
+    let system = bench.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
+    inputs.controls.fill(0.3);
+    let mut solver = Solver::new(&system, Settings::default());
+    // The first run evaluates what is constant for this design.
+    solver.simulate(&inputs).expect("a motion");
+    calls.take();
+    solver.simulate(&inputs).expect("a motion");
+    let simulation = calls.take();
+    solver.gradient().expect("a gradient");
+    (simulation, calls.take())
+}
+
+/// How the calls in a simulation and those in a gradient grow from 20 to 40 steps.
+fn growth(add: impl Fn(&mut Bench, Calls)) -> (usize, usize) {
+    let ((simulation, sweep), (longer_simulation, longer_sweep)) = (calls(&add, 20), calls(&add, 40));
+    (longer_simulation - simulation, longer_sweep - sweep)
+}
+
+/// The calls in a gradient over 20 steps.
+fn sweep(add: impl Fn(&mut Bench, Calls)) -> usize {
+    calls(&add, 20).1
+}
+
+fn kinetic(s: &mut Bench, n: Calls) {
+    s.scene.kinetic_energy("e", Counted(Mass, n), [s.x], [s.constant]);
+}
+
+fn kinetic_bound(s: &mut Bench, n: Calls) {
+    s.scene.kinetic_energy("e", Counted(Mass, n), [s.x], [s.bound.into()]);
+}
+
+fn growing_mass(s: &mut Bench, n: Calls) {
+    s.scene.kinetic_energy("e", Counted(GrowingMass, n), [s.x], [s.constant]);
+}
+
+fn spring(s: &mut Bench, n: Calls) {
+    s.scene.potential_energy("e", Counted(Spring, n), [s.x], [s.constant]);
+}
+
+fn hard_spring(s: &mut Bench, n: Calls) {
+    s.scene.potential_energy("e", Counted(HardSpring, n), [s.x], [s.constant]);
+}
+
+fn pushed(s: &mut Bench, n: Calls) {
+    s.scene.force("e", Counted(Pushed, n), [s.x], [s.drive], [s.constant]);
+}
+
+fn pushed_bound(s: &mut Bench, n: Calls) {
+    s.scene.force("e", Counted(Pushed, n), [s.x], [s.drive], [s.bound.into()]);
+}
+
+fn pushed_askew(s: &mut Bench, n: Calls) {
+    s.scene.force("e", Counted(PushedAskew, n), [s.x], [s.drive], [s.constant]);
+}
+
+fn shaken(s: &mut Bench, n: Calls) {
+    s.scene.force("e", Counted(Shaken, n), [s.x], [], [s.constant]);
+}
+
+fn geared(s: &mut Bench, n: Calls) {
+    s.scene.constraint("e", Counted(Geared, n), [s.x, s.y], [s.constant]);
+}
+
+fn waved(s: &mut Bench, n: Calls) {
+    s.scene.constraint("e", Counted(Waved, n), [s.x, s.y], [s.constant]);
+}
+
+fn waved_bound(s: &mut Bench, n: Calls) {
+    s.scene.constraint("e", Counted(Waved, n), [s.x, s.y], [s.bound.into()]);
+}
+
+fn bent(s: &mut Bench, n: Calls) {
+    s.scene.constraint("e", Counted(Bent, n), [s.x, s.y], [s.constant]);
+}
+
+#[test]
+fn a_formula_with_constant_derivatives_is_called_in_no_step_and_no_sweep() {
+    for add in [kinetic, spring, pushed, geared] {
+        assert_eq!((growth(add), sweep(add)), ((0, 0), 0));
+    }
+}
+
+#[test]
+fn a_constraint_of_sines_and_cosines_is_called_in_no_step_and_no_sweep() {
+    assert_eq!((growth(waved), sweep(waved)), ((0, 0), 0));
+}
+
+#[test]
+fn a_bound_constant_adds_its_derivative_at_every_node_to_the_sweep_and_nothing_to_a_step() {
+    assert_eq!(growth(pushed_bound), (0, 20));
+    assert_eq!(growth(waved_bound), (0, 20));
+    // Of an energy, with respect to v and to q.
+    assert_eq!(growth(kinetic_bound), (0, 2 * 20));
+}
+
+#[test]
+fn a_nonlinear_formula_is_called_in_every_step_and_not_again_by_the_sweep() {
+    for add in [growing_mass, hard_spring, bent] {
+        assert!(growth(add).0 >= 20);
+        assert_eq!(sweep(add), 0);
+    }
+}
+
+#[test]
+fn a_nonlinear_force_is_called_by_the_sweep_for_its_controls_or_its_time() {
+    for add in [pushed_askew, shaken] {
+        assert!(growth(add).0 >= 20);
+        assert_eq!(growth(add).1, 20);
+    }
+}
+
+#[test]
+fn a_cost_is_called_where_it_counts_and_for_the_partials_it_has() {
+    let cost = |sum| move |s: &mut Bench, n| s.scene.cost("e", Counted(Distance, n), sum, [s.x], [], [], [s.constant]);
+    // Once for the value and once for the partials with respect to q, at each node with a weight.
+    assert_eq!(sweep(cost(Sum::Terminal)), 2);
+    assert_eq!(sweep(cost(Sum::Plain)), 2 * 20);
+    assert_eq!(sweep(cost(Sum::Trapezoidal)), 2 * 21);
+    for sum in [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal] {
+        assert_eq!(growth(cost(sum)), (0, if sum == Sum::Terminal { 0 } else { 2 * 20 }));
+    }
+    let bound = |s: &mut Bench, n| {
+        s.scene.cost("e", Counted(Distance, n), Sum::Terminal, [s.x], [], [], [s.bound.into()]);
+    };
+    assert_eq!(sweep(bound), 3);
+}

@@ -1,0 +1,216 @@
+//! What is computed, counted: what a scene does not need is not evaluated, and no step costs more than it must.
+
+#[path = "scenes/elements.rs"]
+mod elements;
+#[path = "scenes/pairs.rs"]
+mod pairs;
+#[path = "scenes/structures.rs"]
+mod structures;
+
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Grid, Inputs, Report, Scene, Settings, Solver};
+
+const STEPS: usize = 100;
+
+/// Reports of a simulation and of the adjoint sweep after it, from rest with constant controls.
+fn reports(scene: Scene, dt: f64, control: f64) -> (Report, Report) {
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, dt));
+    inputs.controls.fill(control);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    solver.gradient().expect("a gradient");
+    (*solver.report(), *solver.adjoint_report())
+}
+
+/// How often the equations were evaluated: at the first guess of every step, twice at node 0 (is it regular; then its solution), and
+/// after every correction.
+fn evaluations(report: &Report) -> usize {
+    STEPS + 2 + report.newton_iterations
+}
+
+/// Asserts how many elements (by dual numbers) and angles (by their sines) every evaluation takes, and what follows from that.
+fn assert_work(name: &str, scene: Scene, differentiated: usize, angles: usize) {
+    let (forward, adjoint) = reports(scene, 0.01, 1.0);
+    let evaluations = evaluations(&forward);
+    assert_eq!(forward.element_evaluations, differentiated * evaluations, "{name}: elements");
+    assert_eq!(forward.sine_evaluations, angles * evaluations, "{name}: angles");
+    assert_eq!(forward.factorisations, forward.newton_iterations + 1, "{name}: factorisations");
+    // The sweep back lives on what the simulation left.
+    let work = (adjoint.factorisations, adjoint.element_evaluations, adjoint.sine_evaluations, adjoint.newton_iterations);
+    assert_eq!(work, (STEPS + 1, 0, 0, 0), "{name}: adjoint");
+}
+
+#[test]
+fn the_papers_example_takes_two_iterations_a_step_and_no_dual_number() {
+    for (links, dt) in [(3, 0.02), (10, 0.01)] {
+        let (forward, adjoint) = reports(CartPendulum::with_links(links).scene(), dt, 10.0);
+        assert_eq!((forward.newton_iterations, forward.most_iterations), (2 * STEPS + 1, 2));
+        assert_eq!(forward.factorisations, 2 * STEPS + 2);
+        assert_eq!(forward.element_evaluations, 0);
+        assert_eq!(forward.sine_evaluations, links * (3 * STEPS + 3));
+        assert_eq!((adjoint.factorisations, adjoint.element_evaluations, adjoint.sine_evaluations), (STEPS + 1, 0, 0));
+    }
+}
+
+#[test]
+fn every_kind_of_element_costs_what_its_formula_asks_for() {
+    let expected = [
+        ("revolute joint", 0, 2),
+        ("prismatic joint between moving bodies", 1, 1),
+        ("weld", 0, 2),
+        ("distance", 1, 1),
+        ("driven angle", 1, 2),
+        ("spring and damper", 2, 2),
+        ("torsional spring and damper", 0, 2),
+        ("friction in a joint", 0, 2),
+        ("friction of sliding on a moving body", 1, 2),
+        ("actuator on a moving body", 1, 2),
+        ("torque actuator", 0, 2),
+        ("constraint of one's own", 1, 2),
+        ("force of one's own", 1, 2),
+        ("potential energy of one's own", 1, 2),
+        // The weight is not linear in the angles; the kinetic energy adds nothing unless M depends on q.
+        ("kinetic energy with constant M", 1, 0),
+        ("kinetic energy with M(q)", 2, 0),
+    ];
+    let all = elements::all();
+    assert_eq!(all.len(), expected.len());
+    for ((name, scene), (expected_name, differentiated, angles)) in all.into_iter().zip(expected) {
+        assert_eq!(name, expected_name);
+        assert_work(name, scene, differentiated, angles);
+    }
+}
+
+#[test]
+fn a_thing_that_a_scene_lacks_costs_nothing() {
+    let links = pairs::LINKS;
+    // Elements by dual numbers, and angles, of every row.
+    let expected: [(&str, &[(usize, usize)]); 10] = [
+        ("constraints", &[(0, 0), (0, links)]),
+        ("loops", &[(0, 12), (0, 12)]),
+        ("mass that depends on q", &[(1, 0), (2, 0)]),
+        ("forces of v", &[(0, links), (0, links), (links, links)]),
+        ("forces of q", &[(0, links), (0, links), (links - 1, links)]),
+        ("control", &[(0, links), (0, links)]),
+        ("ten more controls", &[(0, links); 3]),
+        ("design variables", &[(0, links); 4]),
+        ("running cost", &[(0, links); 3]),
+        ("time", &[(0, links), (1, links), (1, links)]),
+    ];
+    let all = pairs::all();
+    assert_eq!(all.len(), expected.len());
+    for (comparison, (thing, rows)) in all.into_iter().zip(expected) {
+        assert_eq!((comparison.thing, comparison.rows.len()), (thing, rows.len()));
+        for ((name, scene), &(differentiated, angles)) in comparison.rows.into_iter().zip(rows) {
+            assert_work(&format!("{thing}: {name}"), scene, differentiated, angles);
+        }
+    }
+}
+
+#[test]
+fn a_linear_mechanism_without_constraints_is_solved_by_one_correction_a_step_with_constant_factors() {
+    let Some(free) = pairs::all().into_iter().next().and_then(|comparison| comparison.rows.into_iter().next()) else {
+        panic!("no scene")
+    };
+    let system = free.1.compile().expect("a scene");
+    assert_eq!((system.n(), system.m()), (33, 0));
+    // Every unknown is condensed: nothing is left to be factored at an iteration.
+    assert_eq!(system.elimination(), (system.n(), vec![]));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, 0.01));
+    inputs.controls.fill(1.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    assert_eq!(solver.simulate(&inputs).expect("a motion").sigma.shape(), (0, STEPS + 1));
+    let report = solver.report();
+    assert_eq!((report.newton_iterations, report.most_iterations, report.factorisations), (STEPS + 1, 1, STEPS + 2));
+    assert_eq!((report.element_evaluations, report.sine_evaluations), (0, 0));
+}
+
+#[test]
+fn a_second_run_does_the_same_work_as_the_first() {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, 0.02));
+    inputs.controls.fill(10.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut run = || {
+        solver.simulate(&inputs).expect("a motion");
+        solver.gradient().expect("a gradient");
+        (*solver.report(), *solver.adjoint_report())
+    };
+    assert_eq!(run(), run());
+}
+
+/// The condensed unknowns and how many nodes there are of each size.
+fn elimination(scene: Scene) -> (usize, Vec<(usize, usize)>) {
+    let system = scene.compile().expect("a scene");
+    let (condensed, sizes) = system.elimination();
+    assert_eq!(condensed + sizes.iter().sum::<usize>(), system.n() + system.m());
+    let mut counts = std::collections::BTreeMap::new();
+    sizes.iter().for_each(|&size| *counts.entry(size).or_insert(0) += 1);
+    (condensed, counts.into_iter().collect())
+}
+
+#[test]
+fn a_link_of_a_chain_keeps_its_angle_and_the_two_multipliers_of_its_hinge() {
+    for links in [1, 2, 3, 10, 100, 1000] {
+        // x and y of the links, and all of the cart and its rail: 3 + 2.
+        assert_eq!(elimination(structures::chain(links)), (2 * links + 5, vec![(3, links)]));
+    }
+}
+
+#[test]
+fn a_body_of_a_tree_keeps_x_and_y_only_where_it_branches() {
+    assert_eq!(elimination(structures::binary_tree(1)), (2, vec![(3, 1)]));
+    for levels in [2, 3, 7, 10] {
+        let leaves = 2usize.pow(levels - 1);
+        assert_eq!(elimination(structures::binary_tree(levels)), (2 * leaves, vec![(3, leaves), (5, leaves - 1)]));
+    }
+}
+
+#[test]
+fn a_closed_loop_adds_one_small_node() {
+    for loops in [2, 3, 10, 300] {
+        // The hinge that closes a loop; the rungs and the last bar of each string; the other bars, where three hinges meet.
+        let nodes = vec![(2, loops), (3, loops + 2), (5, 2 * loops - 2)];
+        assert_eq!(elimination(structures::ladder(loops)), (2 * loops + 4, nodes));
+    }
+}
+
+/// Σ s³ over the nodes: the work of one factorisation, but for the couplings between nodes.
+fn factorisation_work(scene: Scene) -> usize {
+    let (_, sizes) = scene.compile().expect("a scene").elimination();
+    sizes.iter().map(|size| size.pow(3)).sum()
+}
+
+/// Asserts that every body or loop more costs the same.
+fn assert_linear(name: &str, scene: impl Fn(usize) -> Scene, sizes: &[usize]) {
+    let work: Vec<usize> = sizes.iter().map(|&size| factorisation_work(scene(size))).collect();
+    let slope = |i: usize| (work[i + 1] - work[i]) / (sizes[i + 1] - sizes[i]);
+    println!("{name}: {work:?} for {sizes:?}");
+    for i in 1..sizes.len() - 1 {
+        assert_eq!(slope(i), slope(0), "{name}: {work:?} for {sizes:?}");
+    }
+}
+
+#[test]
+fn the_work_of_a_factorisation_grows_linearly() {
+    assert_linear("chain", structures::chain, &[10, 30, 100, 300, 1000]);
+    assert_linear("ladder", structures::ladder, &[3, 10, 30, 100, 300]);
+    assert_linear("open ladder", structures::open_ladder, &[3, 10, 30, 100, 300]);
+    let levels = |bodies: usize| (bodies + 1).ilog2();
+    assert_linear("tree", |bodies| structures::binary_tree(levels(bodies)), &[15, 127, 1023]);
+}
+
+#[test]
+fn the_work_of_a_motion_grows_linearly_with_its_steps() {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    for steps in [100, 1000] {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2e-3));
+        inputs.controls.fill(10.0);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        solver.gradient().expect("a gradient");
+        assert!(solver.report().newton_iterations <= 2 * steps + 1);
+        assert_eq!(solver.adjoint_report().factorisations, steps + 1);
+    }
+}
