@@ -143,6 +143,8 @@ pub struct Report {
     pub most_iterations: usize,
     /// Factorisations of tangent matrices.
     pub factorisations: usize,
+    /// Newton corrections with factors of the iteration before, because they leave nothing of the next one.
+    pub reused_factors: usize,
     /// Evaluations of single elements with their second derivatives by dual numbers.
     pub element_evaluations: usize,
     /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
@@ -161,6 +163,7 @@ impl Default for Report {
             newton_iterations: 0,
             most_iterations: 0,
             factorisations: 0,
+            reused_factors: 0,
             element_evaluations: 0,
             sine_evaluations: 0,
             worst_residual: 0.0,

@@ -187,7 +187,7 @@ impl Newton {
         settings: &Settings,
         report: &mut Report,
     ) -> Result<(), StepFailure> {
-        let scale = self.begin(system, from, given, y, report)?;
+        let mut scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
         let mut sizes = self.sizes(&self.delta);
         let mut residual = f64::INFINITY;
@@ -197,6 +197,10 @@ impl Newton {
             self.next_residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
+            if scale == 0.0 {
+                // From rest, without forces: what there is of momentum comes from driven joints.
+                scale = largest(&self.expected[self.condensed..]);
+            }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: self.size.v };
             let before = std::mem::replace(&mut sizes, self.sizes(&self.delta)).relative_to(terms);
@@ -247,6 +251,7 @@ impl Newton {
     /// K is that of the present point, or, if its factors will do, of the point before.
     fn correct(&mut self, system: &System, h: f64, old_factors: bool, report: &mut Report) -> Result<f64, StepFailure> {
         if old_factors {
+            report.reused_factors += 1;
             self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
         } else {
             self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);

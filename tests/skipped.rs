@@ -322,7 +322,7 @@ fn against_plain(name: &str, scene: Scene) {
     let mut some = vec![Input::Step(7), Input::Step(20)];
     some.extend((0..system.k()).flat_map(|channel| [0, 9, 20].map(|node| Input::Control { channel, node })));
     some.extend((0..system.designs()).map(Input::Design));
-    some.extend((0..system.n().min(3)).map(Input::Coordinate));
+    some.extend((0..system.n().min(6)).map(Input::Coordinate));
     let size = Input::all(&inputs).iter().fold(0.0f64, |size, input| size.max(input.in_gradient(&ours).abs()));
     for input in some {
         let ours = input.in_gradient(&ours);
