@@ -207,12 +207,7 @@ impl Sweep {
         }
 
         let factored = newton.factor(system, h, blocks, &mut self.report);
-        factored.map_err(|breakdown| Error::SingularStep {
-            step: i,
-            time: forward.trajectory.times[i],
-            unknown: system.unknown_name(breakdown.unknown),
-            pivot: breakdown.pivot / breakdown.scale,
-        })?;
+        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         newton.solve_transposed(system, &self.right, &mut node.c, &mut node.e);
 
         let (b, c, d) = (&mut node.b[..n], &node.c[..n], &mut node.d[..n]);

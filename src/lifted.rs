@@ -151,12 +151,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let forward = self.real.forward_mut();
         let blocks = column(&forward.blocks, i);
         let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
-        factored.map_err(|breakdown| Error::SingularStep {
-            step: i,
-            time: forward.trajectory.times[i],
-            unknown: system.unknown_name(breakdown.unknown),
-            pivot: breakdown.pivot / breakdown.scale,
-        })?;
+        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let mut last = f64::INFINITY;
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);

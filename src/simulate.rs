@@ -130,12 +130,7 @@ impl Forward {
         let time = self.trajectory.times[i];
         match failure {
             StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, i),
-            StepFailure::Singular(breakdown) => Error::SingularStep {
-                step: i,
-                time,
-                unknown: system.unknown_name(breakdown.unknown),
-                pivot: breakdown.pivot / breakdown.scale,
-            },
+            StepFailure::Singular(breakdown) => system.singular_step(&breakdown, i, time),
             StepFailure::Diverged { iterations, residual, unknown } => {
                 Error::Newton { step: i, time, iterations, residual, equation: system.residual_name(unknown) }
             }

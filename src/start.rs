@@ -122,12 +122,7 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     }
     match result {
         Ok(()) => Ok(()),
-        Err(breakdown) => Err(Error::SingularStep {
-            step: 0,
-            time,
-            unknown: system.unknown_name(breakdown.unknown),
-            pivot: breakdown.pivot / breakdown.scale,
-        }),
+        Err(breakdown) => Err(system.singular_step(&breakdown, 0, time)),
     }
 }
 

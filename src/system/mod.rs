@@ -30,7 +30,7 @@ pub(crate) use sines::Sines;
 pub use batch::{AnyBatch, PlainBatch};
 pub use cost::{AnyCosts, PlainCosts};
 
-use crate::linear::Symbolic;
+use crate::linear::{Breakdown, Symbolic};
 use crate::scalar::Real;
 use crate::scene::{Param, Scene};
 use crate::{Error, error};
@@ -209,6 +209,12 @@ impl System {
             None => format!("the momentum equation of `{}`", self.names.coordinates[unknown]),
             Some(j) => format!("the velocity constraint of {}", self.names.equations[j]),
         }
+    }
+
+    /// A breakdown of the elimination of K, by the name of its unknown.
+    pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
+        let unknown = self.unknown_name(breakdown.unknown);
+        Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
     }
 
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
