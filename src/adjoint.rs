@@ -19,7 +19,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::lanes::dot;
+use crate::lanes::dot_sum;
 use crate::simulate::Forward;
 use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
@@ -215,7 +215,8 @@ impl Sweep {
             d[k] -= h * c[k];
             b[k] = c[k] + b_next[k] - j_p[k];
         }
-        self.rows.clear();
+        // Of these rows only that of q is used.
+        self.rows.q.fill(0.0);
         let full = Covector { c, d, e: &node.e };
         newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
         newton.evaluation.pull_back_nonlinear(system, blocks, &full, &mut self.rows);
@@ -242,8 +243,8 @@ impl Sweep {
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
     fn step_row(&mut self, forward: &Forward, i: usize) {
         let (y, before) = (forward.trajectory.columns(i), forward.trajectory.columns(i - 1));
-        let own = dot(&self.node.a, y.v) + dot(&self.node.a, before.v);
-        let own = 0.5 * (own + dot(&self.node.b, y.p_star_dot) + dot(&self.node.b, before.p_star_dot));
+        let velocities = dot_sum(&self.node.a, y.v, before.v);
+        let own = 0.5 * (velocities + dot_sum(&self.node.b, y.p_star_dot, before.p_star_dot));
         self.gradient.steps[i - 1] = self.time - own + self.cost.step_before;
         if let Some(after) = self.gradient.steps.get_mut(i) {
             *after += self.cost.step_after;

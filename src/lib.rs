@@ -85,6 +85,7 @@ mod inputs;
 mod lanes;
 mod lifted;
 mod linear;
+mod many;
 pub mod paper_system;
 pub mod planar;
 mod predict;
@@ -108,6 +109,7 @@ pub use element::{Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy,
 pub use error::{Error, Stopped};
 pub use inputs::{Grid, Inputs, Start};
 pub use lifted::LiftedSolver;
+pub use many::gradients;
 pub use scalar::{Arithmetic, Real, Scalar};
 pub use scene::{Control, Coordinate, Design, Multiplier, Param, Scene};
 pub use settings::Settings;
