@@ -61,7 +61,7 @@ pub(crate) struct Setting {
 
 /// Compares one block at all points.
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
-    let mut report = empty(block, setting);
+    let mut report = BlockReport::empty(block.name.clone(), (block.rows.len(), block.columns.len()), setting.tolerance);
     if setting.points.is_empty() || block.rows.is_empty() || block.columns.is_empty() {
         report.notes.push("no points, or no rows or columns: nothing was compared".into());
         return report;
@@ -91,25 +91,6 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let hands: Vec<DMatrix<f64>> = judged.iter().map(hand).collect();
     judge(block, setting, &judged, &truths, hands, sizes, &mut report);
     report
-}
-
-fn empty(block: &Block, setting: &Setting) -> BlockReport {
-    BlockReport {
-        name: block.name.clone(),
-        size: (block.rows.len(), block.columns.len()),
-        points: 0,
-        set_aside: 0,
-        verdict: Verdict::NothingCompared,
-        absolute_error: 0.0,
-        relative_error: 0.0,
-        tolerance: setting.tolerance,
-        complex_step_error: 0.0,
-        differences_error: 0.0,
-        wrong_entries: 0,
-        entries: Vec::new(),
-        diagnoses: Vec::new(),
-        notes: Vec::new(),
-    }
 }
 
 /// The sizes of the entries over all points.

@@ -202,6 +202,26 @@ impl fmt::Display for Report {
 }
 
 impl BlockReport {
+    /// The report of a block before anything is compared.
+    pub(crate) fn empty(name: String, size: (usize, usize), tolerance: f64) -> Self {
+        BlockReport {
+            name,
+            size,
+            points: 0,
+            set_aside: 0,
+            verdict: Verdict::NothingCompared,
+            absolute_error: 0.0,
+            relative_error: 0.0,
+            tolerance,
+            complex_step_error: 0.0,
+            differences_error: 0.0,
+            wrong_entries: 0,
+            entries: Vec::new(),
+            diagnoses: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
     fn details(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "\n{}: {}", self.name, self.verdict)?;
         for diagnosis in &self.diagnoses {

@@ -19,22 +19,8 @@ pub(super) fn compare(
 ) -> BlockReport {
     let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
-    let mut report = BlockReport {
-        name: format!("{name} (own gradient, {})", part.name()),
-        size: (1, truth.len()),
-        points: 1,
-        set_aside: 0,
-        verdict: Verdict::NothingCompared,
-        absolute_error: 0.0,
-        relative_error: 0.0,
-        tolerance,
-        complex_step_error: 0.0,
-        differences_error: 0.0,
-        wrong_entries: 0,
-        entries: Vec::new(),
-        diagnoses: Vec::new(),
-        notes: Vec::new(),
-    };
+    let title = format!("{name} (own gradient, {})", part.name());
+    let mut report = BlockReport { points: 1, ..BlockReport::empty(title, (1, truth.len()), tolerance) };
     if hand.len() != truth.len() {
         report.verdict = Verdict::Wrong;
         report
