@@ -16,6 +16,8 @@
 //! ```text
 //!   Kᵀ (c, e) = ( (h + h₊) a₊ − J_v − h J_q − (𝓛_qv + Q_v)ᵀ d̂ − h (𝓛_qq + Q_q)ᵀ d̂,   −J_σ − (dΦ/dt)_q d̂ )
 //! ```
+//!
+//! With a [compliance](crate::redundancy) μ the last part is −J_σ − (dΦ/dt)_q d̂ − μ e₊.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -153,6 +155,7 @@ impl Sweep {
         self.time = 0.0;
         self.next.a.fill(0.0);
         self.next.b.fill(0.0);
+        self.next.e.fill(0.0);
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, nodes));
     }
 
@@ -204,6 +207,10 @@ impl Sweep {
         }
         for ((right, j_sigma), row) in self.right.sigma.iter_mut().zip(&cost.sigma).zip(&self.rows.sigma) {
             *right = -(j_sigma + row);
+        }
+
+        for &(j, mu) in &forward.trajectory.compliance {
+            self.right.sigma[j] -= mu * next.e[j];
         }
 
         let factored = newton.factor(system, h, blocks, &mut self.report);

@@ -102,6 +102,28 @@ pub enum Error {
         /// When, s.
         time: f64,
     },
+    /// Constraints that contradict each other: no motion satisfies them all.
+    ContradictoryConstraints {
+        /// The constraint equations that take part.
+        equations: Vec<String>,
+        /// By how much they cannot be satisfied together, m or m/s (rad or rad/s).
+        violation: f64,
+        /// When, s.
+        time: f64,
+    },
+    /// Φ_q has a smaller rank here than at other configurations nearby: the motion may branch.
+    SingularConfiguration {
+        /// The step, counted from 1; 0 for the start.
+        step: usize,
+        /// When, s.
+        time: f64,
+        /// The rank of Φ_q.
+        rank: usize,
+        /// Its number of rows.
+        rows: usize,
+        /// The constraint equations that take part.
+        equations: Vec<String>,
+    },
     /// The mass matrix is singular on the motions that the constraints allow.
     SingularMass {
         /// The coordinates that move without kinetic energy.
@@ -199,6 +221,20 @@ impl fmt::Display for Error {
                 rows - rank,
                 equations.join(", ")
             ),
+            Error::ContradictoryConstraints { equations, violation, time } => write!(
+                f,
+                "at t = {} s these constraints contradict each other by {violation:.3e}: {}; remove or correct one of them",
+                seconds(*time),
+                equations.join(", ")
+            ),
+            Error::SingularConfiguration { step, time, rank, rows, equations } => write!(
+                f,
+                "singular configuration {} (t = {} s): the constraint Jacobian with {rows} rows has rank {rank} there, less than \
+                 nearby, so the motion may branch and is not determined; equations: {}; start elsewhere or change the geometry",
+                if *step == 0 { "at the start".into() } else { format!("in step {step}") },
+                seconds(*time),
+                equations.join(", ")
+            ),
             Error::SingularMass { coordinates, time } => write!(
                 f,
                 "at t = {} s the mass matrix is singular on the admissible motions; \
@@ -242,7 +278,7 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// A time to six digits: what a sum of steps is beyond that is rounding.
-fn seconds(time: f64) -> String {
+pub(crate) fn seconds(time: f64) -> String {
     let rounded: f64 = format!("{time:.5e}").parse().unwrap_or(time);
     format!("{rounded:?}")
 }

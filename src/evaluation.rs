@@ -17,6 +17,8 @@ pub(crate) struct Evaluation {
     pub(crate) blocks: Vec<f64>,
     /// The same at the point that K was last factored at.
     factored: Vec<f64>,
+    /// μ of the equations that depend on others.
+    compliance: Vec<(usize, f64)>,
     /// The design variables that the constants belong to.
     design: Option<Vec<f64>>,
     /// L for the half steps met last; `current` is in use and `oldest` is the next to be replaced.
@@ -53,6 +55,7 @@ impl Evaluation {
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
             factored: vec![0.0; system.block_len()],
+            compliance: Vec::new(),
             design: None,
             steps: Vec::new(),
             current: 0,
@@ -74,6 +77,15 @@ impl Evaluation {
         self.oldest = 0;
     }
 
+    /// Takes over the compliances of constraint equations.
+    pub(crate) fn set_compliance(&mut self, compliance: &[(usize, f64)]) {
+        if self.compliance != compliance {
+            self.compliance = compliance.to_vec();
+            self.steps.clear();
+            self.oldest = 0;
+        }
+    }
+
     /// Prepares L, here and in the matrix, for steps of half length h.
     pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
         let known = |step: &Linear| step.h == h;
@@ -91,6 +103,8 @@ impl Evaluation {
         // Not to be found again if what follows fails.
         self.steps[which].h = f64::NAN;
         self.constants.tangent(h, &mut self.triplets);
+        let equation = |j: usize| system.n() + j;
+        self.triplets.extend(self.compliance.iter().map(|&(j, mu)| (equation(j), equation(j), -mu)));
         matrix.set_constant(system.symbolic(), which, &self.triplets)?;
         let position = |unknown| system.symbolic().position(unknown) as u32;
         let Linear { h: half_step, entries } = &mut self.steps[which];
@@ -105,6 +119,9 @@ impl Evaluation {
         self.constants.step_constants(from, given, system.positions(), r);
         for &(row, col, value) in &self.steps[self.current].entries {
             r[row as usize] += value * x[col as usize];
+        }
+        for &(j, mu) in &self.compliance {
+            r[system.positions().sigma[j]] += mu * from.sigma[j];
         }
     }
 

@@ -89,6 +89,8 @@ mod many;
 pub mod paper_system;
 pub mod planar;
 mod predict;
+mod rank;
+pub mod redundancy;
 mod scalar;
 mod scene;
 pub mod scenes;
@@ -101,6 +103,7 @@ mod system;
 pub mod trace;
 mod trajectory;
 mod trapezoid;
+mod warning;
 
 pub use adjoint::{AdjointVariables, Gradient};
 pub use complex_step::Cx;
@@ -116,6 +119,7 @@ pub use settings::Settings;
 pub use solver::{Solver, gradient, simulate};
 pub use system::System;
 pub use trajectory::{Report, Trajectory};
+pub use warning::Warning;
 
 /// The linear algebra crate whose vectors and matrices the interfaces use.
 pub use nalgebra;

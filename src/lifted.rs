@@ -42,6 +42,8 @@ pub struct LiftedSolver<'s, R: Real> {
     /// q₋ + h v₋ and p*₋ + h ṗ*₋.
     start_q: Vec<R>,
     start_p: Vec<R>,
+    /// σ₋.
+    start_sigma: Vec<R>,
     /// A residual, then a correction, of one part.
     part: Pair,
     /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
@@ -64,6 +66,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             sums: Sums::new(n, m),
             start_q: zeros(n),
             start_p: zeros(n),
+            start_sigma: zeros(m),
             part: Pair::new(n, m),
             unit: vec![0.0; R::PARTS],
             real,
@@ -83,6 +86,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
         let times = inputs.grid.times();
         self.trajectory.times.copy_from_slice(&times);
+        self.trajectory.compliance.clone_from(&self.real.trajectory().compliance);
         self.start()?;
         for i in 1..inputs.grid.nodes() {
             let h = self.inputs.grid.steps[i - 1] * 0.5;
@@ -91,6 +95,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 self.start_q[k] = y.q[k] + h * y.v[k];
                 self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
             }
+            self.start_sigma.copy_from_slice(y.sigma);
             self.solve_node(i, h)?;
         }
         Ok(&self.trajectory)
@@ -129,6 +134,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     fn start(&mut self) -> Result<(), Error> {
         self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
         self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
+        self.start_sigma.fill(R::zero());
         if let Start::Velocity { q, v } = &self.inputs.start {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
             let at = At {
@@ -186,7 +192,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for ((q, &start), &v) in q.iter_mut().zip(&self.start_q).zip(v) {
             *q = start + h * v;
         }
+        let real = self.real.trajectory();
         self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
+        let sigma = column(&self.trajectory.sigma, i);
+        for &(j, mu) in &real.compliance {
+            self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
+        }
     }
 
     /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts, and whether the
@@ -209,7 +220,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
             largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v));
-            largest = largest.max(add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma));
+            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma);
+            // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
+            largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
         (largest, is_rounding)
     }

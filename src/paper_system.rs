@@ -223,13 +223,16 @@ impl<'a> PaperSystem<'a> {
             y.rows(range.start, range.len()).into_owned()
         };
         let [v, g, q, p_star, sigma] = Variable::ALL.map(|which| of(&at.y, which));
+        let mut before = DVector::from_element(m, R::zero());
         let (first, second, velocity, rate) = if i == 0 {
             let given = self.trajectory.columns(0);
             let fixed = |x: &[f64]| DVector::from_iterator(n, x.iter().map(|&x| R::from(x)));
             (&q - fixed(given.q), &p_star - fixed(given.p_star), v, g)
         } else {
             let gamma = R::from(2.0 / self.inputs.grid.steps[i - 1]);
-            let [v_previous, g_previous, q_previous, p_previous, _] = Variable::ALL.map(|which| of(&at.y_previous, which));
+            let [v_previous, g_previous, q_previous, p_previous, sigma_previous] =
+                Variable::ALL.map(|which| of(&at.y_previous, which));
+            before = sigma_previous;
             let velocity = (&q - q_previous) * gamma - v_previous;
             let rate = (&p_star - p_previous) * gamma - g_previous;
             (&v - &velocity, &g - &rate, velocity, rate)
@@ -244,6 +247,9 @@ impl<'a> PaperSystem<'a> {
             design: at.b.as_slice(),
         };
         self.system.plain_sums(&point, &mut sums);
+        for &(j, mu) in &self.trajectory.compliance {
+            sums.phi_dot[j] -= (sigma[j] - before[j]) * mu;
+        }
         let third = DVector::from_vec(sums.l_v) - p_star;
         let fourth = DVector::from_vec(sums.force) - rate;
         let parts = [first, second, third, fourth, DVector::from_vec(sums.phi_dot)];

@@ -2,13 +2,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
+use crate::rank;
 use crate::start;
 use crate::system::At;
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::{Given, Newton, StepFailure, StepStart, Unknowns};
 use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory};
+
+/// What a compliance may take of the largest velocity; more says that constraints contradict each other.
+const CONTRADICTION: f64 = 1e-6;
 
 /// A motion, with what the adjoint sweep needs of it.
 pub(crate) struct Forward {
@@ -21,6 +26,7 @@ pub(crate) struct Forward {
     predictor: Predictor,
     start_q: Vec<f64>,
     start_p: Vec<f64>,
+    start_sigma: Vec<f64>,
 }
 
 impl Forward {
@@ -40,6 +46,7 @@ impl Forward {
             predictor: Predictor::new(),
             start_q: vec![0.0; system.n()],
             start_p: vec![0.0; system.n()],
+            start_sigma: vec![0.0; system.m()],
         }
     }
 
@@ -48,6 +55,8 @@ impl Forward {
         inputs.check(system)?;
         self.prepare(system, inputs);
         self.newton.evaluation.set_design(system, inputs.design.as_slice());
+        self.newton.evaluation.set_compliance(&[]);
+        self.trajectory.compliance.clear();
         start::solve(self, system, settings)?;
         for step in 1..self.inputs.grid.nodes() {
             self.step(system, step, settings)?;
@@ -78,6 +87,9 @@ impl Forward {
             self.start_q[k] = before.q[k] + h * before.v[k];
             self.start_p[k] = before.p_star[k] + h * before.p_star_dot[k];
         }
+        if !self.trajectory.compliance.is_empty() {
+            self.start_sigma.copy_from_slice(before.sigma);
+        }
         self.predictor.predict(&self.inputs.grid.steps, &mut self.trajectory, i);
         self.solve_node(system, i, h, settings)?;
         let rates = column(&self.trajectory.p_star_dot, i);
@@ -91,7 +103,7 @@ impl Forward {
 
     /// Solves for (v, σ) of node `i` from the values in its columns, with q = start_q + h v.
     pub(crate) fn solve_node(&mut self, system: &System, i: usize, h: f64, settings: &Settings) -> Result<(), Error> {
-        let from = StepStart { h, q: &self.start_q, p_star: &self.start_p };
+        let from = StepStart { h, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
         let given = Given {
             u: column(&self.inputs.controls, i),
             t: self.trajectory.times[i],
@@ -106,17 +118,18 @@ impl Forward {
         let solved = self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report);
         solved.map_err(|failure| self.explain(system, i, failure))?;
         column_mut(&mut self.blocks, i).copy_from_slice(&self.newton.evaluation.blocks);
-        Ok(())
+        self.check_compliant(system, i, settings)
     }
 
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64]) {
         self.start_q.copy_from_slice(q);
         self.start_p.copy_from_slice(p_star);
+        self.start_sigma.fill(0.0);
     }
 
     /// Factors K(0) at the given state, before anything is solved with it.
     pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
-        let from = StepStart { h: 0.0, q: &self.start_q, p_star: &self.start_p };
+        let from = StepStart { h: 0.0, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
         let given = Given {
             u: column(&self.inputs.controls, 0),
             t: self.trajectory.times[0],
@@ -126,16 +139,43 @@ impl Forward {
         self.newton.factor_at(system, &from, given, (v, sigma), &mut self.report)
     }
 
+    /// Dependent constraints that cannot be satisfied together pull their compliances apart.
+    fn check_compliant(&self, system: &System, i: usize, settings: &Settings) -> Result<(), Error> {
+        if self.trajectory.compliance.is_empty() {
+            return Ok(());
+        }
+        let (v, sigma) = (column(&self.trajectory.v, i), column(&self.trajectory.sigma, i));
+        let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(v);
+        let gap = |&(j, mu): &(usize, f64)| (j, (mu * (sigma[j] - self.start_sigma[j])).abs());
+        let gaps = || self.trajectory.compliance.iter().map(gap).filter(|(_, gap)| *gap > tolerance);
+        if gaps().next().is_none() {
+            return Ok(());
+        }
+        let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
+        let at = self.trajectory.at(&self.inputs, i);
+        let equations = rank::dependent(system, &at)
+            .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
+        Err(Error::ContradictoryConstraints { equations, violation, time: self.trajectory.times[i] })
+    }
+
     fn explain(&self, system: &System, i: usize, failure: StepFailure) -> Error {
         let time = self.trajectory.times[i];
         match failure {
             StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, i),
-            StepFailure::Singular(breakdown) => system.singular_step(&breakdown, i, time),
-            StepFailure::Diverged { iterations, residual, unknown } => {
-                Error::Newton { step: i, time, iterations, residual, equation: system.residual_name(unknown) }
+            StepFailure::Singular(breakdown) => {
+                self.near_singular(system, i).unwrap_or_else(|| system.singular_step(&breakdown, i, time))
             }
+            StepFailure::Diverged { iterations, residual, unknown } => self.near_singular(system, i).unwrap_or_else(|| {
+                Error::Newton { step: i, time, iterations, residual, equation: system.residual_name(unknown) }
+            }),
             StepFailure::NotFinite => self.not_finite(system, i),
         }
+    }
+
+    /// Whether the constraints lose rank where the last good node stood.
+    fn near_singular(&self, system: &System, i: usize) -> Option<Error> {
+        let at = self.trajectory.at(&self.inputs, i.checked_sub(1)?);
+        rank::near_singular(system, &at, i, self.trajectory.times[i])
     }
 
     /// Which element is to blame for a value that is not finite: tried where the last good node stood.

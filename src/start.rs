@@ -1,16 +1,13 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
 
-use nalgebra::DMatrix;
-
+use crate::rank::{self, Scaled};
 use crate::simulate::Forward;
-use crate::system::{At, Covector, Rows, Sums};
+use crate::system::{At, Sums};
 use crate::trajectory::{column, column_mut};
-use crate::{Error, Settings, Start, System};
+use crate::{Error, Settings, Start, System, redundancy};
 
 /// A pivot ratio below this makes it worth looking at Φ_q and M in full.
 const SUSPICIOUS: f64 = 1e-10;
-/// Singular values below this fraction of the largest count as zero.
-const RANK: f64 = 1e-10;
 
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
 pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings) -> Result<(), Error> {
@@ -30,7 +27,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     if given_velocity {
         let mut sums = Sums::new(n, m);
         system.plain_sums(&point(forward, &q), &mut sums);
-        check_velocity(&sums.phi_dot, system, settings)?;
+        check_velocity(forward, system, &q, &sums.phi_dot, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
         p_star = sums.l_v;
     }
@@ -70,19 +67,29 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
             let (element, time) = (system.equation_name(j).into(), forward.trajectory.times[0]);
             Err(Error::Model { element, node: 0, time })
         }
-        Some((j, violation)) => {
-            Err(Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance })
-        }
+        Some((j, violation)) => Err(contradiction(forward, system, q, &phi).unwrap_or_else(|| Error::InitialPosition {
+            equation: system.equation_name(j).into(),
+            violation,
+            tolerance,
+        })),
         None => Ok(()),
     }
 }
 
-fn check_velocity(phi_dot: &[f64], system: &System, settings: &Settings) -> Result<(), Error> {
+/// Whether no initial value would satisfy all constraints, as far as they can be told from here.
+fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) -> Option<Error> {
+    let at = point(forward, q);
+    Scaled::at(system, &at)?.contradiction(system, values, at.t)
+}
+
+fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) => {
-            Err(Error::InitialVelocity { equation: system.equation_name(j).into(), violation, tolerance })
-        }
+        Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
+            equation: system.equation_name(j).into(),
+            violation,
+            tolerance,
+        })),
         None => Ok(()),
     }
 }
@@ -93,9 +100,8 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
     values.iter().copied().enumerate().max_by(|a, b| size(a.1).total_cmp(&size(b.1)))
 }
 
-/// Factors K(0) = [M Φ_qᵀ; Φ_q 0], and explains a breakdown by the ranks of its parts.
+/// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.
 fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<(), Error> {
-    let (n, m) = (system.n(), system.m());
     let result = forward.factor_start(system);
     if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
         return Ok(());
@@ -104,61 +110,21 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     if let Some(element) = system.find_not_finite(&point(forward, q)) {
         return Err(Error::Model { element, node: 0, time });
     }
-    let (mass, phi_q) = mass_and_jacobian(forward, system, n, m);
-    let null = null_space(&phi_q.transpose());
-    if null.ncols() > 0 {
-        let takes_part = |j: &usize| null.row(*j).norm() > 1e-6;
-        let equations = (0..m).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
-        return Err(Error::DependentConstraints { rank: m - null.ncols(), rows: m, equations, time });
+    if let Some(error) = rank::is_singular(system, &point(forward, q)) {
+        return Err(error);
     }
-    // A motion z with Φ_q z = 0 and without kinetic energy.
-    let free = null_space(&phi_q);
-    let idle = null_space(&(free.transpose() * &mass * &free));
-    if idle.ncols() > 0 {
-        let motion = free * idle;
-        let moves = |i: &usize| motion.row(*i).norm() > 1e-6;
-        let coordinates = (0..n).filter(moves).map(|i| format!("`{}`", system.coordinate_name(i))).collect();
-        return Err(Error::SingularMass { coordinates, time });
+    let v = column(&forward.trajectory.v, 0).to_vec();
+    let sigma = vec![0.0; system.m()];
+    let design = forward.inputs.design.as_slice().to_vec();
+    let at = At { q, v: &v, sigma: &sigma, u: &[], t: time, design: &design };
+    forward.report.worst_pivot = 1.0;
+    if let Some(warning) = redundancy::relax(forward, system, &at) {
+        forward.report.warnings.push(warning);
+        return Ok(());
     }
-    match result {
-        Ok(()) => Ok(()),
-        Err(breakdown) => Err(system.singular_step(&breakdown, 0, time)),
+    match (Scaled::at(system, &point(forward, q)).and_then(|scaled| scaled.explain(system, time)), result) {
+        (Some(error), _) => Err(error),
+        (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
+        (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),
     }
-}
-
-/// M = 𝓛_vv and Φ_q, dense, at the point that was evaluated last.
-fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> (DMatrix<f64>, DMatrix<f64>) {
-    let (mut mass, mut phi_q) = (DMatrix::zeros(n, n), DMatrix::zeros(m, n));
-    let (zeros, none, mut rows) = (vec![0.0; n], vec![0.0; m], Rows::new(n, m));
-    let evaluation = &forward.newton.evaluation;
-    for j in 0..n {
-        let mut unit = zeros.clone();
-        unit[j] = 1.0;
-        evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
-        mass.column_mut(j).copy_from_slice(&rows.v);
-        phi_q.column_mut(j).copy_from_slice(&rows.sigma);
-    }
-    (mass, phi_q)
-}
-
-/// An orthonormal basis of the null space, by columns.
-fn null_space(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns = matrix.ncols();
-    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
-    if columns == 0 || !matrix.iter().all(|x| x.is_finite()) {
-        return DMatrix::zeros(columns, 0);
-    }
-    // Squared up with zero rows, so that the decomposition holds all right singular vectors.
-    let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
-    let svd = square.svd(false, true);
-    let largest = svd.singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
-    let zero = |s: f64| s <= RANK * largest;
-    let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, columns));
-    let picked: Vec<_> = directions
-        .row_iter()
-        .zip(svd.singular_values.iter())
-        .filter(|(_, s)| zero(**s))
-        .map(|(row, _)| row.transpose())
-        .collect();
-    if picked.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&picked) }
 }

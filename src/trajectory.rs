@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::scalar::Real;
 use crate::system::{At, CostAt, Sums, Weights};
-use crate::{Error, Inputs, System};
+use crate::{Error, Inputs, System, Warning};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,9 @@ pub struct Trajectory<R = f64> {
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
     pub sigma: DMatrix<R>,
+    /// Equations that close loops and their compliances μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s): empty unless constraints
+    /// depend on each other (see [`redundancy`](crate::redundancy)).
+    pub compliance: Vec<(usize, f64)>,
 }
 
 /// The state of one node in the columns of a trajectory.
@@ -46,6 +49,7 @@ impl<R: Real> Trajectory<R> {
             p_star: state(),
             p_star_dot: state(),
             sigma: DMatrix::from_element(m, nodes, R::zero()),
+            compliance: Vec::new(),
         }
     }
 
@@ -135,7 +139,7 @@ pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
 }
 
 /// The work of a simulation or an adjoint sweep, and how well it went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// Newton iterations of all steps.
     pub newton_iterations: usize,
@@ -155,6 +159,8 @@ pub struct Report {
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,
+    /// What the run has to say besides.
+    pub warnings: Vec<Warning>,
 }
 
 impl Default for Report {
@@ -169,6 +175,7 @@ impl Default for Report {
             worst_residual: 0.0,
             worst_correction: 0.0,
             worst_pivot: 1.0,
+            warnings: Vec::new(),
         }
     }
 }

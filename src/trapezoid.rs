@@ -38,12 +38,13 @@ const ROUNDING: f64 = 2e-15;
 /// Below this fraction it may be, where the sums are long or the masses far apart.
 const STALLED: f64 = 1e-10;
 
-/// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, and h.
+/// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
 #[derive(Clone, Copy)]
 pub(crate) struct StepStart<'a> {
     pub(crate) h: f64,
     pub(crate) q: &'a [f64],
     pub(crate) p_star: &'a [f64],
+    pub(crate) sigma: &'a [f64],
 }
 
 /// The unknowns of a step and what follows from them; v and σ hold the first guess.

@@ -128,25 +128,6 @@ fn initial_velocities_off_the_constraints_are_refused() {
     assert_says(&error, &["`hinge 1`", "5.000e-1", "correct v0"]);
 }
 
-#[test]
-fn dependent_constraints_are_refused_by_name() {
-    let mut scene = Scene::new();
-    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
-    let other = scene.body("other", 1.0, 0.1, [1.5, 0.0, 0.0]);
-    scene.revolute("elbow", rod.at(0.5, 0.0), other.at(-0.5, 0.0));
-    for name in ["hinge", "hinge again"] {
-        scene.revolute(name, Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
-    }
-    let system = scene.compile().expect("scene");
-    let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
-    let error = simulate(&system, &inputs, Settings::default()).expect_err("a doubled hinge").error;
-    let Error::DependentConstraints { rank, rows, equations, time } = &error else { panic!("{error:?}") };
-    assert_eq!((*rank, *rows, *time), (4, 6, 0.0));
-    let names = ["`hinge` (equation 0)", "`hinge` (equation 1)", "`hinge again` (equation 0)", "`hinge again` (equation 1)"];
-    assert_eq!(equations, &names);
-    assert_says(&error, &["rank 4", "6 rows", "`hinge again`", "remove"]);
-}
-
 /// Drives a mass of 1 kg with v²: with the half step h there is no speed after a step unless 4 h (v₋ + h v₋²) ≤ 1.
 struct Runaway;
 impl KineticEnergy<1> for Runaway {

@@ -20,7 +20,7 @@ fn reports(scene: Scene, dt: f64, control: f64) -> (Report, Report) {
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs).expect("a motion");
     solver.gradient().expect("a gradient");
-    (*solver.report(), *solver.adjoint_report())
+    (solver.report().clone(), solver.adjoint_report().clone())
 }
 
 /// How often the equations were evaluated: at the first guess of every step, twice at node 0 (is it regular; then its solution), and
@@ -139,7 +139,7 @@ fn a_second_run_does_the_same_work_as_the_first() {
     let mut run = || {
         solver.simulate(&inputs).expect("a motion");
         solver.gradient().expect("a gradient");
-        (*solver.report(), *solver.adjoint_report())
+        (solver.report().clone(), solver.adjoint_report().clone())
     };
     assert_eq!(run(), run());
 }

@@ -104,5 +104,6 @@ fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {
         p_star: part(&motion.p_star),
         p_star_dot: part(&motion.p_star_dot),
         sigma: part(&motion.sigma),
+        compliance: motion.compliance.clone(),
     }
 }

@@ -28,22 +28,30 @@ struct Tree {
     parent: Vec<Option<usize>>,
 }
 
+/// What is eliminated together, and the equations that close loops.
+pub(super) struct Groups {
+    pub(super) groups: Vec<Group>,
+    pub(super) closing: Vec<usize>,
+}
+
 pub(super) fn groups(
     batches: &[Box<dyn AnyBatch>],
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
-    design: &[f64],
-) -> Vec<Group> {
+    (initial, design): (&[f64], &[f64]),
+) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
     let joints = joints(batches, &block_of);
     let tree = Tree::new(blocks.len(), &joints);
-    let phi_q = generic_jacobian(batches, (n, m), design);
+    // On the constraints some rows may depend on others that are independent elsewhere.
+    let jacobians = [generic(n), initial.to_vec()].map(|q| jacobian(batches, &q, m, design));
     let mut groups: Vec<Group> =
         blocks.iter().map(|range| Group { unknowns: range.clone().collect(), after: Vec::new() }).collect();
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     let mut closing = Vec::new();
     for joint in joints {
-        match tree.carried_by(&joint.blocks).filter(|&b| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q)) {
+        let regular = |&b: &usize| jacobians.iter().all(|phi_q| can_own(&owned[b], &joint.equations, &blocks[b], phi_q));
+        match tree.carried_by(&joint.blocks).filter(regular) {
             Some(b) => {
                 owned[b].extend(&joint.equations);
                 groups[b].unknowns.extend(joint.equations.iter().map(|j| n + j));
@@ -51,11 +59,11 @@ pub(super) fn groups(
             None => closing.push(joint),
         }
     }
-    for joint in closing {
+    for joint in &closing {
         let after = tree.loop_of(&joint.blocks);
         groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), after });
     }
-    groups
+    Groups { groups, closing: closing.into_iter().flat_map(|joint| joint.equations).collect() }
 }
 
 fn joints(batches: &[Box<dyn AnyBatch>], block_of: &[usize]) -> Vec<Joint> {
@@ -127,7 +135,7 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
             matrix[(r, e.col - block.start)] = e.value;
         }
         let norm = matrix.row(r).norm();
-        if norm == 0.0 {
+        if norm == 0.0 || !norm.is_finite() {
             return false;
         }
         matrix.row_mut(r).unscale_mut(norm);
@@ -135,11 +143,15 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
     matrix.rank(1e-6) == rows.len()
 }
 
-/// Φ_q by rows at a configuration without any special position.
-fn generic_jacobian(batches: &[Box<dyn AnyBatch>], (n, m): (usize, usize), design: &[f64]) -> Vec<Vec<Entry>> {
-    let q: Vec<f64> = (0..n).map(|i| 0.4 + ((i * 7919 + 104_729) % 1009) as f64 / 1009.0).collect();
-    let zeros = vec![0.0; n.max(m)];
-    let at = At { q: &q, v: &zeros[..n], sigma: &zeros[..m], u: &[], t: 0.1, design };
+/// A configuration without any special position.
+fn generic(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.4 + ((i * 7919 + 104_729) % 1009) as f64 / 1009.0).collect()
+}
+
+/// Φ_q by rows.
+fn jacobian(batches: &[Box<dyn AnyBatch>], q: &[f64], m: usize, design: &[f64]) -> Vec<Vec<Entry>> {
+    let zeros = vec![0.0; q.len().max(m)];
+    let at = At { q, v: &zeros[..q.len()], sigma: &zeros[..m], u: &[], t: 0.1, design };
     let mut entries = Vec::new();
     batches.iter().for_each(|batch| batch.phi_q(&at, &mut entries));
     let mut rows = vec![Vec::new(); m];

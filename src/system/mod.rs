@@ -18,7 +18,7 @@ use nalgebra::DVector;
 
 pub(crate) use applied::Applied;
 pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums};
-pub(crate) use constants::Constants;
+pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
@@ -53,6 +53,7 @@ pub struct System {
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
+    closing: Vec<usize>,
     names: Names,
     initial: Vec<f64>,
     design: Vec<f64>,
@@ -74,7 +75,8 @@ impl System {
         check_positive(&scene.positive, &design)?;
         check_inertia(&batches, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
-        let (symbolic, sines) = structure::analyse(&mut batches, &blocks, (n, m, k), &design);
+        let analysis = structure::analyse(&mut batches, &blocks, (n, m, k), (&scene.initial, &design));
+        let structure::Analysis { symbolic, sines, closing } = analysis;
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
@@ -94,6 +96,7 @@ impl System {
             symbolic,
             positions,
             sines,
+            closing,
             names,
             initial,
             design,
@@ -187,6 +190,18 @@ impl System {
     /// The sinusoidal constraints, with the coefficients of the scene's design.
     pub(crate) fn sines(&self) -> &Sines {
         &self.sines
+    }
+
+    /// The constraint equations that close loops: the only ones that can depend on others wherever the mechanism goes.
+    pub(crate) fn closing(&self) -> &[usize] {
+        &self.closing
+    }
+
+    /// Appends the entries of Φ_q.
+    pub(crate) fn phi_q(&self, at: &At<f64>) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        self.batches.iter().for_each(|batch| batch.phi_q(at, &mut entries));
+        entries
     }
 
     /// The number of stored derivatives at one node.

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::batch::AnyBatch;
 use super::constants::Constants;
-use super::groups;
+use super::groups::{self, Groups};
 use super::jet::Form;
 use super::sines::{Places, Sines};
 use crate::linear::{Pattern, Symbolic};
@@ -20,15 +20,28 @@ pub(super) fn constants(batches: &Batches, design: &[f64], into: &mut Constants)
     into.compress();
 }
 
+/// What is known of K when a scene has been compiled.
+pub(super) struct Analysis {
+    pub(super) symbolic: Symbolic,
+    pub(super) sines: Sines,
+    /// The constraint equations that close loops: the only ones that can depend on others.
+    pub(super) closing: Vec<usize>,
+}
+
 /// Analyses K and tells every varying element where its entries are stored.
 pub(super) fn analyse(
     batches: &mut Batches,
     blocks: &[Range<usize>],
     (n, m, k): (usize, usize, usize),
-    design: &[f64],
-) -> (Symbolic, Sines) {
-    let (entries, constant) = entries(batches, (n, m, k), design);
-    let groups = groups::groups(batches, blocks, (n, m), design);
+    (initial, design): (&[f64], &[f64]),
+) -> Analysis {
+    let (mut entries, mut constant) = entries(batches, (n, m, k), design);
+    let Groups { groups, closing } = groups::groups(batches, blocks, (n, m), (initial, design));
+    // Room for a compliance, should the loops depend on each other.
+    for &j in &closing {
+        entries.push((n + j, n + j));
+        constant[n + j] = false;
+    }
     let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
     // Row and column of a varying entry vary, so neither is condensed.
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
@@ -37,7 +50,7 @@ pub(super) fn analyse(
     constants(batches, design, &mut values);
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
-    (symbolic, sines)
+    Analysis { symbolic, sines, closing }
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.

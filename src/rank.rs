@@ -1,0 +1,162 @@
+//! Ranks of the constraint Jacobian and of the mass matrix, dense and free of units: for explanations, never for a step.
+
+use nalgebra::{DMatrix, DVector};
+use num_dual::Dual64;
+
+use crate::system::{At, Sums};
+use crate::{Error, System};
+
+/// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
+const RANK: f64 = 1e-7;
+/// Close to a singular configuration the smallest singular value is below this.
+const NEARLY_SINGULAR: f64 = 1e-3;
+/// Beyond this number of coordinates the decompositions here would take longer than anybody wants to wait.
+const MOST_COORDINATES: usize = 400;
+
+/// Φ̂ = R Φ_q D with rows of length one, and M̂ = D M D with D = diag(M)^(−1/2).
+pub(crate) struct Scaled {
+    phi_q: DMatrix<f64>,
+    mass: DMatrix<f64>,
+    /// The diagonals of R and D.
+    row: DVector<f64>,
+    column: DVector<f64>,
+}
+
+impl Scaled {
+    /// At one configuration; None if there are too many coordinates or anything is not finite.
+    pub(crate) fn at(system: &System, at: &At<f64>) -> Option<Self> {
+        let (n, m) = (system.n(), system.m());
+        if n > MOST_COORDINATES {
+            return None;
+        }
+        let mut mass = mass_matrix(system, at);
+        let column = DVector::from_fn(n, |i, _| if mass[(i, i)] > 0.0 { mass[(i, i)].sqrt().recip() } else { 1.0 });
+        mass = DMatrix::from_fn(n, n, |i, j| mass[(i, j)] * column[i] * column[j]);
+        let mut phi_q = DMatrix::zeros(m, n);
+        system.phi_q(at).iter().for_each(|e| phi_q[(e.row, e.col)] += e.value * column[e.col]);
+        let row = DVector::from_fn(m, |j, _| {
+            let length: f64 = phi_q.row(j).norm();
+            if length > 0.0 { length.recip() } else { 1.0 }
+        });
+        phi_q.row_iter_mut().zip(&row).for_each(|(mut entries, factor)| entries *= *factor);
+        let finite = phi_q.iter().chain(&mass).all(|x| x.is_finite());
+        finite.then_some(Scaled { phi_q, mass, row, column })
+    }
+
+    /// Combinations of rows that vanish, by columns.
+    fn dependencies(&self) -> DMatrix<f64> {
+        null_space(&self.phi_q.transpose(), RANK)
+    }
+
+    /// Which equations depend on each other, and the rank; None if all are independent.
+    fn dependent(&self, system: &System) -> Option<(usize, Vec<String>)> {
+        let null = self.dependencies();
+        (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(&null, system)))
+    }
+
+    /// Constraints that depend on each other, or motions without kinetic energy, as an error.
+    pub(crate) fn explain(&self, system: &System, time: f64) -> Option<Error> {
+        if let Some((rank, equations)) = self.dependent(system) {
+            return Some(Error::DependentConstraints { rank, rows: system.m(), equations, time });
+        }
+        let free = null_space(&self.phi_q, RANK);
+        let idle = null_space(&(free.transpose() * &self.mass * &free), RANK * RANK);
+        if idle.ncols() == 0 {
+            return None;
+        }
+        let motion = free * idle;
+        let moves = |i: &usize| motion.row(*i).norm() > 1e-6;
+        let coordinates = (0..system.n()).filter(moves).map(|i| format!("`{}`", system.coordinate_name(i))).collect();
+        Some(Error::SingularMass { coordinates, time })
+    }
+
+    /// Dependent equations that the values `phi` (Φ or dΦ/dt) do not satisfy together, as an error.
+    pub(crate) fn contradiction(&self, system: &System, phi: &[f64], time: f64) -> Option<Error> {
+        let null = self.dependencies();
+        let values = DVector::from_column_slice(phi).component_mul(&self.row);
+        let clash = &null * null.tr_mul(&values);
+        if clash.norm() <= 1e-6 * values.norm() {
+            return None;
+        }
+        let takes_part = |j: &usize| clash[*j].abs() > 1e-6 * clash.amax();
+        let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
+        let violation = (0..system.m()).filter(takes_part).map(|j| phi[j].abs()).fold(0.0, f64::max);
+        Some(Error::ContradictoryConstraints { equations, violation, time })
+    }
+}
+
+/// The equations that depend on each other, if there are any and they can be told.
+pub(crate) fn dependent(system: &System, at: &At<f64>) -> Option<Vec<String>> {
+    Some(Scaled::at(system, at)?.dependent(system)?.1)
+}
+
+/// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
+pub(crate) fn is_singular(system: &System, at: &At<f64>) -> Option<Error> {
+    let here = Scaled::at(system, at)?;
+    let (rank, equations) = here.dependent(system)?;
+    let free = null_space(&here.phi_q, RANK);
+    // Any direction: that of every coordinate counts.
+    let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
+    let direction = (free * weights).component_mul(&here.column);
+    let largest = at.q.iter().fold(0.0f64, |largest, q| largest.max(q.abs()));
+    let length = 1e-3 * if largest > 0.0 { largest } else { 1.0 };
+    let mut q = DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE));
+    let mut nearby = None;
+    for _ in 0..20 {
+        let there = At { q: q.as_slice(), ..*at };
+        let scaled = Scaled::at(system, &there)?;
+        let mut phi = vec![0.0; system.m()];
+        system.phi(&there, &mut phi);
+        let values = DVector::from_vec(phi).component_mul(&scaled.row);
+        let back = scaled.phi_q.clone().pseudo_inverse(RANK).ok()? * values;
+        q -= back.component_mul(&scaled.column);
+        nearby = Some(scaled);
+    }
+    let dependencies = nearby?.dependencies().ncols();
+    let (rows, time) = (system.m(), at.t);
+    (rows - dependencies > rank).then_some(Error::SingularConfiguration { step: 0, time, rank, rows, equations })
+}
+
+/// What a step that failed can have met: Φ_q of nearly deficient rank.
+pub(crate) fn near_singular(system: &System, at: &At<f64>, step: usize, time: f64) -> Option<Error> {
+    let null = null_space(&Scaled::at(system, at)?.phi_q.transpose(), NEARLY_SINGULAR);
+    let (rows, equations) = (system.m(), names_of_rows(&null, system));
+    let rank = rows - null.ncols();
+    (rank < rows).then_some(Error::SingularConfiguration { step, time, rank, rows, equations })
+}
+
+fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
+    let takes_part = |j: &usize| null.row(*j).norm() > 1e-6;
+    (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect()
+}
+
+/// M = 𝓛_vv, one column after the other by dual numbers.
+fn mass_matrix(system: &System, at: &At<f64>) -> DMatrix<f64> {
+    let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
+    let (q, mut v, sigma, u, design) = (lift(at.q), lift(at.v), lift(at.sigma), lift(at.u), lift(at.design));
+    let mut sums = Sums::new(system.n(), system.m());
+    DMatrix::from_columns(&Vec::from_iter((0..system.n()).map(|j| {
+        v[j].eps = 1.0;
+        let there = At { q: &q, v: &v, sigma: &sigma, u: &u, t: Dual64::from_re(at.t), design: &design };
+        system.plain_sums(&there, &mut sums);
+        v[j].eps = 0.0;
+        DVector::from_iterator(system.n(), sums.l_v.iter().map(|l_v| l_v.eps))
+    })))
+}
+
+/// An orthonormal basis of the null space, by columns.
+fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
+    let columns = matrix.ncols();
+    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
+    if columns == 0 || !matrix.iter().all(|x| x.is_finite()) {
+        return DMatrix::zeros(columns, 0);
+    }
+    // Squared up with zero rows, so that the decomposition holds all right singular vectors.
+    let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
+    let svd = square.svd(false, true);
+    let largest = svd.singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
+    let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, columns));
+    let rows = directions.row_iter().zip(svd.singular_values.iter());
+    let picked: Vec<_> = rows.filter(|(_, s)| **s <= tolerance * largest).map(|(row, _)| row.transpose()).collect();
+    if picked.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&picked) }
+}

@@ -1,0 +1,86 @@
+//! Constraints that depend on each other: a doubled hinge, a parallelogram with a third crank, a loop closed by a weld.
+//!
+//! Then Φ_qᵀσ, which moves the mechanism, is determined, and σ is not: any z with Φ_qᵀz = 0 may be added. Where z turns with q the discrete
+//! motion depends on the choice at O(Δt²), so it has to follow a smooth rule that the adjoint knows. Here it is a compliance of
+//! the equations that close loops,
+//!
+//! ```text
+//!   E5:  dΦ/dt − μ (σ_i − σ_{i−1}) = 0,    σ_{−1} = 0,    K_σσ = −μ I,    μ_j = 1e-11 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj at the start
+//! ```
+//!
+//! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion: its
+//! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen. Scenes whose
+//! constraints are independent have none of this.
+
+use crate::simulate::Forward;
+use crate::system::{At, Covector, Pair, Rows};
+use crate::{System, Warning};
+
+/// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
+const COMPLIANCE: f64 = 1e-11;
+/// A dependency is there if the softest combination of constraints is about as soft as its compliance.
+const SOFT: f64 = 0.1;
+/// An equation takes part if its share in that combination is above this.
+const SHARE: f64 = 1e-5;
+
+/// Gives the loops a compliance if that makes K(0) at the start regular, and says which equations depend on each other.
+///
+/// The evaluation must stand at the start. Without success everything is as before.
+pub(crate) fn relax(forward: &mut Forward, system: &System, at: &At<f64>) -> Option<Warning> {
+    let stiffness = flexibilities(forward, system, at);
+    let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * stiffness[j])).collect();
+    if compliance.is_empty() {
+        return None;
+    }
+    forward.newton.evaluation.set_compliance(&compliance);
+    let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &stiffness));
+    match dependent.filter(|equations| !equations.is_empty()) {
+        Some(equations) => {
+            forward.trajectory.compliance = compliance;
+            let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();
+            Some(Warning::DependentConstraints { equations, time: at.t })
+        }
+        None => {
+            forward.newton.evaluation.set_compliance(&[]);
+            None
+        }
+    }
+}
+
+/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
+fn flexibilities(forward: &Forward, system: &System, at: &At<f64>) -> Vec<f64> {
+    let (n, m) = (system.n(), system.m());
+    let evaluation = &forward.newton.evaluation;
+    let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));
+    let mut mass = |i: usize| {
+        unit[i] = 1.0;
+        evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
+        unit[i] = 0.0;
+        rows.v[i]
+    };
+    let masses: Vec<f64> = (0..n).map(&mut mass).collect();
+    let mut sums = vec![0.0; m];
+    for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
+        sums[entry.row] += entry.value * entry.value / masses[entry.col];
+    }
+    sums
+}
+
+/// The equations of the softest combination of constraints, by inverse iteration; none if it is as stiff as any.
+fn softest(forward: &mut Forward, system: &System, flexibility: &[f64]) -> Vec<usize> {
+    let mut x = Pair::new(system.n(), system.m());
+    let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
+    // Any combination of all of them.
+    let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
+    let mut growth = 0.0;
+    for _ in 0..3 {
+        x.v.fill(0.0);
+        x.sigma.iter_mut().zip(shares.iter().zip(&roots)).for_each(|(r, (share, root))| *r = share * root);
+        forward.newton.solve(system, &mut x);
+        shares.iter_mut().zip(x.sigma.iter().zip(&roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
+        growth = shares.iter().fold(0.0f64, |largest, share| largest.max(share.abs()));
+        shares.iter_mut().for_each(|share| *share /= growth);
+    }
+    let is_soft = growth * COMPLIANCE > SOFT;
+    (0..system.m()).filter(|&j| is_soft && shares[j].abs() > SHARE).collect()
+}

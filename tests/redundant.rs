@@ -1,0 +1,321 @@
+//! Constraints that depend on each other, and configurations where they lose rank.
+
+mod common;
+
+use common::bench::number;
+use common::{assert_says, largest, largest_difference, relative_error};
+use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
+use hamiltonian_adjoint::{
+    Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Param, Scalar, Scene, Settings, Solver, Start, Sum, System,
+    Trajectory, Warning, simulate,
+};
+use nalgebra::SVector;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A function of the place and speed of a body and of the control.
+struct Place;
+impl Cost<3, 0, 1> for Place {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.q[0].sin() + at.q[1] * at.q[1] + at.q[2].cos() * 0.3 + at.v[2] * at.v[2] * 0.1 + at.u[0] * at.u[0] * 0.05
+    }
+}
+
+/// Half of a hinge: the abscissas of the points (along, across) of two bodies are the same.
+struct SameAbscissa;
+impl Constraint<6, 1, 4> for SameAbscissa {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 4>, _t: S) -> SVector<S, 1> {
+        let abscissa = |k: usize, along: S, across: S| q[k] + q[k + 2].cos() * along - q[k + 2].sin() * across;
+        SVector::from([abscissa(0, b[0], b[1]) - abscissa(3, b[2], b[3])])
+    }
+}
+
+/// A scene under gravity with a torque on its first body.
+struct Mechanism {
+    scene: Scene,
+    torque: Control,
+    bodies: Vec<(Body, [f64; 3])>,
+    hinges: usize,
+}
+
+const GROUND: [f64; 3] = [0.0; 3];
+
+impl Mechanism {
+    fn new() -> Self {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let torque = scene.control("torque");
+        Mechanism { scene, torque, bodies: Vec::new(), hinges: 0 }
+    }
+
+    fn rod(&mut self, from: [f64; 2], to: [f64; 2]) -> usize {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let place = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), dy.atan2(dx)];
+        let k = self.bodies.len();
+        let body = self.scene.body(&format!("rod {k}"), 1.0 + 0.2 * k as f64, 0.08 + 0.02 * k as f64, place);
+        self.bodies.push((body, place));
+        k
+    }
+
+    fn frame(&self, rod: Option<usize>) -> (Frame, [f64; 3]) {
+        rod.map_or((Body::GROUND, GROUND), |k| (self.bodies[k].0.into(), self.bodies[k].1))
+    }
+
+    /// The place of a point in the frame of a rod.
+    fn local(&self, rod: Option<usize>, at: [f64; 2]) -> [f64; 2] {
+        let (_, [x, y, phi]) = self.frame(rod);
+        let (dx, dy, (sin, cos)) = (at[0] - x, at[1] - y, phi.sin_cos());
+        [cos * dx + sin * dy, cos * dy - sin * dx]
+    }
+
+    /// One of the two equations of a hinge.
+    fn half_hinge(&mut self, a: usize, b: usize, at: [f64; 2]) {
+        let [[xa, ya], [xb, yb]] = [a, b].map(|rod| self.local(Some(rod), at));
+        let ([x, y, phi], q) = (self.bodies[a].0.coordinates, self.bodies[b].0.coordinates);
+        let constants = [xa.into(), ya.into(), xb.into(), yb.into()];
+        self.scene.constraint("half a hinge", SameAbscissa, [x, y, phi, q[0], q[1], q[2]], constants);
+    }
+
+    fn hinge(&mut self, a: Option<usize>, b: usize, at: [f64; 2]) {
+        let [a, b] = [a, Some(b)].map(|rod| {
+            let [along, across] = self.local(rod, at);
+            self.frame(rod).0.at(along, across)
+        });
+        self.hinges += 1;
+        self.scene.revolute(&format!("hinge {}", self.hinges), a, b);
+    }
+
+    fn compile(mut self) -> System {
+        let first = self.bodies[0].0;
+        self.scene.torque_actuator("motor", Body::GROUND, first, self.torque);
+        for (k, (body, _)) in self.bodies.iter().enumerate() {
+            self.scene.cost(&format!("place {k}"), Place, Sum::Trapezoidal, body.coordinates, [], [self.torque], []);
+        }
+        self.scene.compile().expect("scene")
+    }
+}
+
+/// A double pendulum; the hinge of its first rod, or its elbow, is there more than once.
+fn pendulum(hinges: usize, elbows: usize) -> System {
+    let mut mechanism = Mechanism::new();
+    let (upper, lower) = (mechanism.rod([0.0, 0.0], [1.0, 0.0]), mechanism.rod([1.0, 0.0], [1.0, 1.0]));
+    (0..hinges).for_each(|_| mechanism.hinge(None, upper, [0.0, 0.0]));
+    (0..elbows).for_each(|_| mechanism.hinge(Some(upper), lower, [1.0, 0.0]));
+    mechanism.compile()
+}
+
+/// A platform on parallel cranks of equal length at this angle; the last is joined to it by a hinge or, without redundancy, by half of one.
+fn parallelogram(cranks: usize, angle: f64, redundant: bool) -> System {
+    let mut mechanism = Mechanism::new();
+    let (sin, cos) = angle.sin_cos();
+    let feet = [0.0, 1.5, 0.6, 1.1];
+    let rods: Vec<usize> = feet[..cranks].iter().map(|&x| mechanism.rod([x, 0.0], [x + 0.7 * cos, 0.7 * sin])).collect();
+    let platform = mechanism.rod([0.7 * cos, 0.7 * sin], [1.5 + 0.7 * cos, 0.7 * sin]);
+    for (k, (&rod, x)) in rods.iter().zip(feet).enumerate() {
+        mechanism.hinge(None, rod, [x, 0.0]);
+        let top = [x + 0.7 * cos, 0.7 * sin];
+        if k < 2 || redundant {
+            mechanism.hinge(Some(rod), platform, top);
+        } else {
+            mechanism.half_hinge(rod, platform, top);
+        }
+    }
+    mechanism.compile()
+}
+
+/// A triangle of two rods and the ground, its upper corner welded as well: it cannot move, but for a pendulum that hangs from it.
+fn overclosed(weld: bool) -> System {
+    let mut mechanism = Mechanism::new();
+    let (left, right) = (mechanism.rod([0.0, 0.0], [0.5, 0.8]), mechanism.rod([1.0, 0.0], [0.5, 0.8]));
+    let hanging = mechanism.rod([0.5, 0.8], [1.2, 0.8]);
+    mechanism.hinge(None, left, [0.0, 0.0]);
+    mechanism.hinge(None, right, [1.0, 0.0]);
+    mechanism.hinge(Some(left), hanging, [0.5, 0.8]);
+    let ((a, at_a), (b, at_b)) = (mechanism.frame(Some(left)), mechanism.frame(Some(right)));
+    let half = 0.5 * (0.25f64 + 0.64).sqrt();
+    let (a, b) = (a.at(half, 0.0), b.at(half, 0.0));
+    if weld {
+        mechanism.scene.weld("weld", a, b, at_b[2] - at_a[2]);
+    } else {
+        mechanism.scene.revolute("corner", a, b);
+    }
+    mechanism.compile()
+}
+
+fn inputs(system: &System, steps: usize, dt: f64) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, dt));
+    let time = |i: usize| i as f64 * dt;
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 12.0 + 3.0 * (5.0 * time(i)).sin());
+    inputs
+}
+
+fn run(system: &System, inputs: &Inputs) -> (Trajectory, Vec<f64>, Vec<Warning>) {
+    let mut solver = Solver::new(system, Settings::default());
+    solver.simulate(inputs).unwrap_or_else(|error| panic!("{error}"));
+    let gradient = solver.gradient().unwrap_or_else(|error| panic!("{error}")).controls.as_slice().to_vec();
+    (solver.trajectory().clone(), gradient, solver.report().warnings.clone())
+}
+
+/// Adjoint against complex step for controls, steps and momenta.
+fn assert_exact(what: &str, system: &System, inputs: &Inputs) {
+    let settings = Settings::default();
+    let p_star = nalgebra::DVector::from_fn(system.n(), |i, _| 0.2 * number(i + 3));
+    let inputs = Inputs { start: Start::Momentum { q: system.initial_coordinates(), p_star }, ..inputs.clone() };
+    let gradient = hamiltonian_adjoint::gradient(system, &inputs, settings).unwrap_or_else(|error| panic!("{error}"));
+    // q0 may not leave the constraints.
+    let kinds: [fn(&Input) -> bool; 3] =
+        [|x| matches!(x, Input::Control { .. }), |x| matches!(x, Input::Rate(_)), |x| matches!(x, Input::Step(_))];
+    let errors = kinds.map(|is_kind| {
+        let all: Vec<Input> = Input::all(&inputs).into_iter().filter(is_kind).collect();
+        let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();
+        let reference = complex_step(system, &inputs, settings, &all).unwrap_or_else(|error| panic!("{error}"));
+        relative_error(&adjoint, &reference)
+    });
+    println!("{what}: adjoint against complex step: controls, p*0, steps {errors:?}");
+    assert!(errors.iter().all(|error| *error <= 1e-9), "{what}: {errors:?}");
+}
+
+#[test]
+fn a_doubled_hinge_changes_neither_motion_nor_gradient_and_is_named() {
+    let single = pendulum(1, 1);
+    let given = inputs(&single, 200, 0.01);
+    let (motion, gradient, warnings) = run(&single, &given);
+    assert!(warnings.is_empty() && motion.compliance.is_empty());
+    for (hinges, elbows) in [(2, 1), (1, 2), (3, 2)] {
+        let doubled = pendulum(hinges, elbows);
+        let (again, its_gradient, warnings) = run(&doubled, &given);
+        let errors = [
+            largest_difference(again.q.as_slice(), motion.q.as_slice()),
+            largest_difference(again.v.as_slice(), motion.v.as_slice()),
+            relative_error(&its_gradient, &gradient),
+        ];
+        let (sigma, its_sigma) = (largest(motion.sigma.as_slice()), largest(again.sigma.as_slice()));
+        println!("{hinges} hinges, {elbows} elbows: q, v, gradient {errors:?}, σ {its_sigma:.1} for {sigma:.1}");
+        assert!(errors.iter().all(|error| *error <= 1e-9), "{errors:?}");
+        assert!(its_sigma <= 2.0 * sigma);
+        let [Warning::DependentConstraints { equations, .. }] = warnings.as_slice() else { panic!("{warnings:?}") };
+        println!("{}", warnings[0]);
+        assert_eq!(equations.len(), if hinges > 1 { 2 * hinges } else { 0 } + if elbows > 1 { 2 * elbows } else { 0 });
+        assert_exact("doubled hinge", &doubled, &inputs(&doubled, 20, 0.01));
+    }
+}
+
+#[test]
+fn a_third_crank_moves_as_one_that_is_held_by_half_a_hinge() {
+    let (half, three) = (parallelogram(3, 0.9, false), parallelogram(3, 0.9, true));
+    for steps in [50, 100, 200] {
+        let given = inputs(&half, steps, 0.6 / steps as f64);
+        let ((motion, gradient, _), (again, its_gradient, warnings)) = (run(&half, &given), run(&three, &given));
+        assert!(matches!(&warnings[..], [Warning::DependentConstraints { equations, .. }] if equations.len() == 12));
+        let errors = [
+            largest_difference(again.q.as_slice(), motion.q.as_slice()),
+            relative_error(&its_gradient, &gradient),
+            largest(again.phi_dot(&three, &given).as_slice()),
+        ];
+        println!("third crank, {steps} steps: q, gradient, dΦ/dt {errors:?}");
+        assert!(errors.iter().all(|error| *error <= 1e-9), "{errors:?}");
+        assert!(largest(again.sigma.as_slice()) <= 3.0 * largest(motion.sigma.as_slice()));
+    }
+    assert_exact("third crank", &three, &inputs(&three, 40, 0.01));
+    let four = parallelogram(4, 0.9, true);
+    assert_exact("fourth crank", &four, &inputs(&four, 40, 0.01));
+}
+
+#[test]
+fn a_loop_overclosed_by_a_weld_moves_as_without_it() {
+    let (hinged, welded) = (overclosed(false), overclosed(true));
+    let given = inputs(&hinged, 200, 0.01);
+    let (motion, gradient, _) = run(&hinged, &given);
+    let (again, its_gradient, warnings) = run(&welded, &given);
+    let errors = [largest_difference(again.q.as_slice(), motion.q.as_slice()), relative_error(&its_gradient, &gradient)];
+    println!("weld: q, gradient {errors:?}; {}", warnings[0]);
+    assert!(errors.iter().all(|error| *error <= 1e-9), "{errors:?}");
+    assert_exact("weld", &welded, &inputs(&welded, 20, 0.01));
+}
+
+#[test]
+fn constraints_that_contradict_each_other_are_refused_by_name() {
+    let two_hinges = |at: [f64; 2]| {
+        let mut mechanism = Mechanism::new();
+        let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
+        mechanism.hinge(None, rod, [0.0, 0.0]);
+        let body = mechanism.bodies[0].0;
+        mechanism.scene.revolute("elsewhere", Body::GROUND.at(at[0], at[1]), body.at(-0.5, 0.0));
+        mechanism.compile()
+    };
+    let system = two_hinges([0.0, 0.1]);
+    let error = simulate(&system, &inputs(&system, 10, 0.01), Settings::default()).expect_err("contradiction").error;
+    assert_says(&error, &["contradict", "1.000e-1", "`hinge 1` (equation 1)", "`elsewhere` (equation 1)"]);
+    assert!(matches!(error, Error::ContradictoryConstraints { equations, .. } if equations.len() == 2));
+}
+
+#[test]
+fn drives_that_drift_apart_are_refused_when_they_do() {
+    let mut mechanism = Mechanism::new();
+    let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
+    mechanism.hinge(None, rod, [0.0, 0.0]);
+    let body = mechanism.bodies[0].0;
+    for (name, amplitude) in [("drive", 0.3), ("another drive", 0.301)] {
+        let b = [-amplitude, amplitude, 3.0, FRAC_PI_2].map(Param::from);
+        mechanism.scene.driven_angle(name, Body::GROUND, body, Harmonic, b);
+    }
+    let system = mechanism.compile();
+    let stopped = simulate(&system, &inputs(&system, 100, 0.01), Settings::default()).expect_err("contradiction");
+    assert_says(&stopped.error, &["contradict", "`drive`", "`another drive`"]);
+}
+
+#[test]
+fn a_parallelogram_passes_through_its_flat_position() {
+    let system = parallelogram(2, 0.9, true);
+    let (coarse, fine) = (inputs(&system, 400, 0.005), inputs(&system, 800, 0.0025));
+    let ((motion, ..), (again, ..)) = (run(&system, &coarse), run(&system, &fine));
+    // Its cranks stay parallel, several turns long.
+    let between = (0..motion.computed).map(|i| (motion.q[(2, i)] - motion.q[(5, i)]).abs()).fold(0.0, f64::max);
+    let end = (motion.q[(2, 400)] - again.q[(2, 800)]).abs();
+    println!(
+        "flat parallelogram: cranks differ by {between:.1e}, Δt and Δt/2 by {end:.1e} after {:.1} rad",
+        motion.q[(2, 400)]
+    );
+    assert!(motion.q[(2, 400)] > 6.0 && between <= 1e-8 && end <= 2e-3);
+}
+
+/// The end of a rod of length 1 lies on the axis of abscissas.
+struct OnAxis;
+impl Constraint<3, 1> for OnAxis {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[1] + q[2].sin() * 0.5])
+    }
+}
+
+/// A slider-crank with crank and rod of equal length, its slider on the axis of the crank's foot.
+fn slider_crank(angle: f64) -> System {
+    let mut mechanism = Mechanism::new();
+    let (sin, cos) = angle.sin_cos();
+    let (crank, rod) = (mechanism.rod([0.0, 0.0], [cos, sin]), mechanism.rod([cos, sin], [2.0 * cos, 0.0]));
+    mechanism.hinge(None, crank, [0.0, 0.0]);
+    mechanism.hinge(Some(crank), rod, [cos, sin]);
+    let end = mechanism.bodies[rod].0;
+    mechanism.scene.constraint("guide", OnAxis, end.coordinates, []);
+    mechanism.compile()
+}
+
+#[test]
+fn a_slider_crank_of_equal_lengths_passes_its_dead_centre() {
+    // At φ = π/2 the slider stands over the crank's foot; rod and crank could turn on together, but do not at this speed.
+    let system = slider_crank(1.0);
+    let mut given = inputs(&system, 300, 0.005);
+    given.controls.fill(30.0);
+    let (motion, ..) = run(&system, &given);
+    let (crank, rod) = (motion.q[(2, 300)], motion.q[(5, 300)]);
+    println!("slider-crank: crank at {crank:.3} rad, rod at {rod:.3}");
+    assert!(crank > 4.0 && (crank + rod).abs() <= 1e-9);
+}
+
+#[test]
+fn a_mechanism_that_starts_in_a_singular_configuration_is_refused() {
+    for system in [parallelogram(2, 0.0, true), slider_crank(FRAC_PI_2), parallelogram(2, PI, true)] {
+        let error = simulate(&system, &inputs(&system, 10, 0.01), Settings::default()).expect_err("singular").error;
+        assert_says(&error, &["singular configuration at the start", "rank", "hinge"]);
+        assert!(matches!(error, Error::SingularConfiguration { step: 0, .. }));
+    }
+}
