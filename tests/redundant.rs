@@ -5,10 +5,11 @@ mod common;
 use common::bench::number;
 use common::{assert_says, largest, largest_difference, relative_error};
 use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
 use hamiltonian_adjoint::{
-    Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Param, Scalar, Scene, Settings, Solver, Start, Sum, System,
-    Trajectory, Warning, simulate,
+    Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Settings, Solver, Start,
+    Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -76,13 +77,13 @@ impl Mechanism {
         self.scene.constraint("half a hinge", SameAbscissa, [x, y, phi, q[0], q[1], q[2]], constants);
     }
 
-    fn hinge(&mut self, a: Option<usize>, b: usize, at: [f64; 2]) {
+    fn hinge(&mut self, a: Option<usize>, b: usize, at: [f64; 2]) -> [Multiplier; 2] {
         let [a, b] = [a, Some(b)].map(|rod| {
             let [along, across] = self.local(rod, at);
             self.frame(rod).0.at(along, across)
         });
         self.hinges += 1;
-        self.scene.revolute(&format!("hinge {}", self.hinges), a, b);
+        self.scene.revolute(&format!("hinge {}", self.hinges), a, b)
     }
 
     fn compile(mut self) -> System {
@@ -99,8 +100,8 @@ impl Mechanism {
 fn pendulum(hinges: usize, elbows: usize) -> System {
     let mut mechanism = Mechanism::new();
     let (upper, lower) = (mechanism.rod([0.0, 0.0], [1.0, 0.0]), mechanism.rod([1.0, 0.0], [1.0, 1.0]));
-    (0..hinges).for_each(|_| mechanism.hinge(None, upper, [0.0, 0.0]));
-    (0..elbows).for_each(|_| mechanism.hinge(Some(upper), lower, [1.0, 0.0]));
+    (0..hinges).for_each(|_| drop(mechanism.hinge(None, upper, [0.0, 0.0])));
+    (0..elbows).for_each(|_| drop(mechanism.hinge(Some(upper), lower, [1.0, 0.0])));
     mechanism.compile()
 }
 
@@ -198,6 +199,34 @@ fn a_doubled_hinge_changes_neither_motion_nor_gradient_and_is_named() {
         assert_eq!(equations.len(), if hinges > 1 { 2 * hinges } else { 0 } + if elbows > 1 { 2 * elbows } else { 0 });
         assert_exact("doubled hinge", &doubled, &inputs(&doubled, 20, 0.01));
     }
+}
+
+/// A multiplier.
+struct Reaction;
+impl Cost<0, 1, 0> for Reaction {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, _b: &SVector<S, 0>) -> S {
+        at.sigma[0]
+    }
+}
+
+#[test]
+fn the_adjoint_variables_of_shared_reactions_are_those_of_the_paper_system() {
+    let mut mechanism = Mechanism::new();
+    let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
+    mechanism.hinge(None, rod, [0.0, 0.0]);
+    let sigma = mechanism.hinge(None, rod, [0.0, 0.0]);
+    mechanism.scene.cost("reaction", Reaction, Sum::Plain, [], [sigma[0]], [], []);
+    let system = mechanism.compile();
+    let given = inputs(&system, 20, 0.01);
+    let mut solver = Solver::new(&system, Settings { keep_adjoint: true, ..Settings::default() });
+    solver.simulate(&given).expect("motion");
+    solver.gradient().expect("gradient");
+    let paper = PaperSystem::new(&system, &given, solver.trajectory()).expect("motion").gradient().expect("gradient");
+    let e = &solver.adjoint_variables().expect("kept").e;
+    let difference = (e - paper.w.rows(4 * system.n(), system.m())).amax() / e.amax();
+    // σ is shared by a compliance of 1e-11, so e is large and known to a few digits only.
+    println!("e up to {:.1e}, difference {difference:.1e}", e.amax());
+    assert!(e.amax() > 1e9 && difference <= 1e-9);
 }
 
 #[test]
