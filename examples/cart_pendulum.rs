@@ -191,8 +191,8 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
         list(angles),
         list(gradient.controls.iter().copied()),
         solver.report().newton_iterations,
-        motion.phi(&system, &inputs).amax(),
-        motion.phi_dot(&system, &inputs).amax(),
+        motion.phi(&system, &inputs)?.amax(),
+        motion.phi_dot(&system, &inputs)?.amax(),
         median(forward),
         median(both),
     ))

@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let motion = solver.simulate(&inputs)?;
     println!("  t, s    crank, °   slider, m   |Φ|, m");
-    let phi = motion.phi(&system, &inputs);
+    let phi = motion.phi(&system, &inputs)?;
     for i in (0..=steps).step_by(25) {
         let (crank, slider) = (motion.q[(2, i)].to_degrees(), motion.q[(6, i)]);
         println!("{:7.4}   {crank:8.2}   {slider:9.5}   {:.1e}", motion.times[i], phi.column(i).amax());

@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = Settings::default();
     let mut solver = Solver::new(&system, settings);
     let motion = solver.simulate(&inputs)?;
-    let phi = motion.phi(&system, &inputs);
+    let phi = motion.phi(&system, &inputs)?;
     for i in (0..=steps).step_by(50) {
         println!(
             "t = {:.2} s: x {:+.4} m, y {:.4} m, Φ {:+.1e} m",

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for i in (0..system.n()).filter(|&i| system.coordinate_name(i).starts_with("link") && i % 3 == 2) {
         println!("            {} = {:.4} rad", system.coordinate_name(i), motion.q[(i, steps)]);
     }
-    let (phi, phi_dot) = (motion.phi(&system, &inputs).amax(), motion.phi_dot(&system, &inputs).amax());
+    let (phi, phi_dot) = (motion.phi(&system, &inputs)?.amax(), motion.phi_dot(&system, &inputs)?.amax());
     println!("largest |Φ| {phi:.1e}, largest |dΦ/dt| {phi_dot:.1e}");
 
     // The gradient, by one backward sweep.

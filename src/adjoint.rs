@@ -22,9 +22,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::lanes::dot_sum;
+use crate::linear::Breakdown;
+use crate::refinement::Refinement;
+use crate::restart::Restart;
 use crate::simulate::Forward;
-use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
-use crate::trajectory::{Report, column, column_mut, weights};
+use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
+use crate::trajectory::{Report, column, column_mut};
+use crate::trapezoid::Newton;
 use crate::{Error, Settings, Start, System, error};
 
 /// The cost and its derivatives with respect to everything a motion follows from.
@@ -62,12 +66,12 @@ pub struct AdjointVariables {
 
 /// Adjoint variables of one node.
 #[derive(Clone, Default)]
-struct Node {
-    a: Vec<f64>,
-    b: Vec<f64>,
-    c: Vec<f64>,
-    d: Vec<f64>,
-    e: Vec<f64>,
+pub(crate) struct Node {
+    pub(crate) a: Vec<f64>,
+    pub(crate) b: Vec<f64>,
+    pub(crate) c: Vec<f64>,
+    pub(crate) d: Vec<f64>,
+    pub(crate) e: Vec<f64>,
 }
 
 /// The backward sweep and its memory.
@@ -76,16 +80,19 @@ pub(crate) struct Sweep {
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
     /// The node at hand and, in a and b, the one after it.
-    node: Node,
-    next: Node,
-    cost: CostRows,
-    cost_is_zero: bool,
-    rows: Rows,
+    pub(crate) node: Node,
+    pub(crate) next: Node,
+    pub(crate) cost: CostRows,
+    pub(crate) cost_is_zero: bool,
+    pub(crate) rows: Rows,
     /// The right-hand side of the adjoint equations.
-    right: Pair,
-    zeros: Pair,
+    pub(crate) right: Pair,
+    pub(crate) zeros: Pair,
+    /// dJ/du of the node at hand.
+    pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
-    time: f64,
+    pub(crate) time: f64,
+    refinement: Refinement,
 }
 
 impl Sweep {
@@ -106,7 +113,9 @@ impl Sweep {
             cost_is_zero: true,
             right: Pair::new(n, m),
             zeros: Pair::new(n, m),
+            u: zeros(system.k()),
             time: 0.0,
+            refinement: Refinement::default(),
         }
     }
 
@@ -122,29 +131,59 @@ impl Sweep {
     pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
         forward.trajectory.check_complete(&forward.inputs)?;
         let nodes = forward.inputs.grid.nodes();
-        self.prepare(system, forward, settings);
-        for i in (0..nodes).rev() {
-            self.cost_rows(system, forward, i)?;
-            self.solve_node(system, forward, i)?;
-            self.input_rows(system, forward, i);
-            if i > 0 {
-                self.step_row(forward, i);
-            } else {
-                self.start_rows(system, forward);
-            }
-            self.store(forward, i);
-            std::mem::swap(&mut self.node, &mut self.next);
-        }
-        Ok(&self.gradient)
+        self.begin(system, forward, settings);
+        let restarts = std::mem::take(&mut forward.restarts);
+        let done = (0..nodes).rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
+        forward.restarts = restarts;
+        done.map(|()| &self.gradient)
     }
 
-    fn prepare(&mut self, system: &System, forward: &Forward, settings: &Settings) {
+    /// Goes back through one node, and through the step into it.
+    pub(crate) fn visit(
+        &mut self,
+        system: &System,
+        forward: &mut Forward,
+        restart: Option<Restart>,
+        node: usize,
+    ) -> Result<(), Error> {
+        let steps = &forward.inputs.grid.steps;
+        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
+        let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
+        self.cost_rows(system, forward, node)?;
+        let begins = restart.is_some() || node == 0;
+        self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
+        self.input_rows(system, &forward.newton, &forward.at(node));
+        if let Some(restart) = restart {
+            let crossed = self.cross(system, forward, &restart, node);
+            crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
+            self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
+            let at = forward.at(node);
+            self.input_rows(system, &forward.newton, &At { q: restart.q, v: restart.v, sigma: restart.sigma, ..at });
+        }
+        self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
+        if node > 0 {
+            let y = forward.trajectory.columns(node - forward.first);
+            let (v, p_star_dot) = restart.map_or((y.v, y.p_star_dot), |y| (y.v, y.p_star_dot));
+            self.step_row(forward, (v, p_star_dot), node);
+        } else {
+            self.start_rows(system, forward);
+        }
+        self.store(forward, node);
+        std::mem::swap(&mut self.node, &mut self.next);
+        Ok(())
+    }
+
+    /// Makes room for the gradient with respect to the given inputs and sets it to zero.
+    pub(crate) fn begin(&mut self, system: &System, forward: &Forward, settings: &Settings) {
         let inputs = &forward.inputs;
-        let nodes = inputs.grid.nodes();
+        self.refinement = forward.refinement();
+        let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;
         if gradient.controls.ncols() != nodes {
             gradient.controls = DMatrix::zeros(system.k(), nodes);
         }
+        gradient.controls.fill(0.0);
+        gradient.steps.clear();
         gradient.steps.resize(nodes - 1, 0.0);
         if std::mem::discriminant(&gradient.start) != std::mem::discriminant(&inputs.start) {
             gradient.start = inputs.start.clone();
@@ -156,11 +195,12 @@ impl Sweep {
         self.next.a.fill(0.0);
         self.next.b.fill(0.0);
         self.next.e.fill(0.0);
-        self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, nodes));
+        self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
-    /// J's terms at node `i` and their partials.
+    /// J's terms at node `i`, their partials and their weights' derivatives.
     fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) -> Result<(), Error> {
+        self.u.fill(0.0);
         if !self.cost_is_zero {
             self.cost.clear();
             self.cost_is_zero = true;
@@ -169,24 +209,45 @@ impl Sweep {
         if i < steps.len() && !system.has_running_cost() {
             return Ok(());
         }
-        let (at, weights) = (forward.trajectory.cost_at(&forward.inputs, i), weights(steps, i));
+        let (Some(weights), Some(given)) = (self.refinement.weights(steps, i), self.refinement.given_node(i)) else {
+            return Ok(());
+        };
+        let at = forward.cost_at(i);
         system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
         self.cost_is_zero = false;
         self.gradient.value += self.cost.value;
+        self.u.copy_from_slice(&self.cost.u);
+        self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.time += self.cost.time;
+        if let Some(before) = given.checked_sub(1) {
+            self.gradient.steps[before] += self.cost.step_before;
+        }
+        if let Some(after) = self.gradient.steps.get_mut(given) {
+            *after += self.cost.step_after;
+        }
         if self.cost.is_finite() {
             return Ok(());
         }
         let names = system.costs().iter().find_map(|costs| costs.find_not_finite(&at, &weights, &mut self.cost));
-        Err(Error::Model { element: error::quoted(names.unwrap_or("the cost")), node: i, time: at.t })
+        Err(Error::Model { element: error::quoted(names.unwrap_or("the cost")), node: given, time: at.t })
     }
 
-    /// Solves the adjoint equations of node `i`.
-    fn solve_node(&mut self, system: &System, forward: &mut Forward, i: usize) -> Result<(), Error> {
-        let (n, steps) = (system.n(), &forward.inputs.grid.steps);
-        let h = if i > 0 { 0.5 * steps[i - 1] } else { 0.0 };
-        let h_next = steps.get(i).map_or(0.0, |dt| 0.5 * dt);
+    fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {
+        system.singular_step(breakdown, self.refinement.given_step(node), forward.at(node).t)
+    }
+
+    /// Solves the adjoint equations of a node, with half steps h into it and h₊ out of it, and with its blocks or others.
+    fn solve_node(
+        &mut self,
+        system: &System,
+        forward: &mut Forward,
+        i: usize,
+        (h, h_next): (f64, f64),
+        blocks: Option<&[f64]>,
+    ) -> Result<(), Error> {
+        let n = system.n();
         let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
-        let blocks = column(&forward.blocks, i);
+        let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, i - forward.first));
         let newton = &mut forward.newton;
         // Of equal length, so that the loops below need no checks.
         let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
@@ -214,7 +275,9 @@ impl Sweep {
         }
 
         let factored = newton.factor(system, h, blocks, &mut self.report);
-        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        if let Err(breakdown) = factored {
+            return Err(self.singular(system, forward, i, &breakdown));
+        }
         newton.solve_transposed(system, &self.right, &mut node.c, &mut node.e);
 
         let (b, c, d) = (&mut node.b[..n], &node.c[..n], &mut node.d[..n]);
@@ -234,28 +297,20 @@ impl Sweep {
         Ok(())
     }
 
-    /// Derivatives with respect to u_i, the design variables and the time of node `i`.
-    fn input_rows(&mut self, system: &System, forward: &Forward, i: usize) {
-        let u = column_mut(&mut self.gradient.controls, i);
-        u.copy_from_slice(&self.cost.u);
-        forward.newton.evaluation.constants.pull_back_controls(&self.node.d, u);
-        self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
-        self.time += self.cost.time;
-        let at = forward.trajectory.at(&forward.inputs, i);
+    /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
+    fn input_rows(&mut self, system: &System, newton: &Newton, at: &At<f64>) {
+        newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
-        let mut rows = InputRows { u, design: self.gradient.design.as_mut_slice(), time: &mut self.time };
-        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+        let design = self.gradient.design.as_mut_slice();
+        let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time };
+        system.sensitive().for_each(|batch| batch.pull_back_inputs(at, &with, &mut rows));
     }
 
-    /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
-    fn step_row(&mut self, forward: &Forward, i: usize) {
-        let (y, before) = (forward.trajectory.columns(i), forward.trajectory.columns(i - 1));
-        let velocities = dot_sum(&self.node.a, y.v, before.v);
-        let own = 0.5 * (velocities + dot_sum(&self.node.b, y.p_star_dot, before.p_star_dot));
-        self.gradient.steps[i - 1] = self.time - own + self.cost.step_before;
-        if let Some(after) = self.gradient.steps.get_mut(i) {
-            *after += self.cost.step_after;
-        }
+    /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes.
+    fn step_row(&mut self, forward: &Forward, (v, p_star_dot): (&[f64], &[f64]), i: usize) {
+        let before = forward.trajectory.columns(i - 1 - forward.first);
+        let own = dot_sum(&self.node.a, v, before.v) + dot_sum(&self.node.b, p_star_dot, before.p_star_dot);
+        self.refinement.add_step(i, self.time - 0.5 * own, &mut self.gradient.steps);
     }
 
     /// Keeps the adjoint variables of node `i`, if they are wanted.
@@ -288,9 +343,6 @@ impl Sweep {
 
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
     fn start_rows(&mut self, system: &System, forward: &Forward) {
-        if let Some(after) = self.gradient.steps.first_mut() {
-            *after += self.cost.step_after;
-        }
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
         self.gradient.start.q_mut().iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
         self.gradient.start.rate_mut().iter_mut().zip(&self.node.b).for_each(|(p, b)| *p = -b);
@@ -298,7 +350,7 @@ impl Sweep {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
-            let at = forward.trajectory.at(&forward.inputs, 0);
+            let at = forward.at(0);
             let blocks = column(&forward.blocks, 0);
             forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);

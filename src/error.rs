@@ -139,6 +139,8 @@ pub enum Error {
         time: f64,
         /// How many iterations were made.
         iterations: usize,
+        /// The length of the step, or of the part of it that was tried last, s.
+        length: f64,
         /// The largest residual left, relative to the size of the terms in its equation.
         residual: f64,
         /// The equation that holds it.
@@ -168,6 +170,20 @@ pub enum Error {
     NoSuchInput {
         /// What was asked for.
         input: String,
+    },
+    /// A motion that is too long for the memory that was given.
+    Memory {
+        /// Bytes.
+        given: usize,
+        /// About so many bytes are needed.
+        needed: usize,
+    },
+    /// The paper's system was asked for of a motion that was started anew on the way.
+    Restarted {
+        /// The first node where that happened.
+        node: usize,
+        /// Its time, s.
+        time: f64,
     },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
@@ -242,10 +258,11 @@ impl fmt::Display for Error {
                 seconds(*time),
                 coordinates.join(", ")
             ),
-            Error::Newton { step, time, iterations, residual, equation } => write!(
+            Error::Newton { step, time, iterations, length, residual, equation } => write!(
                 f,
-                "Newton did not converge in step {step} (t = {} s): the relative residual after iteration {iterations} is \
-                 {residual:.2e} in {equation}; try a shorter time step, or raise `Settings::max_iterations`",
+                "Newton did not converge in step {step} (t = {} s, last tried with Δt = {length:.3e} s): the relative residual after \
+                 iteration {iterations} is {residual:.2e} in {equation}; try a shorter time step, or raise \
+                 `Settings::max_iterations` or `Settings::max_halvings`",
                 seconds(*time)
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(
@@ -264,6 +281,15 @@ impl fmt::Display for Error {
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is no input of this motion; `check::Input::all` lists them")
             }
+            Error::Memory { given, needed } => {
+                write!(f, "{given} bytes are too few for this motion and its gradient; about {needed} are needed")
+            }
+            Error::Restarted { node, time } => write!(
+                f,
+                "the motion was started anew at node {node} (t = {} s), which the paper's system does not know; simulate without \
+                 `Settings::drift_bound` and `Settings::rebase_every`",
+                seconds(*time)
+            ),
             Error::Incomplete { computed: 0, .. } => {
                 write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")
             }

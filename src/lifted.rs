@@ -6,6 +6,8 @@
 //! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
 //! fast the iteration converges.
 
+use crate::refinement::Refinement;
+use crate::restart::Restart;
 use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
@@ -15,6 +17,8 @@ use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 const CONVERGED: f64 = 1e-14;
 /// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
 const ROUNDING: f64 = 1e-13;
+/// Corrections that stop shrinking below this are rounding too: where accelerations are large, there is more of it.
+const STALLED: f64 = 1e-10;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -37,6 +41,7 @@ const MOST_CORRECTIONS: usize = 30;
 pub struct LiftedSolver<'s, R: Real> {
     real: Solver<'s>,
     inputs: Inputs<R>,
+    refinement: Refinement,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
     /// q₋ + h v₋ and p*₋ + h ṗ*₋.
@@ -60,9 +65,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         real.simulate(inputs)?;
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
+        let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes());
+        trajectory.compliance.clone_from(&real.trajectory().compliance);
+        trajectory.inserted.clone_from(&real.trajectory().inserted);
+        trajectory.restarted.clone_from(&real.trajectory().restarted);
         Ok(LiftedSolver {
             inputs: inputs.lift(),
-            trajectory: Trajectory::zeros(system, inputs.grid.nodes()),
+            refinement: real.refinement(),
+            trajectory,
             sums: Sums::new(n, m),
             start_q: zeros(n),
             start_p: zeros(n),
@@ -80,25 +90,17 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.trajectory.computed = 0;
         self.check_sizes(inputs)?;
-        self.inputs = inputs.clone();
+        self.inputs = self.refinement.refine(inputs);
         for part in 1..R::PARTS {
             self.unit[part] = largest_part(inputs, part);
         }
-        let times = inputs.grid.times();
+        let times = self.inputs.grid.times();
         self.trajectory.times.copy_from_slice(&times);
-        self.trajectory.compliance.clone_from(&self.real.trajectory().compliance);
         self.start()?;
-        for i in 1..inputs.grid.nodes() {
-            let h = self.inputs.grid.steps[i - 1] * 0.5;
-            let y = self.trajectory.columns(i - 1);
-            for k in 0..self.start_q.len() {
-                self.start_q[k] = y.q[k] + h * y.v[k];
-                self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
-            }
-            self.start_sigma.copy_from_slice(y.sigma);
-            self.solve_node(i, h)?;
-        }
-        Ok(&self.trajectory)
+        let restarts = std::mem::take(&mut self.real.forward_mut().restarts);
+        let done = (1..times.len()).try_for_each(|i| self.step(i, restarts.at(i)));
+        self.real.forward_mut().restarts = restarts;
+        done.map(|()| &self.trajectory)
     }
 
     /// J of the last motion.
@@ -107,7 +109,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// No complete motion.
     pub fn cost(&self) -> Result<R, Error> {
         self.trajectory.check_complete(&self.inputs)?;
-        Ok(self.trajectory.cost(self.real.system(), &self.inputs))
+        self.trajectory.cost(self.real.system(), &self.inputs)
+    }
+
+    /// The inputs of the last motion, on the grid that was taken.
+    pub fn inputs(&self) -> &Inputs<R> {
+        &self.inputs
     }
 
     /// The real motion.
@@ -115,13 +122,30 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         &mut self.real
     }
 
+    fn step(&mut self, i: usize, restart: Option<Restart>) -> Result<(), Error> {
+        let h = self.inputs.grid.steps[i - 1] * 0.5;
+        let y = self.trajectory.columns(i - 1);
+        for k in 0..self.start_q.len() {
+            self.start_q[k] = y.q[k] + h * y.v[k];
+            self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
+        }
+        self.start_sigma.copy_from_slice(y.sigma);
+        self.solve_node(i, h, restart)?;
+        if let Some(restart) = restart {
+            self.restart(i, &restart)?;
+        }
+        self.trajectory.computed = i + 1;
+        Ok(())
+    }
+
     fn check_sizes(&self, inputs: &Inputs<R>) -> Result<(), Error> {
         let real = self.real.inputs();
+        let inserted = self.real.trajectory().inserted.len();
         let sizes = [
-            ("time steps", real.grid.steps.len(), inputs.grid.steps.len()),
+            ("time steps", real.grid.steps.len() - inserted, inputs.grid.steps.len()),
             ("q0", real.start.q().len(), inputs.start.q().len()),
             ("v0 or p*0", real.start.rate().len(), inputs.start.rate().len()),
-            ("controls", real.controls.len(), inputs.controls.len()),
+            ("controls", real.controls.len() - inserted * real.controls.nrows(), inputs.controls.len()),
             ("design variables", real.design.len(), inputs.design.len()),
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
@@ -148,41 +172,51 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.real.system().plain_sums(&at, &mut self.sums);
             self.start_p.copy_from_slice(&self.sums.l_v);
         }
-        self.solve_node(0, R::zero())
+        self.solve_node(0, R::zero(), None)?;
+        self.trajectory.computed = 1;
+        Ok(())
     }
 
-    fn solve_node(&mut self, i: usize, h: R) -> Result<(), Error> {
+    /// Solves a node, or the end of the step into it if there was a restart, from the real solution on.
+    fn solve_node(&mut self, i: usize, h: R, restart: Option<Restart>) -> Result<(), Error> {
         let system = self.real.system();
-        self.start_from_real(i);
+        self.start_from_real(i, restart);
         let forward = self.real.forward_mut();
-        let blocks = column(&forward.blocks, i);
+        let blocks = restart.map_or_else(|| column(&forward.blocks, i), |restart| restart.step_blocks);
         let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let mut last = f64::INFINITY;
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
+            let stalls = correction > 2 && size <= STALLED && size >= 0.5 * last;
             last = size;
-            if correction > 0 && (size <= CONVERGED || is_rounding) {
+            if correction > 0 && (size <= CONVERGED || is_rounding || stalls) {
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
             }
         }
-        Err(Error::Newton {
-            step: i,
-            time: self.trajectory.times[i].part(0),
-            iterations: MOST_CORRECTIONS,
-            residual: last,
-            equation: "the complex or dual part of the step".into(),
-        })
+        Err(self.diverged(i, last, "the complex or dual part of the step"))
     }
 
-    fn start_from_real(&mut self, i: usize) {
-        let real = self.real.trajectory();
+    fn diverged(&self, i: usize, residual: f64, what: &str) -> Error {
+        Error::Newton {
+            step: self.refinement.given_step(i),
+            time: self.trajectory.times[i].part(0),
+            iterations: MOST_CORRECTIONS,
+            length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
+            residual,
+            equation: what.into(),
+        }
+    }
+
+    fn start_from_real(&mut self, i: usize, restart: Option<Restart>) {
+        let real = self.real.trajectory().columns(i);
+        let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
         let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
-        lift(column_mut(&mut self.trajectory.v, i), column(&real.v, i));
-        lift(column_mut(&mut self.trajectory.sigma, i), column(&real.sigma, i));
+        lift(column_mut(&mut self.trajectory.v, i), v);
+        lift(column_mut(&mut self.trajectory.sigma, i), sigma);
     }
 
     /// q = q₋ + h (v₋ + v) and the sums of all elements there.
@@ -227,13 +261,67 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         (largest, is_rounding)
     }
 
+    /// Starts anew at a node: Φ = 0 and T_v as in [`restart`](crate::restart), then v and σ as at node 0.
+    fn restart(&mut self, i: usize, restart: &Restart) -> Result<(), Error> {
+        let v = column(&self.trajectory.v, i).to_vec();
+        if let Some((nu, _)) = restart.projection {
+            self.project(i, nu)?;
+        }
+        self.start_q.copy_from_slice(column(&self.trajectory.q, i));
+        let sigma = vec![R::zero(); self.start_sigma.len()];
+        let at = At { v: &v, sigma: &sigma, ..self.trajectory.at(&self.inputs, i) };
+        self.real.system().plain_sums(&at, &mut self.sums);
+        self.start_p.copy_from_slice(&self.sums.l_v);
+        self.start_sigma.fill(R::zero());
+        self.solve_node(i, R::zero(), None)
+    }
+
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
+    fn project(&mut self, i: usize, nu: &[f64]) -> Result<(), Error> {
+        let system = self.real.system();
+        let before = column(&self.trajectory.q, i).to_vec();
+        let real: Vec<R> = column(&self.real.trajectory().q, i).iter().map(|&q| q.into()).collect();
+        column_mut(&mut self.trajectory.q, i).copy_from_slice(&real);
+        let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
+        let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
+        let mut phi = vec![R::zero(); nu.len()];
+        let forward = self.real.forward_mut();
+        let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
+        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        let mut last = [f64::INFINITY; 2];
+        for correction in 0..MOST_CORRECTIONS {
+            let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
+            system.plain_sums(&at, &mut self.sums);
+            system.phi(&at, &mut phi);
+            for &(j, mu) in &self.trajectory.compliance {
+                phi[j] -= nu[j] * mu;
+            }
+            let mut done = true;
+            for part in 0..R::PARTS {
+                self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
+                self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
+                self.real.forward_mut().newton.solve(system, &mut self.part);
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v);
+                w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
+                nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
+                // Corrections of 0 relative to 0 say nothing; those that stop shrinking are rounding.
+                let is_rounding = size <= CONVERGED || size <= STALLED && size >= 0.5 * last[part];
+                last[part] = size;
+                done &= correction > 0 && is_rounding;
+            }
+            if done {
+                return Ok(());
+            }
+        }
+        Err(self.diverged(i, last[0].max(last[1]), "the complex or dual part of the projection onto Φ = 0"))
+    }
+
     /// p* by E2 and ṗ* by E4.
     fn store(&mut self, i: usize, h: R) {
         for (k, p) in column_mut(&mut self.trajectory.p_star, i).iter_mut().enumerate() {
             *p = self.start_p[k] + h * self.sums.force[k];
         }
         column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
-        self.trajectory.computed = i + 1;
     }
 }
 

@@ -19,9 +19,10 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use num_dual::Dual64;
 use std::ops::Range;
 
+use crate::refinement::Refinement;
 use crate::scalar::Real;
 use crate::system::{At, CostAt, Sums};
-use crate::trajectory::{column, weights};
+use crate::trajectory::column;
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -131,9 +132,12 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete.
+    /// A motion that is incomplete, or was started anew on the way.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
         trajectory.check_complete(inputs)?;
+        if let Some(&node) = trajectory.restarted.first() {
+            return Err(Error::Restarted { node, time: trajectory.times[node] });
+        }
         Ok(PaperSystem { system, inputs, trajectory })
     }
 
@@ -278,8 +282,9 @@ impl<'a> PaperSystem<'a> {
         let mut arguments = self.arguments(i);
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
-        let weights = weights(&steps, i);
         let columns = which(&mut arguments).len();
+        let refinement = Refinement::new(&self.inputs.grid.steps, &self.trajectory.inserted);
+        let Some(weights) = refinement.weights(&steps, i) else { return DVector::zeros(columns) };
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();

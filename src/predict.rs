@@ -2,27 +2,28 @@
 
 use crate::Trajectory;
 
-/// The most nodes to extrapolate through.
-const MOST: usize = 4;
 /// Beyond this sum of |weights| rounding and roughness are amplified too much, and fewer nodes are used.
 const MOST_AMPLIFICATION: f64 = 20.0;
 
 /// Extrapolation by the polynomial in t through the last nodes.
 pub(crate) struct Predictor {
-    weights: [f64; MOST],
+    weights: [f64; Predictor::MOST],
     /// The steps that the weights belong to, the one to be predicted last.
-    steps: [f64; MOST],
+    steps: [f64; Predictor::MOST],
     used: usize,
 }
 
 impl Predictor {
     pub(crate) fn new() -> Self {
-        Predictor { weights: [0.0; MOST], steps: [0.0; MOST], used: 0 }
+        Predictor { weights: [0.0; Self::MOST], steps: [0.0; Self::MOST], used: 0 }
     }
 
-    /// Writes the guess for node `i` ≥ 1 into its columns.
+    /// The most nodes to extrapolate through.
+    pub(crate) const MOST: usize = 4;
+
+    /// Writes the guess for the node in column `i` into it, from the columns before, which lie at the beginnings of these steps.
     pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize) {
-        self.prepare(&steps[i - MOST.min(i)..i]);
+        self.prepare(steps);
         for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
             let rows = matrix.nrows();
             let (before, now) = matrix.as_mut_slice()[(i - self.used) * rows..(i + 1) * rows].split_at_mut(self.used * rows);
@@ -59,7 +60,7 @@ impl Predictor {
     /// Lagrange's weights w_j = Π (t − t_l)/(t_j − t_l) of the nodes where the steps begin, at the end of the last; false if too large.
     fn find_weights(&mut self, steps: &[f64]) -> bool {
         let used = steps.len();
-        let mut nodes = [0.0; MOST];
+        let mut nodes = [0.0; Self::MOST];
         for j in (0..used).rev() {
             nodes[j] = steps[j] + if j + 1 < used { nodes[j + 1] } else { 0.0 };
         }

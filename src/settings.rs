@@ -13,6 +13,15 @@ pub struct Settings {
     pub position_tolerance: f64,
     /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
     pub velocity_tolerance: f64,
+    /// A step without a solution is halved, up to so many times; the grid that was taken is in
+    /// [`Solver::inputs`](crate::Solver::inputs).
+    pub max_halvings: usize,
+    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is above this, in m or rad; infinite for never, as in the paper.
+    ///
+    /// There, and only there, the multipliers begin at zero again too (see [`restart`](crate::restart)).
+    pub drift_bound: f64,
+    /// The multipliers begin at zero again at every so-manieth node, so that long motions do not lose digits; 0 for never.
+    pub rebase_every: usize,
     /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,
 }
@@ -24,6 +33,9 @@ impl Default for Settings {
             max_iterations: 25,
             position_tolerance: 1e-9,
             velocity_tolerance: 1e-9,
+            max_halvings: 10,
+            drift_bound: f64::INFINITY,
+            rebase_every: 0,
             keep_adjoint: false,
         }
     }

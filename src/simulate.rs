@@ -5,32 +5,41 @@ use nalgebra::{DMatrix, DVector};
 use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
-use crate::rank;
-use crate::start;
-use crate::system::At;
+use crate::restart::{self, Point, Restarts};
+use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::{Given, Newton, StepFailure, StepStart, Unknowns};
-use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory};
+use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, rank, start};
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
 const CONTRADICTION: f64 = 1e-6;
 
 /// A motion, with what the adjoint sweep needs of it.
 pub(crate) struct Forward {
+    /// On the grid that is taken.
     pub(crate) inputs: Inputs,
+    /// The node that column 0 of the trajectory holds.
+    pub(crate) first: usize,
     pub(crate) trajectory: Trajectory,
     /// The second derivatives of all varying elements, one column a node.
     pub(crate) blocks: DMatrix<f64>,
+    pub(crate) restarts: Restarts,
     pub(crate) newton: Newton,
     pub(crate) report: Report,
     predictor: Predictor,
+    /// The first node that may be extrapolated from.
+    pub(crate) smooth_from: usize,
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
+    /// Φ, and a point, of a restart.
+    pub(crate) phi: Vec<f64>,
+    pub(crate) restarting: Point,
 }
 
 impl Forward {
     pub(crate) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
         let empty = Inputs {
             grid: Grid { start: 0.0, steps: Vec::new() },
             start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
@@ -39,86 +48,146 @@ impl Forward {
         };
         Forward {
             inputs: empty,
+            first: 0,
             trajectory: Trajectory::zeros(system, 0),
             blocks: DMatrix::zeros(0, 0),
+            restarts: Restarts::default(),
             newton: Newton::new(system),
             report: Report::default(),
             predictor: Predictor::new(),
-            start_q: vec![0.0; system.n()],
-            start_p: vec![0.0; system.n()],
-            start_sigma: vec![0.0; system.m()],
+            smooth_from: 0,
+            start_q: vec![0.0; n],
+            start_p: vec![0.0; n],
+            start_sigma: vec![0.0; m],
+            phi: vec![0.0; m],
+            restarting: Point::new(n, m),
         }
     }
 
     pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        self.begin(system, inputs, inputs.grid.nodes(), settings)?;
+        self.advance(system, settings, usize::MAX)
+    }
+
+    /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
+    pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.trajectory.computed = 0;
         inputs.check(system)?;
-        self.prepare(system, inputs);
+        if self.trajectory.times.len() != room {
+            self.trajectory = Trajectory::zeros(system, room);
+            self.blocks = DMatrix::zeros(system.block_len(), room);
+        }
+        self.inputs.copy_from(inputs);
+        self.report = Report::default();
+        self.trajectory.inserted.clear();
         self.newton.evaluation.set_design(system, inputs.design.as_slice());
-        self.newton.evaluation.set_compliance(&[]);
+        self.begin_again(system, settings)
+    }
+
+    /// Solves node 0 of the inputs at hand.
+    pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
+        (self.first, self.smooth_from) = (0, 0);
+        self.restarts.clear();
+        self.trajectory.computed = 0;
+        self.trajectory.restarted.clear();
         self.trajectory.compliance.clear();
-        start::solve(self, system, settings)?;
-        for step in 1..self.inputs.grid.nodes() {
-            self.step(system, step, settings)?;
+        self.trajectory.times[0] = self.inputs.grid.start;
+        self.newton.evaluation.set_compliance(&[]);
+        start::solve(self, system, settings)
+    }
+
+    /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved.
+    pub(crate) fn advance(&mut self, system: &System, settings: &Settings, end: usize) -> Result<(), Error> {
+        let mut node = self.first + self.trajectory.computed;
+        while node < self.inputs.grid.nodes().min(end) {
+            match self.step(system, node, settings) {
+                Ok(()) => {
+                    self.check_compliant(system, node, settings)?;
+                    restart::apply(self, system, node, settings)?;
+                    node += 1;
+                    self.trajectory.computed = node - self.first;
+                }
+                Err(failure) if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) => {
+                    return Err(self.explain(system, node, failure));
+                }
+                Err(_) => self.halve(node),
+            }
+        }
+        if node == self.inputs.grid.nodes() {
+            self.warn_of_halved_steps();
         }
         Ok(())
     }
 
-    /// Copies the inputs and makes room; allocates only when the grid is longer than any before.
-    fn prepare(&mut self, system: &System, inputs: &Inputs) {
-        let nodes = inputs.grid.nodes();
-        if self.trajectory.times.len() != nodes {
-            self.trajectory = Trajectory::zeros(system, nodes);
-            self.blocks = DMatrix::zeros(system.block_len(), nodes);
-        }
-        self.inputs.copy_from(inputs);
-        self.report = Report::default();
-        let times = &mut self.trajectory.times;
-        times[0] = inputs.grid.start;
-        for (i, dt) in inputs.grid.steps.iter().enumerate() {
-            times[i + 1] = times[i] + dt;
-        }
-    }
-
-    fn step(&mut self, system: &System, i: usize, settings: &Settings) -> Result<(), Error> {
-        let h = 0.5 * self.inputs.grid.steps[i - 1];
-        let before = self.trajectory.columns(i - 1);
-        for k in 0..system.n() {
-            self.start_q[k] = before.q[k] + h * before.v[k];
-            self.start_p[k] = before.p_star[k] + h * before.p_star_dot[k];
+    fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+        let dt = self.inputs.grid.steps[node - 1];
+        let (h, k) = (0.5 * dt, node - self.first);
+        self.trajectory.times[k] = self.trajectory.times[k - 1] + dt;
+        let before = self.trajectory.columns(k - 1);
+        for i in 0..system.n() {
+            self.start_q[i] = before.q[i] + h * before.v[i];
+            self.start_p[i] = before.p_star[i] + h * before.p_star_dot[i];
         }
         if !self.trajectory.compliance.is_empty() {
             self.start_sigma.copy_from_slice(before.sigma);
         }
-        self.predictor.predict(&self.inputs.grid.steps, &mut self.trajectory, i);
-        self.solve_node(system, i, h, settings)?;
-        let rates = column(&self.trajectory.p_star_dot, i);
-        let now = column_mut(&mut self.trajectory.p_star, i);
+        let history = Predictor::MOST.min(k).min(node - self.smooth_from);
+        self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
+        self.solve_node(system, node, h, settings)?;
+        let rates = column(&self.trajectory.p_star_dot, k);
+        let now = column_mut(&mut self.trajectory.p_star, k);
         for ((p_star, start), rate) in now.iter_mut().zip(&self.start_p).zip(rates) {
             *p_star = start + h * rate;
         }
-        self.trajectory.computed = i + 1;
         Ok(())
     }
 
-    /// Solves for (v, σ) of node `i` from the values in its columns, with q = start_q + h v.
-    pub(crate) fn solve_node(&mut self, system: &System, i: usize, h: f64, settings: &Settings) -> Result<(), Error> {
+    /// Solves for (v, σ) of a node from the values in its columns, with q = start_q + h v.
+    pub(crate) fn solve_node(
+        &mut self,
+        system: &System,
+        node: usize,
+        h: f64,
+        settings: &Settings,
+    ) -> Result<(), StepFailure> {
+        let k = node - self.first;
         let from = StepStart { h, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
         let given = Given {
-            u: column(&self.inputs.controls, i),
-            t: self.trajectory.times[i],
+            u: column(&self.inputs.controls, node),
+            t: self.trajectory.times[k],
             design: self.inputs.design.as_slice(),
         };
         let mut unknowns = Unknowns {
-            q: column_mut(&mut self.trajectory.q, i),
-            v: column_mut(&mut self.trajectory.v, i),
-            sigma: column_mut(&mut self.trajectory.sigma, i),
-            p_star_dot: column_mut(&mut self.trajectory.p_star_dot, i),
+            q: column_mut(&mut self.trajectory.q, k),
+            v: column_mut(&mut self.trajectory.v, k),
+            sigma: column_mut(&mut self.trajectory.sigma, k),
+            p_star_dot: column_mut(&mut self.trajectory.p_star_dot, k),
         };
-        let solved = self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report);
-        solved.map_err(|failure| self.explain(system, i, failure))?;
-        column_mut(&mut self.blocks, i).copy_from_slice(&self.newton.evaluation.blocks);
-        self.check_compliant(system, i, settings)
+        self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report)?;
+        column_mut(&mut self.blocks, k).copy_from_slice(&self.newton.evaluation.blocks);
+        Ok(())
+    }
+
+    /// What the costs of a node depend on.
+    pub(crate) fn cost_at(&self, node: usize) -> CostAt<'_, f64> {
+        let y = self.trajectory.columns(node - self.first);
+        CostAt {
+            q: y.q,
+            v: y.v,
+            p_star: y.p_star,
+            p_star_dot: y.p_star_dot,
+            sigma: y.sigma,
+            u: column(&self.inputs.controls, node),
+            t: self.trajectory.times[node - self.first],
+            design: self.inputs.design.as_slice(),
+        }
+    }
+
+    /// What the equations of a node depend on.
+    pub(crate) fn at(&self, node: usize) -> At<'_, f64> {
+        let y = self.trajectory.columns(node - self.first);
+        let (u, design) = (column(&self.inputs.controls, node), self.inputs.design.as_slice());
+        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.trajectory.times[node - self.first], design }
     }
 
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64]) {
@@ -140,57 +209,76 @@ impl Forward {
     }
 
     /// Dependent constraints that cannot be satisfied together pull their compliances apart.
-    fn check_compliant(&self, system: &System, i: usize, settings: &Settings) -> Result<(), Error> {
+    pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         if self.trajectory.compliance.is_empty() {
             return Ok(());
         }
-        let (v, sigma) = (column(&self.trajectory.v, i), column(&self.trajectory.sigma, i));
-        let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(v);
-        let gap = |&(j, mu): &(usize, f64)| (j, (mu * (sigma[j] - self.start_sigma[j])).abs());
+        let at = self.at(node);
+        let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(at.v);
+        let gap = |&(j, mu): &(usize, f64)| (j, (mu * (at.sigma[j] - self.start_sigma[j])).abs());
         let gaps = || self.trajectory.compliance.iter().map(gap).filter(|(_, gap)| *gap > tolerance);
         if gaps().next().is_none() {
             return Ok(());
         }
         let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
-        let at = self.trajectory.at(&self.inputs, i);
         let equations = rank::dependent(system, &at)
             .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
-        Err(Error::ContradictoryConstraints { equations, violation, time: self.trajectory.times[i] })
+        Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
     }
 
-    fn explain(&self, system: &System, i: usize, failure: StepFailure) -> Error {
-        let time = self.trajectory.times[i];
+    /// Whether a formula is to blame, which a shorter step would not change.
+    fn model_fault(&self, system: &System, node: usize, failure: &StepFailure) -> bool {
+        let overflows = match failure {
+            StepFailure::NotFinite => true,
+            StepFailure::Singular(breakdown) => !breakdown.pivot.is_finite(),
+            _ => false,
+        };
+        overflows && matches!(self.not_finite(system, node), Error::Model { .. })
+    }
+
+    pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
+        let time = self.trajectory.times[node - self.first];
+        let step = self.refinement().given_step(node);
+        let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
         match failure {
-            StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, i),
+            StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
+            StepFailure::NotFinite => self.not_finite(system, node),
             StepFailure::Singular(breakdown) => {
-                self.near_singular(system, i).unwrap_or_else(|| system.singular_step(&breakdown, i, time))
+                self.near_singular(system, node).unwrap_or_else(|| system.singular_step(&breakdown, step, time))
             }
-            StepFailure::Diverged { iterations, residual, unknown } => self.near_singular(system, i).unwrap_or_else(|| {
-                Error::Newton { step: i, time, iterations, residual, equation: system.residual_name(unknown) }
-            }),
-            StepFailure::NotFinite => self.not_finite(system, i),
+            StepFailure::Diverged { iterations, residual, unknown } => {
+                self.near_singular(system, node).unwrap_or_else(|| {
+                    let equation = system.residual_name(unknown);
+                    Error::Newton { step, time, iterations, length, residual, equation }
+                })
+            }
+            StepFailure::Projection { iterations, residual } => {
+                let equation = "the projection onto Φ = 0".into();
+                Error::Newton { step, time, iterations, length, residual, equation }
+            }
         }
     }
 
     /// Whether the constraints lose rank where the last good node stood.
-    fn near_singular(&self, system: &System, i: usize) -> Option<Error> {
-        let at = self.trajectory.at(&self.inputs, i.checked_sub(1)?);
-        rank::near_singular(system, &at, i, self.trajectory.times[i])
+    fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
+        let at = self.at(node.checked_sub(1)?);
+        rank::near_singular(system, &at, self.refinement().given_step(node), at.t)
     }
 
     /// Which element is to blame for a value that is not finite: tried where the last good node stood.
-    fn not_finite(&self, system: &System, i: usize) -> Error {
-        let time = self.trajectory.times[i];
-        let y = self.trajectory.columns(i.saturating_sub(1));
-        let (u, design) = (column(&self.inputs.controls, i), self.inputs.design.as_slice());
-        let q = if i == 0 { &self.start_q } else { y.q };
-        let at = At { q, v: y.v, sigma: y.sigma, u, t: time, design };
+    fn not_finite(&self, system: &System, node: usize) -> Error {
+        let time = self.trajectory.times[node - self.first];
+        let last = self.at(node.saturating_sub(1));
+        let q = if node == 0 { &self.start_q } else { last.q };
+        let at = At { q, u: column(&self.inputs.controls, node), t: time, ..last };
+        let step = self.refinement().given_step(node);
         match system.find_not_finite(&at) {
-            Some(element) => Error::Model { element, node: i, time },
+            Some(element) => Error::Model { element, node: step, time },
             None => Error::Newton {
-                step: i,
+                step,
                 time,
                 iterations: self.report.most_iterations,
+                length: node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]),
                 residual: f64::INFINITY,
                 equation: "all equations (the iteration overflowed)".into(),
             },

@@ -1,6 +1,7 @@
 //! [`Solver`]: a system with all the memory that simulations and gradients need, to be used again and again.
 
 use crate::adjoint::{AdjointVariables, Gradient, Sweep};
+use crate::refinement::Refinement;
 use crate::simulate::Forward;
 use crate::trajectory::Report;
 use crate::{Error, Inputs, Settings, Stopped, System, Trajectory};
@@ -54,7 +55,7 @@ impl<'s> Solver<'s> {
         &self.forward.trajectory
     }
 
-    /// The inputs of the last motion.
+    /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`].
     pub fn inputs(&self) -> &Inputs {
         &self.forward.inputs
     }
@@ -66,7 +67,7 @@ impl<'s> Solver<'s> {
     pub fn cost(&self) -> Result<f64, Error> {
         let Forward { trajectory, inputs, .. } = &self.forward;
         trajectory.check_complete(inputs)?;
-        Ok(trajectory.cost(self.system, inputs))
+        trajectory.cost(self.system, inputs)
     }
 
     /// J of the last motion and its derivatives with respect to all inputs, by the discrete adjoint (Eq. 9–12).
@@ -90,6 +91,10 @@ impl<'s> Solver<'s> {
     /// The work of the last adjoint sweep.
     pub fn adjoint_report(&self) -> &Report {
         &self.sweep.report
+    }
+
+    pub(crate) fn refinement(&self) -> Refinement {
+        self.forward.refinement()
     }
 
     pub(crate) fn forward_mut(&mut self) -> &mut Forward {

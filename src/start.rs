@@ -41,7 +41,9 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     }
     forward.set_start(&q, &p_star);
     check_regular(forward, system, &q)?;
-    forward.solve_node(system, 0, 0.0, settings)?;
+    let solved = forward.solve_node(system, 0, 0.0, settings);
+    solved.map_err(|failure| forward.explain(system, 0, failure))?;
+    forward.check_compliant(system, 0, settings)?;
     column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
     forward.trajectory.computed = 1;
     Ok(())
@@ -119,7 +121,7 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     let at = At { q, v: &v, sigma: &sigma, u: &[], t: time, design: &design };
     forward.report.worst_pivot = 1.0;
     if let Some(warning) = redundancy::relax(forward, system, &at) {
-        forward.report.warnings.push(warning);
+        forward.report.warn(warning);
         return Ok(());
     }
     match (Scaled::at(system, &point(forward, q)).and_then(|scaled| scaled.explain(system, time)), result) {

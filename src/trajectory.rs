@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
+use crate::refinement::Refinement;
 use crate::scalar::Real;
-use crate::system::{At, CostAt, Sums, Weights};
+use crate::system::{At, CostAt, Sums};
 use crate::{Error, Inputs, System, Warning};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
@@ -26,6 +27,10 @@ pub struct Trajectory<R = f64> {
     /// Equations that close loops and their compliances μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s): empty unless constraints
     /// depend on each other (see [`redundancy`](crate::redundancy)).
     pub compliance: Vec<(usize, f64)>,
+    /// Nodes that are not of the given grid: steps without a solution were halved there.
+    pub inserted: Vec<usize>,
+    /// Nodes at which the motion was started anew (see [`restart`](crate::restart)).
+    pub restarted: Vec<usize>,
 }
 
 /// The state of one node in the columns of a trajectory.
@@ -50,6 +55,22 @@ impl<R: Real> Trajectory<R> {
             p_star_dot: state(),
             sigma: DMatrix::from_element(m, nodes, R::zero()),
             compliance: Vec::new(),
+            inserted: Vec::new(),
+            restarted: Vec::new(),
+        }
+    }
+
+    /// How many numbers a node has.
+    pub(crate) fn len_of_node(system: &System) -> usize {
+        4 * system.n() + system.m() + 1
+    }
+
+    /// Room for one more node.
+    pub(crate) fn add_column(&mut self) {
+        self.times.push(R::zero());
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let columns = matrix.ncols();
+            *matrix = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero())).insert_column(columns, R::zero());
         }
     }
 
@@ -89,41 +110,70 @@ impl<R: Real> Trajectory<R> {
         if expected == computed { Ok(()) } else { Err(Error::Incomplete { expected, computed }) }
     }
 
-    /// J of Eq. (5): all costs of the scene, summed over the nodes.
+    /// J of Eq. (5): all costs of the scene, summed over the given nodes.
     ///
-    /// `inputs` are those the trajectory was computed from.
-    pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> R {
+    /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    ///
+    /// # Errors
+    /// Inputs of other sizes.
+    pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
+        self.check_fits(system, inputs)?;
+        let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
+        let refinement = Refinement::new(&lengths, &self.inserted);
         let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
-        let values = (first..self.computed).map(|i| system.cost(&self.cost_at(inputs, i), &weights(&inputs.grid.steps, i)));
-        values.fold(R::zero(), |sum, value| sum + value)
+        let mut sum = R::zero();
+        for i in first..self.computed {
+            if let Some(weights) = refinement.weights(&inputs.grid.steps, i) {
+                sum += system.cost(&self.cost_at(inputs, i), &weights);
+            }
+        }
+        Ok(sum)
     }
 
     /// Φ(q_i, t_i) in m or rad (m × nodes).
-    pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> DMatrix<R> {
+    ///
+    /// # Errors
+    /// Inputs of other sizes.
+    pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
+        self.check_fits(system, inputs)?;
         let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
-        for (i, mut values) in phi.column_iter_mut().enumerate() {
-            let mut row = vec![R::zero(); system.m()];
-            system.phi(&self.at(inputs, i), &mut row);
-            values.copy_from_slice(&row);
+        for i in 0..self.computed {
+            system.phi(&self.at(inputs, i), column_mut(&mut phi, i));
         }
-        phi
+        Ok(phi)
     }
 
     /// dΦ/dt(q_i, v_i, t_i) in m/s or rad/s (m × nodes), Eq. (1c).
-    pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> DMatrix<R> {
+    ///
+    /// # Errors
+    /// Inputs of other sizes.
+    pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
+        self.check_fits(system, inputs)?;
         let mut sums = Sums::new(system.n(), system.m());
         let mut phi_dot = DMatrix::from_element(system.m(), self.computed, R::zero());
-        for (i, mut values) in phi_dot.column_iter_mut().enumerate() {
+        for i in 0..self.computed {
             system.plain_sums(&self.at(inputs, i), &mut sums);
-            values.copy_from_slice(&sums.phi_dot);
+            column_mut(&mut phi_dot, i).copy_from_slice(&sums.phi_dot);
         }
-        phi_dot
+        Ok(phi_dot)
     }
-}
 
-/// The weights of the ways to sum a cost at node `i`.
-pub(crate) fn weights<R: Real>(steps: &[R], i: usize) -> Weights<R> {
-    Weights::new(i.checked_sub(1).map(|before| steps[before]), steps.get(i).copied())
+    /// Refuses inputs that this motion of this system cannot have been computed from.
+    fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
+        let nodes = self.times.len();
+        let sizes = [
+            ("the trajectory's coordinates", system.n(), self.q.nrows()),
+            ("the trajectory's multipliers", system.m(), self.sigma.nrows()),
+            ("time nodes", nodes, inputs.grid.nodes()),
+            ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
+            ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
+            ("design variables", system.designs(), inputs.design.len()),
+        ];
+        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Column `i` as a slice.
@@ -159,6 +209,8 @@ pub struct Report {
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,
+    /// Nodes at which the motion was started anew.
+    pub restarts: usize,
     /// What the run has to say besides.
     pub warnings: Vec<Warning>,
 }
@@ -175,7 +227,17 @@ impl Default for Report {
             worst_residual: 0.0,
             worst_correction: 0.0,
             worst_pivot: 1.0,
+            restarts: 0,
             warnings: Vec::new(),
+        }
+    }
+}
+
+impl Report {
+    /// Says something once.
+    pub(crate) fn warn(&mut self, warning: Warning) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
         }
     }
 }

@@ -67,7 +67,16 @@ pub(crate) struct Given<'a> {
 /// Why a step has no solution.
 pub(crate) enum StepFailure {
     Singular(Breakdown),
-    Diverged { iterations: usize, residual: f64, unknown: usize },
+    Diverged {
+        iterations: usize,
+        residual: f64,
+        unknown: usize,
+    },
+    /// The projection onto Φ = 0.
+    Projection {
+        iterations: usize,
+        residual: f64,
+    },
     NotFinite,
 }
 
@@ -89,6 +98,7 @@ pub(crate) struct Newton {
     reduced: Vec<f64>,
     /// 1 for a velocity, 0 for a multiplier.
     is_velocity: Vec<f64>,
+    zeros: Vec<f64>,
     /// |v| and |σ| in the maximum norm, which corrections are compared with.
     size: Sizes,
 }
@@ -125,6 +135,7 @@ impl Newton {
             delta: zeros(),
             reduced: zeros(),
             is_velocity,
+            zeros: zeros(),
             size: Sizes::default(),
         }
     }
@@ -154,6 +165,26 @@ impl Newton {
         let result = self.factor(system, from.h, &blocks, report);
         self.evaluation.blocks = blocks;
         result
+    }
+
+    /// 𝓛_v and dΦ/dt at a point, in the scene's order; the evaluation's blocks are those of the point then.
+    pub(crate) fn left_sides(
+        &mut self,
+        system: &System,
+        at: &At<f64>,
+        left: &mut Pair,
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        let (n, m) = (system.n(), system.m());
+        self.load(system, at.v, at.sigma);
+        self.evaluation.set_step(system, 0.0, &mut self.matrix)?;
+        let from = StepStart { h: 0.0, q: at.q, p_star: &self.zeros[..n], sigma: &self.zeros[..m] };
+        let given = Given { u: at.u, t: at.t, design: at.design };
+        self.nonlinear.fill(0.0);
+        self.evaluation.linear_residual(system, &from, given, &self.x, &mut self.nonlinear);
+        self.evaluation.nonlinear_residual(system, &from, given, &self.x, &mut self.nonlinear, report);
+        left.load(system.positions(), &self.nonlinear);
+        Ok(())
     }
 
     fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {

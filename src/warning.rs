@@ -15,6 +15,17 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// Steps had no solution and were divided.
+    HalvedSteps {
+        /// The first of them, counted from 1.
+        step: usize,
+        /// When it begins, s.
+        time: f64,
+        /// How many nodes were inserted in all steps.
+        inserted: usize,
+        /// The length of the shortest part, s.
+        shortest: f64,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -26,6 +37,12 @@ impl fmt::Display for Warning {
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
                 equations.join(", ")
+            ),
+            Warning::HalvedSteps { step, time, inserted, shortest } => write!(
+                f,
+                "steps had no solution and were halved, the first of them step {step} (t = {} s): {inserted} nodes were inserted, \
+                 the shortest part is {shortest:.3e} s long; the gradient is that of the motion on this grid",
+                seconds(*time)
             ),
         }
     }

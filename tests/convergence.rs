@@ -70,7 +70,7 @@ fn coordinates_and_cost_converge_with_order_two_for_each_place_of_the_friction()
         let (system, (q, j)) = (cart(joint), reference(joint));
         let errors = [100, 200, 400, 800, 1600].map(|steps| {
             let motion = motion(&system, equal(steps));
-            let cost = motion.cost(&system, &pushed(&system, equal(steps)));
+            let cost = motion.cost(&system, &pushed(&system, equal(steps))).expect("cost");
             (largest_difference(&end(&motion), &q), (cost - j).abs())
         });
         assert_order(&format!("q, friction in joint {joint}"), &errors.map(|e| e.0), 2.0, 0.05);

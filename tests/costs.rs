@@ -46,8 +46,11 @@ fn every_way_of_summing_gives_the_sum_written_by_hand() {
             Sum::Trapezoidal => (1..=last).map(|i| dt[i - 1] * 0.5 * (h(i - 1) + h(i))).sum(),
             Sum::Terminal => h(last),
         };
-        let found =
-            [solver.cost().expect("cost"), motion.cost(&system, &inputs), solver.gradient().expect("gradient").value];
+        let found = [
+            solver.cost().expect("cost"),
+            motion.cost(&system, &inputs).expect("cost"),
+            solver.gradient().expect("gradient").value,
+        ];
         for j in found {
             assert!((j - by_hand).abs() <= 1e-14 * by_hand.abs(), "{sum:?}: {found:?} instead of {by_hand}");
         }

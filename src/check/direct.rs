@@ -105,5 +105,7 @@ fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {
         p_star_dot: part(&motion.p_star_dot),
         sigma: part(&motion.sigma),
         compliance: motion.compliance.clone(),
+        inserted: motion.inserted.clone(),
+        restarted: motion.restarted.clone(),
     }
 }

@@ -168,6 +168,8 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
     fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows);
+    /// Adds the derivatives of e·Φ with respect to design variables and time.
+    fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows);
     /// The first element whose contributions or their derivatives are not finite.
     fn find_not_finite(&self, at: &At<f64>) -> Option<&str>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
@@ -207,7 +209,7 @@ where
     }
 
     fn phi(&self, at: &At<R>, phi: &mut [R]) {
-        for item in &self.items {
+        for item in self.items.iter().filter(|_| M > 0) {
             let local: Local<R, N, M, K> = item.local(at);
             let values = item.jet.phi(&local.q, &item.b(at.design), at.t);
             item.sigma.iter().zip(values.iter()).for_each(|(&j, value)| phi[j] = *value);
@@ -316,6 +318,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
         for &i in &self.sensitive {
             self.items[i].pull_back_inputs(at, with, rows);
+        }
+    }
+
+    fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows) {
+        for &i in self.sensitive.iter().filter(|_| M > 0) {
+            self.items[i].pull_back_phi(at, e, rows);
         }
     }
 

@@ -197,6 +197,26 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
+    /// Adds the derivatives of e·Φ with respect to design variables and time.
+    pub fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows) {
+        let q = SVector::from_fn(|i, _| Dual64::from_re(at.q[self.q[i]]));
+        let directional = |t: Dual64, b: &SVector<Dual64, P>| -> f64 {
+            let phi = self.jet.phi(&q, b, t);
+            phi.iter().zip(self.sigma).map(|(phi, j)| e[j] * phi.eps).sum()
+        };
+        let b = self.b(at.design).map(Dual64::from_re);
+        if self.plan.timed {
+            *rows.time += directional(Dual64::new(at.t, 1.0), &b);
+        }
+        for (p, constant) in self.b.iter().enumerate() {
+            if let Some((design, factor)) = constant.design() {
+                let mut moved = b;
+                moved[p].eps = 1.0;
+                rows.design[design] += factor * directional(Dual64::from_re(at.t), &moved);
+            }
+        }
+    }
+
     /// Blocks of an element with constant second derivatives, and the constant columns of Φ_q of any constraint.
     pub fn add_constants(&self, zero: &At<f64>, into: &mut Constants) {
         let n = N;

@@ -71,7 +71,11 @@ pub fn assert_same_derivatives(what: &str, all: &[Input], ours: &[f64], referenc
 
 /// Asserts that the adjoint gives the derivatives with respect to all inputs that complex step gives.
 pub fn assert_gradient_is_exact(what: &str, system: &System, inputs: &Inputs) {
-    let settings = Settings::default();
+    assert_gradient_is_exact_with(what, system, inputs, Settings::default());
+}
+
+/// The same with other settings.
+pub fn assert_gradient_is_exact_with(what: &str, system: &System, inputs: &Inputs, settings: Settings) {
     let all = Input::all(inputs);
     let gradient = gradient(system, inputs, settings).unwrap_or_else(|error| panic!("{what}: {error}"));
     let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();

@@ -11,7 +11,7 @@
 
 use num_dual::Dual64;
 
-use crate::trajectory::weights;
+use crate::refinement::Refinement;
 use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
 
 /// How well the identity holds.
@@ -35,18 +35,31 @@ pub(super) fn identity(
     (gradient, adjoint): (&Gradient, &AdjointVariables),
     tolerance: f64,
 ) -> Result<Identity, Error> {
-    let moved = super::super::direct::moved(inputs, direction, Dual64::new)?;
     let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
-    let motion = solver.simulate(&moved)?;
+    let inserted = solver.real().trajectory().inserted.clone();
+    let taken = solver.real().inputs().clone();
+    let refinement = Refinement::new(&taken.grid.steps, &inserted);
+    // With inserted nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
+    let mut direction = direction.clone();
+    if !inserted.is_empty() {
+        direction.controls.fill(0.0);
+    }
+    let moved = super::super::direct::moved(inputs, &direction, Dual64::new)?;
+    let motion = solver.simulate(&moved)?.clone();
+    let moved = solver.inputs();
     let dot = |x: nalgebra::DVectorView<f64>, y: nalgebra::DVectorView<Dual64>| {
         x.iter().zip(y.iter()).map(|(x, y)| x * y.eps).sum::<f64>()
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
-    for i in (1..inputs.grid.nodes()).rev() {
-        by_tangent += system.cost(&motion.cost_at(&moved, i), &weights(&moved.grid.steps, i)).eps;
-        of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
-        let h = 0.5 * inputs.grid.steps[i - 1];
+    for i in (1..taken.grid.nodes()).rev() {
+        if let Some(weights) = refinement.weights(&moved.grid.steps, i) {
+            by_tangent += system.cost(&motion.cost_at(moved, i), &weights).eps;
+        }
+        if inserted.is_empty() {
+            of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
+        }
+        let h = 0.5 * taken.grid.steps[i - 1];
         let (a, b) = (adjoint.a.column(i), adjoint.b.column(i));
         let (q, v) = (motion.q.column(i - 1), motion.v.column(i - 1));
         let (p, g) = (motion.p_star.column(i - 1), motion.p_star_dot.column(i - 1));

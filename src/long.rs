@@ -1,0 +1,335 @@
+//! [`LongSolver`]: motions of any length in memory that is given.
+//!
+//! A window of L nodes is stored in full, as in a [`Solver`](crate::Solver). Of a longer motion only checkpoints are kept, from which any part is
+//! computed again, to the last bit, when the adjoint sweep comes to it:
+//!
+//! ```text
+//!   forward  ├──────●──────●──────●──────┤   c checkpoints
+//!   back                          ├●──●──┤   c more in the last part, …
+//!                                     ├──┤   until a part fits into the window
+//! ```
+//!
+//! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times.
+
+use crate::adjoint::{Gradient, Sweep};
+use crate::predict::Predictor;
+use crate::simulate::Forward;
+use crate::trajectory::{Report, Trajectory, column_mut};
+use crate::{Error, Inputs, Settings, System};
+
+/// The nodes that a checkpoint holds: what the next step is extrapolated from.
+const HISTORY: usize = Predictor::MOST;
+/// With more levels than this the work would no longer be worth the memory that is saved.
+const MOST_LEVELS: usize = 4;
+/// The shortest window that makes sense.
+const SHORTEST: usize = 16;
+
+/// Value and gradient of motions that are too long to be stored, within so many bytes.
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Settings, gradient, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(2000, 0.002));
+/// inputs.controls.fill(1.0);
+/// let mut solver = LongSolver::new(&system, Settings::default(), 300_000);
+/// let long = solver.gradient(&inputs)?;
+/// assert_eq!(long.controls, gradient(&system, &inputs, Settings::default())?.controls);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct LongSolver<'s> {
+    system: &'s System,
+    settings: Settings,
+    bytes: usize,
+    forward: Forward,
+    sweep: Sweep,
+    plan: Plan,
+    checkpoints: Vec<Checkpoint>,
+}
+
+/// One node of a motion.
+#[derive(Clone, Copy, Debug)]
+pub struct State<'a> {
+    /// Its number on the grid that is taken.
+    pub node: usize,
+    /// t in s.
+    pub time: f64,
+    /// q, m or rad.
+    pub q: &'a [f64],
+    /// v, m/s or rad/s.
+    pub v: &'a [f64],
+    /// p*, N s or N m s.
+    pub p_star: &'a [f64],
+    /// ṗ*, N or N m.
+    pub p_star_dot: &'a [f64],
+    /// σ, N s or N m s.
+    pub sigma: &'a [f64],
+}
+
+/// How the memory is divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    /// L.
+    window: usize,
+    /// c.
+    checkpoints: usize,
+    /// r.
+    levels: usize,
+}
+
+/// The last nodes before a part, by columns, and from where on they may be extrapolated.
+struct Checkpoint {
+    node: usize,
+    smooth_from: usize,
+    columns: Vec<f64>,
+}
+
+impl<'s> LongSolver<'s> {
+    /// A solver that allocates at most so many bytes, its copies of the inputs and the gradient included.
+    pub fn new(system: &'s System, settings: Settings, bytes: usize) -> Self {
+        LongSolver {
+            system,
+            settings: Settings { keep_adjoint: false, ..settings },
+            bytes,
+            forward: Forward::new(system),
+            sweep: Sweep::new(system),
+            plan: Plan { window: 0, checkpoints: 0, levels: 0 },
+            checkpoints: Vec::new(),
+        }
+    }
+
+    /// Computes the motion and shows every node to `visit`; nothing but the last nodes is kept.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
+    pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
+        self.begin(inputs)?;
+        self.forward_to_end(usize::MAX, &mut visit)
+    }
+
+    /// J and its derivatives with respect to all inputs, the same numbers that a [`Solver`](crate::Solver) gives.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory.
+    pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
+        self.begin(inputs)?;
+        let end = inputs.grid.nodes() - 1;
+        self.forward_to_end(end.div_ceil(self.plan.checkpoints.max(1)).max(self.plan.window), &mut |_| ())?;
+        let end = self.forward.inputs.grid.nodes() - 1;
+        self.sweep.begin(self.system, &self.forward, &self.settings);
+        let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
+        let mut to = end;
+        for from in starts.into_iter().rev().chain([0]) {
+            self.back(from, to)?;
+            self.checkpoints.pop();
+            to = from;
+        }
+        Ok(&self.sweep.gradient)
+    }
+
+    /// The inputs of the last motion, on the grid that was taken.
+    pub fn inputs(&self) -> &Inputs {
+        &self.forward.inputs
+    }
+
+    /// The work of the last motion, steps computed again included.
+    pub fn report(&self) -> &Report {
+        &self.forward.report
+    }
+
+    /// The work of the last adjoint sweep.
+    pub fn adjoint_report(&self) -> &Report {
+        &self.sweep.report
+    }
+
+    fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
+        self.checkpoints.clear();
+        inputs.check(self.system)?;
+        self.plan = self.plan(inputs)?;
+        self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
+    }
+
+    /// The plan for the memory at hand, or how much would do.
+    fn plan(&self, inputs: &Inputs) -> Result<Plan, Error> {
+        let plan = |bytes| self.plan_within(bytes, inputs.grid.nodes());
+        plan(self.bytes).ok_or_else(|| {
+            let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
+            while plan(needed).is_none() {
+                (too_few, needed) = (needed, 2 * needed);
+            }
+            while needed - too_few > needed / 100 {
+                let middle = too_few + (needed - too_few) / 2;
+                *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
+            }
+            Error::Memory { given: self.bytes, needed }
+        })
+    }
+
+    /// The fewest levels that reach the end of the grid with so many bytes.
+    fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
+        let number = size_of::<f64>();
+        let stored = self.forward.bytes_per_node(self.system, &self.settings);
+        let checkpoint = HISTORY * Trajectory::<f64>::len_of_node(self.system) * number + size_of::<Checkpoint>();
+        // Inputs and gradient of the whole grid.
+        let whole = nodes * number * 2 * (1 + self.system.k());
+        let free = bytes.checked_sub(whole + HISTORY * stored)?;
+        if free >= nodes * stored {
+            return Some(Plan { window: nodes, checkpoints: 0, levels: 0 });
+        }
+        let plans = (1..=MOST_LEVELS).map(|levels| {
+            let (window, checkpoints) = (free / 2 / stored, free / 2 / checkpoint / levels);
+            Plan { window, checkpoints, levels }
+        });
+        let reach = |plan: &Plan| plan.window as f64 * (plan.checkpoints as f64).powi(plan.levels as i32);
+        plans.into_iter().find(|plan| plan.window >= SHORTEST && reach(plan) >= nodes as f64)
+    }
+
+    /// Computes everything from node 0 on, with a checkpoint after every so many nodes.
+    fn forward_to_end(&mut self, every: usize, visit: &mut impl FnMut(&State)) -> Result<(), Error> {
+        visit(&self.forward.state(0));
+        let mut shown = 1;
+        loop {
+            let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
+            let room = self.forward.first + self.plan.window + HISTORY;
+            let result = self.forward.advance(self.system, &self.settings, room.min(until.saturating_add(1)));
+            let reached = self.forward.first + self.forward.trajectory.computed;
+            (shown..reached).for_each(|node| visit(&self.forward.state(node)));
+            shown = reached;
+            result?;
+            if reached == self.forward.inputs.grid.nodes() {
+                return Ok(());
+            }
+            if reached > until {
+                self.checkpoints.push(self.forward.save());
+            }
+            if reached == room {
+                self.forward.slide();
+            }
+        }
+    }
+
+    /// The adjoint sweep through the nodes from `to` down to `from` + 1 (to 0, if `from` is 0), computed again from the last checkpoint.
+    fn back(&mut self, from: usize, to: usize) -> Result<(), Error> {
+        if self.plan.levels > 0 {
+            self.load(from)?;
+        }
+        if to - from > self.plan.window {
+            return self.split(from, to);
+        }
+        self.forward.advance(self.system, &self.settings, to + 1)?;
+        let last = if from == 0 { 0 } else { from + 1 };
+        let restarts = std::mem::take(&mut self.forward.restarts);
+        let sweep = &mut self.sweep;
+        let mut nodes = (last..=to).rev();
+        let done = nodes.try_for_each(|node| sweep.visit(self.system, &mut self.forward, restarts.at(node), node));
+        self.forward.restarts = restarts;
+        done
+    }
+
+    /// One more level of checkpoints between two nodes.
+    fn split(&mut self, from: usize, to: usize) -> Result<(), Error> {
+        let part = (to - from).div_ceil(self.plan.checkpoints.max(2)).max(self.plan.window);
+        let base = self.checkpoints.len();
+        for node in (from + part..to).step_by(part) {
+            while self.forward.first + self.forward.trajectory.computed <= node {
+                let room = self.forward.first + self.plan.window + HISTORY;
+                self.forward.advance(self.system, &self.settings, room.min(node + 1))?;
+                if self.forward.first + self.forward.trajectory.computed == room {
+                    self.forward.slide();
+                }
+            }
+            let checkpoint = self.forward.save();
+            self.checkpoints.push(checkpoint);
+        }
+        let mut end = to;
+        while self.checkpoints.len() > base {
+            let start = self.checkpoints[self.checkpoints.len() - 1].node;
+            self.back(start, end)?;
+            self.checkpoints.pop();
+            end = start;
+        }
+        self.back(from, end)
+    }
+
+    /// Goes back to the last checkpoint, which is that of this node, or to the start.
+    fn load(&mut self, node: usize) -> Result<(), Error> {
+        match self.checkpoints.last().filter(|checkpoint| checkpoint.node == node) {
+            Some(checkpoint) => self.forward.load(checkpoint),
+            None => return self.forward.begin_again(self.system, &self.settings),
+        }
+        Ok(())
+    }
+}
+
+impl Forward {
+    fn bytes_per_node(&self, system: &System, settings: &Settings) -> usize {
+        let (n, m, blocks) = (system.n(), system.m(), system.block_len());
+        let restart = 3 * n + 2 * m + 3 * blocks + 2;
+        let may_restart = settings.rebase_every > 0 || settings.drift_bound < f64::INFINITY;
+        let numbers = Trajectory::<f64>::len_of_node(system) + blocks + if may_restart { 2 * restart } else { 0 };
+        numbers * size_of::<f64>()
+    }
+
+    fn state(&self, node: usize) -> State<'_> {
+        let k = node - self.first;
+        let y = self.trajectory.columns(k);
+        let time = self.trajectory.times[k];
+        State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
+    }
+
+    /// Moves the last nodes to the front of the window.
+    fn slide(&mut self) {
+        let count = HISTORY.min(self.trajectory.computed);
+        let from = self.trajectory.computed - count;
+        self.trajectory.move_to_front(from, count);
+        self.first += from;
+        self.trajectory.computed = count;
+        self.restarts.clear();
+    }
+
+    /// The last nodes that were computed.
+    fn save(&self) -> Checkpoint {
+        let computed = self.trajectory.computed;
+        let count = HISTORY.min(computed);
+        let mut columns = Vec::with_capacity(count * (4 * self.trajectory.q.nrows() + self.trajectory.sigma.nrows() + 1));
+        (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
+        Checkpoint { node: self.first + computed - 1, smooth_from: self.smooth_from, columns }
+    }
+
+    fn load(&mut self, checkpoint: &Checkpoint) {
+        let len = 4 * self.trajectory.q.nrows() + self.trajectory.sigma.nrows() + 1;
+        let columns = checkpoint.columns.chunks_exact(len);
+        self.trajectory.computed = columns.len();
+        self.first = checkpoint.node + 1 - columns.len();
+        columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));
+        self.smooth_from = checkpoint.smooth_from;
+        self.restarts.clear();
+        self.trajectory.restarted.retain(|&node| node <= checkpoint.node);
+    }
+}
+
+impl Trajectory {
+    fn set_column(&mut self, k: usize, column: &[f64]) {
+        let (time, mut rest) = column.split_at(1);
+        self.times[k] = time[0];
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let (own, after) = rest.split_at(matrix.nrows());
+            column_mut(matrix, k).copy_from_slice(own);
+            rest = after;
+        }
+    }
+
+    fn append_column(&self, k: usize, to: &mut Vec<f64>) {
+        let y = self.columns(k);
+        to.push(self.times[k]);
+        [y.q, y.v, y.p_star, y.p_star_dot, y.sigma].into_iter().for_each(|part| to.extend_from_slice(part));
+    }
+
+    fn move_to_front(&mut self, from: usize, count: usize) {
+        self.times.copy_within(from..from + count, 0);
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let rows = matrix.nrows();
+            matrix.as_mut_slice().copy_within(from * rows..(from + count) * rows, 0);
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Restarts inside a motion: the position constraints are satisfied again, and the multipliers begin at zero again.
+//!
+//! The paper's scheme satisfies dΦ/dt = 0 to rounding and lets Φ drift with O(Δt²); and |σ| grows like ∫λ dt, so that p* = M v + Φ_qᵀσ loses
+//! digits in the long run. At a restart the state (q⁻, v⁻) of a node is replaced by
+//!
+//! ```text
+//!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied)
+//!   rebasing     p* = T_v(q, v⁻),   then v and σ from Eq. (1a) and (1c)
+//! ```
+//!
+//! which is a start as at node 0. Since a step from any (q, p*) is of order two, so is the motion. The projection is
+//! 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the same elements serve it, and the adjoint goes back through all of it:
+//! with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
+//!
+//! ```text
+//!   Ĵ_q += (T_v)_qᵀ π      dJ/dv⁻ = T_vvᵀ π      (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,  Φ_q c = 0      dJ/dq⁻ = −𝓛_vvᵀ c
+//! ```
+
+mod adjoint;
+
+use crate::lanes::largest;
+use crate::simulate::Forward;
+use crate::system::{At, Pair};
+use crate::trajectory::{column, column_mut};
+use crate::trapezoid::StepFailure;
+use crate::{Error, Settings, System};
+
+/// A projection that has not converged after so many corrections does not.
+const MOST_CORRECTIONS: usize = 25;
+/// A correction below this fraction of the largest coordinate is rounding.
+const ROUNDING: f64 = 1e-15;
+
+/// The nodes at which a motion was restarted, and what was there before; one run of numbers after the other.
+#[derive(Default)]
+pub(crate) struct Restarts {
+    pub(crate) nodes: Vec<usize>,
+    /// Whether Φ = 0 was restored, by restart.
+    projected: Vec<bool>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    p_star_dot: Vec<f64>,
+    sigma: Vec<f64>,
+    nu: Vec<f64>,
+    /// Second derivatives at the end of the step, at (q, v⁻, 0) and at (q, w, ν).
+    step_blocks: Vec<f64>,
+    momentum_blocks: Vec<f64>,
+    projection_blocks: Vec<f64>,
+}
+
+/// One restart.
+#[derive(Clone, Copy)]
+pub(crate) struct Restart<'a> {
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) p_star_dot: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    pub(crate) step_blocks: &'a [f64],
+    pub(crate) momentum_blocks: &'a [f64],
+    /// ν and the second derivatives, if Φ = 0 was restored.
+    pub(crate) projection: Option<(&'a [f64], &'a [f64])>,
+}
+
+impl Restarts {
+    pub(crate) fn clear(&mut self) {
+        self.nodes.clear();
+        self.projected.clear();
+        let lists = [&mut self.q, &mut self.v, &mut self.p_star_dot, &mut self.sigma, &mut self.nu];
+        let blocks = [&mut self.step_blocks, &mut self.momentum_blocks, &mut self.projection_blocks];
+        lists.into_iter().chain(blocks).for_each(Vec::clear);
+    }
+
+    /// The restart at a node.
+    pub(crate) fn at(&self, node: usize) -> Option<Restart<'_>> {
+        let which = self.nodes.binary_search(&node).ok()?;
+        let count = self.nodes.len();
+        let part = |list: &'_ Vec<f64>| {
+            let len = list.len() / count;
+            which * len..(which + 1) * len
+        };
+        let of = |list| &(list as &Vec<f64>)[part(list)];
+        Some(Restart {
+            q: of(&self.q),
+            v: of(&self.v),
+            p_star_dot: of(&self.p_star_dot),
+            sigma: of(&self.sigma),
+            step_blocks: of(&self.step_blocks),
+            momentum_blocks: of(&self.momentum_blocks),
+            projection: self.projected[which].then(|| (of(&self.nu), of(&self.projection_blocks))),
+        })
+    }
+}
+
+/// Restarts the motion at a node, if it is due there.
+pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+    let rebase = settings.rebase_every > 0 && node % settings.rebase_every == 0;
+    let project = settings.drift_bound < f64::INFINITY && drift(forward, system, node) > settings.drift_bound;
+    if !rebase && !project {
+        return Ok(());
+    }
+    let result = restart(forward, system, node, project, settings);
+    result.map_err(|failure| forward.explain(system, node, failure))?;
+    forward.check_compliant(system, node, settings)
+}
+
+/// ‖Φ‖∞ at a node.
+fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
+    let mut phi = std::mem::take(&mut forward.phi);
+    phi.fill(0.0);
+    system.phi(&forward.at(node), &mut phi);
+    let drift = largest(&phi);
+    forward.phi = phi;
+    drift
+}
+
+fn restart(
+    forward: &mut Forward,
+    system: &System,
+    node: usize,
+    project: bool,
+    settings: &Settings,
+) -> Result<(), StepFailure> {
+    let k = node - forward.first;
+    forward.trajectory.restarted.push(node);
+    let (restarts, y) = (&mut forward.restarts, forward.trajectory.columns(k));
+    restarts.nodes.push(node);
+    restarts.projected.push(project);
+    restarts.q.extend_from_slice(y.q);
+    restarts.v.extend_from_slice(y.v);
+    restarts.p_star_dot.extend_from_slice(y.p_star_dot);
+    restarts.sigma.extend_from_slice(y.sigma);
+    restarts.step_blocks.extend_from_slice(column(&forward.blocks, k));
+    forward.report.restarts += 1;
+    let mut at = std::mem::take(&mut forward.restarting);
+    at.q.copy_from_slice(column(&forward.trajectory.q, k));
+    at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
+    at.x.sigma.fill(0.0);
+    let projected = if project { projection(forward, system, node, &mut at) } else { Ok(()) };
+    if !project {
+        // As long as those of a projection, so that all runs of numbers have one length.
+        forward.restarts.nu.extend_from_slice(&at.x.sigma);
+        forward.restarts.projection_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+    }
+    let done = projected.and_then(|()| {
+        at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
+        at.x.sigma.fill(0.0);
+        left_sides(forward, system, node, &mut at)?;
+        forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+        forward.set_start(&at.q, &at.left.v);
+        column_mut(&mut forward.trajectory.sigma, k).fill(0.0);
+        forward.solve_node(system, node, 0.0, settings)
+    });
+    column_mut(&mut forward.trajectory.p_star, k).copy_from_slice(&at.left.v);
+    forward.restarting = at;
+    forward.smooth_from = node;
+    done
+}
+
+/// A point (q, x) and 𝓛_v, dΦ/dt there.
+#[derive(Default)]
+pub(crate) struct Point {
+    pub(crate) q: Vec<f64>,
+    pub(crate) x: Pair,
+    pub(crate) left: Pair,
+}
+
+impl Point {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
+    }
+}
+
+fn left_sides(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
+    let (u, t) = (column(&forward.inputs.controls, node), forward.trajectory.times[node - forward.first]);
+    let point = At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u, t, design: forward.inputs.design.as_slice() };
+    let done = forward.newton.left_sides(system, &point, &mut at.left, &mut forward.report);
+    done.map_err(StepFailure::Singular)
+}
+
+/// q = q⁻ + w, by corrections with K(0) at q⁻.
+fn projection(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
+    let k = node - forward.first;
+    left_sides(forward, system, node, at)?;
+    let blocks = std::mem::take(&mut forward.newton.evaluation.blocks);
+    let factored = forward.newton.factor(system, 0.0, &blocks, &mut forward.report);
+    forward.newton.evaluation.blocks = blocks;
+    factored.map_err(StepFailure::Singular)?;
+    at.x.v.fill(0.0);
+    let mut last = f64::INFINITY;
+    for corrections in 0..MOST_CORRECTIONS {
+        left_sides(forward, system, node, at)?;
+        at.left.sigma.fill(0.0);
+        let (t, design) = (forward.trajectory.times[k], forward.inputs.design.as_slice());
+        system.phi(&At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u: &[], t, design }, &mut at.left.sigma);
+        for &(j, mu) in &forward.trajectory.compliance {
+            at.left.sigma[j] -= mu * at.x.sigma[j];
+        }
+        forward.newton.solve(system, &mut at.left);
+        let correction = largest(&at.left.v);
+        let is_rounding = correction <= ROUNDING * largest(&at.q);
+        if is_rounding || corrections > 3 && correction >= 0.5 * last {
+            // The blocks are those of this point.
+            forward.restarts.nu.extend_from_slice(&at.x.sigma);
+            forward.restarts.projection_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+            column_mut(&mut forward.trajectory.q, k).copy_from_slice(&at.q);
+            return if is_rounding || correction <= 1e-13 * largest(&at.q) {
+                Ok(())
+            } else {
+                Err(failed(corrections, correction))
+            };
+        }
+        last = correction;
+        let before = column(&forward.trajectory.q, k);
+        for (i, w) in at.x.v.iter_mut().enumerate() {
+            *w -= at.left.v[i];
+            at.q[i] = before[i] + *w;
+        }
+        at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
+    }
+    Err(failed(MOST_CORRECTIONS, last))
+}
+
+fn failed(iterations: usize, residual: f64) -> StepFailure {
+    StepFailure::Projection { iterations, residual }
+}

@@ -1,0 +1,125 @@
+//! Restarts inside a motion: the constraints are satisfied again, σ begins at zero again, and the gradient stays exact.
+
+mod common;
+
+use common::bench::{Bench, Part, lively};
+use common::{assert_gradient_is_exact_with, assert_order, assert_says, largest};
+use hamiltonian_adjoint::paper_system::PaperSystem;
+use hamiltonian_adjoint::planar::{Body, Harmonic};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, Sum, System, scenes::CartPendulum};
+
+const PROJECTED: Settings = Settings { drift_bound: 0.0, ..plain() };
+const REBASED: Settings = Settings { rebase_every: 3, ..plain() };
+const BOTH: Settings = Settings { drift_bound: 1e-6, rebase_every: 4, ..plain() };
+
+const fn plain() -> Settings {
+    Settings {
+        tolerance: 1e-14,
+        max_iterations: 25,
+        position_tolerance: 1e-9,
+        velocity_tolerance: 1e-9,
+        max_halvings: 10,
+        drift_bound: f64::INFINITY,
+        rebase_every: 0,
+        keep_adjoint: false,
+    }
+}
+
+fn four_bar() -> System {
+    let mut bench = Bench::new();
+    let [a, b, c, d] = [[0.0, 0.0], [0.1, 0.4], [0.9, 0.7], [1.0, 0.0]];
+    let (crank, coupler, rocker) = (bench.rod(a, b), bench.rod(b, c), bench.rod(d, c));
+    bench.hinge(Part::GROUND, crank, a);
+    bench.hinge(crank, coupler, b);
+    bench.hinge(coupler, rocker, c);
+    bench.hinge(Part::GROUND, rocker, d);
+    bench.drive(Part::GROUND, crank);
+    bench.compile(Sum::Trapezoidal)
+}
+
+/// A rod on a rod whose angle is prescribed, and a slider on the second.
+fn driven() -> System {
+    let mut bench = Bench::new();
+    let (crank, rod) = (bench.rod([0.0, 0.0], [0.5, 0.0]), bench.rod([0.5, 0.0], [1.0, 0.3]));
+    bench.hinge(Part::GROUND, crank, [0.0, 0.0]);
+    bench.hinge(crank, rod, [0.5, 0.0]);
+    let constants = [0.0, 0.4, 3.0, 0.0].map(|x| bench.bound(x).into());
+    let sigma = bench.scene.driven_angle("prescribed", Body::GROUND, crank.body, Harmonic, constants);
+    bench.multipliers.extend(sigma);
+    bench.drive(crank, rod);
+    bench.compile(Sum::Rectangle)
+}
+
+#[test]
+fn the_gradient_through_restarts_agrees_with_complex_step() {
+    for (name, system) in [("four-bar", four_bar()), ("driven", driven())] {
+        let inputs = lively(&system, 14, 0.02);
+        for (how, settings) in [("projected", PROJECTED), ("rebased", REBASED), ("both", BOTH)] {
+            let mut solver = Solver::new(&system, settings);
+            solver.simulate(&inputs).expect("motion");
+            let restarts = solver.report().restarts;
+            println!("{name}, {how}: {restarts} restarts");
+            assert!(restarts >= 4 && restarts == solver.trajectory().restarted.len());
+            assert_gradient_is_exact_with(&format!("{name}, {how}"), &system, &inputs, settings);
+        }
+    }
+}
+
+#[test]
+fn a_projected_motion_satisfies_its_constraints_at_every_node() {
+    for (name, system) in [("four-bar", four_bar()), ("driven", driven())] {
+        let inputs = lively(&system, 200, 0.01);
+        let norms = |settings| {
+            let mut solver = Solver::new(&system, settings);
+            let motion = solver.simulate(&inputs).expect("motion").clone();
+            [motion.phi(&system, &inputs), motion.phi_dot(&system, &inputs)].map(|x| largest(x.expect("motion").as_slice()))
+        };
+        let (paper, projected, bounded) = (norms(plain()), norms(PROJECTED), norms(BOTH));
+        println!("{name}: Φ and dΦ/dt: plain {paper:?}, projected {projected:?}, bound of 1e-6 {bounded:?}");
+        assert!(paper[0] > 1e-5 && projected[0] <= 1e-14 && bounded[0] <= 1e-6);
+        assert!(projected[1] <= 1e-12 && bounded[1] <= 1e-12);
+    }
+}
+
+#[test]
+fn motions_with_restarts_are_of_order_two() {
+    let system = four_bar();
+    for (how, settings) in [("projected", PROJECTED), ("rebased", REBASED)] {
+        let end = |steps: usize| {
+            let mut inputs = lively(&system, steps, 1.0);
+            inputs.grid = Grid::uniform(steps, 0.8 / steps as f64);
+            inputs.controls.fill(0.3);
+            let mut solver = Solver::new(&system, settings);
+            solver.simulate(&inputs).expect("motion").q.column(steps).into_owned()
+        };
+        let exact = end(6400);
+        let errors = [50, 100, 200, 400].map(|steps| (end(steps) - &exact).amax());
+        assert_order(how, &errors, 2.0, 0.03);
+    }
+}
+
+#[test]
+fn multipliers_begin_at_zero_again_and_impulses_per_time_stay_the_forces() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4000, 0.01));
+    let sigma = |settings| {
+        let mut solver = Solver::new(&system, settings);
+        let motion = solver.simulate(&inputs).expect("motion");
+        (largest(motion.sigma.as_slice()), motion.q.columns(3900, 100).into_owned())
+    };
+    let ((plain, q), (rebased, same)) = (sigma(plain()), sigma(Settings { rebase_every: 10, ..plain() }));
+    println!("σ up to {plain:.1}, rebased every 10 steps {rebased:.2}, q differs by {:.1e}", (&q - &same).amax());
+    // Hanging at rest, the rail carries the weight for 40 s.
+    assert!(plain > 400.0 && rebased < 0.01 * plain && (q - same).amax() <= 1e-9);
+}
+
+#[test]
+fn the_papers_system_knows_no_restarts() {
+    let system = four_bar();
+    let inputs = lively(&system, 10, 0.02);
+    let mut solver = Solver::new(&system, REBASED);
+    let motion = solver.simulate(&inputs).expect("motion");
+    let error = PaperSystem::new(&system, &inputs, motion).err().expect("restarts");
+    assert!(matches!(error, Error::Restarted { node: 3, .. }), "{error:?}");
+    assert_says(&error, &["node 3", "rebase_every"]);
+}
