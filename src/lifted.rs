@@ -297,7 +297,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 phi[j] -= nu[j] * mu;
             }
             let mut done = true;
-            for part in 0..R::PARTS {
+            for (part, last) in last.iter_mut().enumerate().take(R::PARTS) {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 self.real.forward_mut().newton.solve(system, &mut self.part);
@@ -305,8 +305,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 // Corrections of 0 relative to 0 say nothing; those that stop shrinking are rounding.
-                let is_rounding = size <= CONVERGED || size <= STALLED && size >= 0.5 * last[part];
-                last[part] = size;
+                let is_rounding = size <= CONVERGED || size <= STALLED && size >= 0.5 * *last;
+                *last = size;
                 done &= correction > 0 && is_rounding;
             }
             if done {

@@ -100,9 +100,10 @@ fn the_limit_of_halving_is_kept_and_then_it_is_an_error() {
 #[test]
 fn hard_starts_of_the_cart_have_a_motion_and_an_exact_gradient() {
     // Few long steps, as large as the swing-up's grid can be made; and controls that jump by 2e4 N.
-    let jumping = |i: usize| if i / 3 % 2 == 0 { 1e4 } else { -1e4 };
+    let jumping = |i: usize| if (i / 3).is_multiple_of(2) { 1e4 } else { -1e4 };
     let constant = |_: usize| 10.0;
-    let cases: [(&str, usize, f64, fn(usize) -> f64); 3] =
+    type Control = fn(usize) -> f64;
+    let cases: [(&str, usize, f64, Control); 3] =
         [("long steps", 10, 0.2, constant), ("jumps", 60, 0.001, jumping), ("jumps and long steps", 4, 0.02, jumping)];
     for (what, steps, dt, control) in cases {
         let system = CartPendulum::default().scene().compile().expect("scene");

@@ -92,7 +92,7 @@ impl Restarts {
 
 /// Restarts the motion at a node, if it is due there.
 pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-    let rebase = settings.rebase_every > 0 && node % settings.rebase_every == 0;
+    let rebase = settings.rebase_every > 0 && node.is_multiple_of(settings.rebase_every);
     let project = settings.drift_bound < f64::INFINITY && drift(forward, system, node) > settings.drift_bound;
     if !rebase && !project {
         return Ok(());
