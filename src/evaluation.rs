@@ -1,6 +1,6 @@
 //! The equations of a step in real numbers: what is linear, what is sinusoidal, and what dual numbers differentiate.
 //!
-//! With x = (v, σ) in the solver's order, the reduced residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
+//! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
 use crate::System;
@@ -15,13 +15,10 @@ pub(crate) struct Evaluation {
     sines: Sines,
     /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
-    /// The same at the point that K was last factored at.
-    factored: Vec<f64>,
     /// The design variables that the constants belong to.
     design: Option<Vec<f64>>,
-    /// L for the half steps met last; `current` is in use and `oldest` is the next to be replaced.
-    steps: Vec<Linear>,
-    current: usize,
+    /// The half steps met last, whose L the matrix keeps; `oldest` is the next to be replaced.
+    steps: Vec<f64>,
     oldest: usize,
     triplets: Vec<(usize, usize, f64)>,
     elements: Option<Elements>,
@@ -30,32 +27,23 @@ pub(crate) struct Evaluation {
 /// How many half steps are kept: a composition of steps has few different ones.
 const KEPT_STEPS: usize = 5;
 
-/// L for steps of half length h: entries (row, column, value) in the solver's order.
-struct Linear {
-    h: f64,
-    entries: Vec<(u32, u32, f64)>,
-}
-
 /// What elements with dual numbers need besides: their point and sums in the scene's order.
 struct Elements {
     q: Vec<f64>,
     x: Pair,
-    y: Pair,
     sums: Sums<f64>,
 }
 
 impl Evaluation {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
-        let elements = || Elements { q: vec![0.0; n], x: Pair::new(n, m), y: Pair::new(n, m), sums: Sums::new(n, m) };
+        let elements = || Elements { q: vec![0.0; n], x: Pair::new(n, m), sums: Sums::new(n, m) };
         Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
-            factored: vec![0.0; system.block_len()],
             design: None,
             steps: Vec::new(),
-            current: 0,
             oldest: 0,
             triplets: Vec::new(),
             elements: system.differentiated().next().map(|_| elements()),
@@ -74,42 +62,27 @@ impl Evaluation {
         self.oldest = 0;
     }
 
-    /// Prepares L, here and in the matrix, for steps of half length h.
+    /// Prepares L in the matrix for steps of half length h.
     pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
-        let known = |step: &Linear| step.h == h;
-        if let Some(which) = self.steps.iter().position(known) {
-            self.current = which;
+        if let Some(which) = self.steps.iter().position(|&known| known == h) {
             matrix.select(which);
             return Ok(());
         }
         let which = self.oldest;
         self.oldest = (self.oldest + 1) % KEPT_STEPS;
         if which >= self.steps.len() {
-            self.steps.push(Linear { h, entries: Vec::new() });
+            self.steps.push(h);
         }
-        self.current = which;
         // Not to be found again if what follows fails.
-        self.steps[which].h = f64::NAN;
+        self.steps[which] = f64::NAN;
         self.constants.tangent(h, &mut self.triplets);
         matrix.set_constant(system.symbolic(), which, &self.triplets)?;
-        let position = |unknown| system.symbolic().position(unknown) as u32;
-        let Linear { h: half_step, entries } = &mut self.steps[which];
-        entries.clear();
-        entries.extend(self.triplets.iter().map(|&(row, col, value)| (position(row), position(col), value)));
-        *half_step = h;
+        self.steps[which] = h;
         Ok(())
     }
 
-    /// r := k + L x.
-    pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) {
-        self.constants.step_constants(from, given, system.positions(), r);
-        for &(row, col, value) in &self.steps[self.current].entries {
-            r[row as usize] += value * x[col as usize];
-        }
-    }
-
-    /// r += N(x), and what N′ is made of.
-    pub(crate) fn nonlinear_residual(
+    /// r −= N(x), and what N′ is made of.
+    pub(crate) fn subtract_nonlinear(
         &mut self,
         system: &System,
         from: &StepStart,
@@ -119,7 +92,7 @@ impl Evaluation {
         report: &mut Report,
     ) {
         let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
-        self.sines.residual(from.q, from.h, x, r, angles);
+        self.sines.subtract_residual(from.q, from.h, x, r, angles);
         report.sine_evaluations += self.sines.angles();
         let Some(elements) = &mut self.elements else { return };
         elements.load(system, from, x);
@@ -133,10 +106,10 @@ impl Evaluation {
             rest = after;
         }
         for (i, &position) in system.positions().v.iter().enumerate() {
-            r[position] += sums.l_v[i] - from.h * sums.force[i];
+            r[position] -= sums.l_v[i] - from.h * sums.force[i];
         }
         for (j, &position) in system.positions().sigma.iter().enumerate() {
-            r[position] += sums.phi_dot[j];
+            r[position] -= sums.phi_dot[j];
         }
     }
 
@@ -159,26 +132,6 @@ impl Evaluation {
             batch.scatter(own, h, matrix.values_mut());
             rest = after;
         }
-    }
-
-    /// Keeps what N′ is made of at this point, for products with it after the next evaluation.
-    pub(crate) fn keep_blocks(&mut self) {
-        std::mem::swap(&mut self.blocks, &mut self.factored);
-    }
-
-    /// y += N′(h) x at the point that was kept last.
-    pub(crate) fn multiply(&mut self, system: &System, h: f64, x: &[f64], y: &mut [f64]) {
-        let (angles, mut rest) = self.factored.split_at(self.sines.block_len());
-        self.sines.multiply(angles, h, x, y);
-        let Some(elements) = &mut self.elements else { return };
-        elements.x.load(system.positions(), x);
-        elements.y.clear();
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at(len);
-            batch.multiply(own, h, &elements.x, &mut elements.y);
-            rest = after;
-        }
-        elements.y.add_to(system.positions(), y);
     }
 
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).

@@ -15,16 +15,14 @@
 //!
 //! Node 0 is the same with h = 0.
 //!
-//! Newton's method on r = L + N, with L linear and K = L′ + N′: after a correction δ with K δ = −r, the new residual is
+//! Of r(x) = k + L x + N(x), with L linear, only N is evaluated at every iteration: after a correction δ
 //!
 //! ```text
-//!   r(x + δ) = N(x + δ) − N(x) − N′(x) δ
+//!   −r(x + δ) = ℓ − N(x + δ),      ℓ(x + δ) = ℓ(x) − L δ,      ℓ(x) = −(k + L x)
 //! ```
 //!
-//! and with the factors of an earlier point x₀, K(x₀) δ = −r, the same with N′(x₀).
-//!
-//! Here L includes the constant k. So it is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
-//! first iteration and found after the last.
+//! whose terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated
+//! before the first iteration, which makes S of L, and found after the last.
 
 use crate::evaluation::Evaluation;
 use crate::lanes::{all_finite, larger, largest};
@@ -77,15 +75,12 @@ pub(crate) struct Newton {
     condensed: usize,
     /// The relative residual below which there is nothing but rounding.
     rounding: f64,
-    /// (v, σ) of the iterate, and of the first guess.
+    /// (v, σ) of the iterate; condensed unknowns are found at the end.
     x: Vec<f64>,
-    guess: Vec<f64>,
-    /// N(x) + N′(x) δ of the iterate before, and N(x).
-    expected: Vec<f64>,
-    nonlinear: Vec<f64>,
-    /// −r, then a correction; and −r at the first guess, reduced.
+    /// −k, reduced, for the condensed unknowns and ℓ for the others.
+    linear: Vec<f64>,
+    /// −r, then a correction.
     delta: Vec<f64>,
-    reduced: Vec<f64>,
     /// 1 for a velocity, 0 for a multiplier.
     is_velocity: Vec<f64>,
     /// |v| and |σ| in the maximum norm, which corrections are compared with.
@@ -118,11 +113,8 @@ impl Newton {
             condensed: system.symbolic().condensed(),
             rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
             x: zeros(),
-            guess: zeros(),
-            expected: zeros(),
-            nonlinear: zeros(),
+            linear: zeros(),
             delta: zeros(),
-            reduced: zeros(),
             is_velocity,
             size: Sizes::default(),
         }
@@ -148,7 +140,7 @@ impl Newton {
         report: &mut Report,
     ) -> Result<(), Breakdown> {
         self.load(system, v, sigma);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         let blocks = std::mem::take(&mut self.evaluation.blocks);
         let result = self.factor(system, from.h, &blocks, report);
         self.evaluation.blocks = blocks;
@@ -194,12 +186,13 @@ impl Newton {
         let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
             let correction = self.correct(system, from.h, reuse, report)?;
-            self.next_residual(system, from, given, report);
+            self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                scale = largest(&self.expected[self.condensed..]);
+                let linear = self.matrix.largest_constant_product(&self.x, &self.is_velocity);
+                scale = linear.max(largest(&self.linear[self.condensed..]));
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: self.size.v };
@@ -222,7 +215,7 @@ impl Newton {
         Err(self.diverged(system, settings.max_iterations, residual))
     }
 
-    /// −r at the first guess, reduced; returns the size of the terms in r, p*₋ + h g₋.
+    /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
     fn begin(
         &mut self,
         system: &System,
@@ -233,16 +226,11 @@ impl Newton {
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
         self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
-        self.guess.copy_from_slice(&self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
-        self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
-        self.nonlinear.fill(0.0);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
-        for (r, n) in self.delta.iter_mut().zip(&self.nonlinear) {
-            *r = -(*r + n);
-        }
-        self.matrix.reduce(system.symbolic(), &mut self.delta);
-        self.reduced[..self.condensed].copy_from_slice(&self.delta[..self.condensed]);
+        self.evaluation.constants.step_constants(from, given, system.positions(), &mut self.linear);
+        self.matrix.reduce(&mut self.linear);
+        self.matrix.subtract_constant_product(&self.x, &mut self.linear);
+        self.residual(system, from, given, report);
         Ok(largest(from.p_star))
     }
 
@@ -255,45 +243,31 @@ impl Newton {
             self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
         } else {
             self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
-            self.evaluation.keep_blocks();
             report.factorisations += 1;
             let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
             solved.map_err(StepFailure::Singular)?;
             report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         }
         let free = self.condensed..;
-        self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).for_each(|(x, delta)| *x += delta);
+        self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
             self.size = self.sizes(&self.x);
         }
-        let correction = self.sizes(&self.delta).relative_to(self.size);
-        self.expected[free.clone()].copy_from_slice(&self.nonlinear[free]);
-        self.evaluation.multiply(system, h, &self.delta, &mut self.expected);
-        Ok(correction)
+        self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
+        Ok(self.sizes(&self.delta).relative_to(self.size))
     }
 
-    /// −r = N(x − δ) + N′(x − δ) δ − N(x).
-    fn next_residual(&mut self, system: &System, from: &StepStart, given: Given, report: &mut Report) {
+    /// −r = ℓ − N(x).
+    fn residual(&mut self, system: &System, from: &StepStart, given: Given, report: &mut Report) {
         let free = self.condensed..;
-        self.nonlinear[free.clone()].fill(0.0);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
-        let terms = self.expected[free.clone()].iter().zip(&self.nonlinear[free.clone()]);
-        for (r, (expected, now)) in self.delta[free].iter_mut().zip(terms) {
-            *r = expected - now;
-        }
+        self.delta[free.clone()].copy_from_slice(&self.linear[free]);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
     }
 
     /// The condensed unknowns, q and 𝓛_q + Q at the solution.
     fn finish(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
-        let (condensed, total) = self.delta.split_at_mut(self.condensed);
-        condensed.copy_from_slice(&self.reduced[..self.condensed]);
-        for ((total, x), guess) in total.iter_mut().zip(&self.x[self.condensed..]).zip(&self.guess[self.condensed..]) {
-            *total = x - guess;
-        }
-        self.matrix.expand(system.symbolic(), &mut self.delta);
-        for (x, delta) in self.x[..self.condensed].iter_mut().zip(&self.delta) {
-            *x += delta;
-        }
+        self.x[..self.condensed].copy_from_slice(&self.linear[..self.condensed]);
+        self.matrix.expand(&mut self.x);
         let positions = system.positions();
         for ((v, q), (&position, start)) in y.v.iter_mut().zip(y.q.iter_mut()).zip(positions.v.iter().zip(from.q)) {
             *v = self.x[position];

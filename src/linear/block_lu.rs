@@ -89,9 +89,19 @@ impl BlockLu {
         self.factor_with(symbolic, None)
     }
 
+    /// y −= S x for the unknowns that are not condensed, S being what condensation makes of their constant part.
+    pub(crate) fn subtract_constant_product(&self, x: &[f64], y: &mut [f64]) {
+        self.constant().subtract_reduced_product(x, y);
+    }
+
+    /// The largest |S_ij x_j|, times the weight of row i.
+    pub(crate) fn largest_constant_product(&self, x: &[f64], weights: &[f64]) -> f64 {
+        self.constant().largest_reduced_product(x, weights)
+    }
+
     /// Eliminates the condensed unknowns from a right-hand side.
-    pub(crate) fn reduce(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().forward(symbolic, x);
+    pub(crate) fn reduce(&self, x: &mut [f64]) {
+        self.constant().forward(x);
     }
 
     /// Factors the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
@@ -113,8 +123,8 @@ impl BlockLu {
     }
 
     /// The condensed unknowns from their reduced right-hand sides and the others' values.
-    pub(crate) fn expand(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().backward(symbolic, x);
+    pub(crate) fn expand(&self, x: &mut [f64]) {
+        self.constant().backward(x);
     }
 
     /// Eliminates the nodes, in `x` too if it is given.
@@ -140,9 +150,9 @@ impl BlockLu {
 
     /// Solves K x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.reduce(symbolic, x);
+        self.reduce(x);
         self.solve_reduced(symbolic, x);
-        self.expand(symbolic, x);
+        self.expand(x);
     }
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
@@ -153,14 +163,14 @@ impl BlockLu {
 
     /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().forward_transposed(symbolic, x);
+        self.constant().forward_transposed(x);
         for node in symbolic.panels() {
             node.kernel.forward_transposed(node, &self.values, x);
         }
         for node in symbolic.panels().iter().rev() {
             node.kernel.backward_transposed(node, &self.values, &self.swaps, x);
         }
-        self.constant().backward_transposed(symbolic, x);
+        self.constant().backward_transposed(x);
     }
 }
 

@@ -6,20 +6,49 @@ use super::symbolic::{Step, Symbolic};
 /// A condensed pivot must exceed this fraction of the largest entry of its row.
 const SMALLEST_PIVOT: f64 = 1e-10;
 
-/// Constant entries, reduced by the condensed unknowns.
-///
-/// A condensed unknown c with pivot p keeps [1/p, row K_cj, column K_jc/p] over its neighbours j.
+/// Constant entries, and what their elimination leaves: with c the condensed unknowns and f the others, S = K_ff − K_fc K_cc⁻¹ K_cf.
 #[derive(Debug, Clone)]
 pub(super) struct Constant {
+    /// S by panels, and behind it what the elimination of each condensed unknown needs: [pivot, row, column].
     entries: Vec<f64>,
+    /// The nonzeros of S.
+    reduced: Vec<Entry>,
+    /// 1/p of the condensed unknowns.
+    inverse: Vec<f64>,
+    /// All pairs of a condensed unknown and a neighbour at its elimination, in the order of the elimination.
+    couplings: Vec<Coupling>,
     scale: Vec<f64>,
     panels: usize,
+}
+
+/// An entry of S at two positions.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    row: u32,
+    col: u32,
+    value: f64,
+}
+
+/// K_cj/p and K_jc/p for a condensed unknown c with pivot p and its neighbour j, by positions.
+#[derive(Debug, Clone, Copy)]
+struct Coupling {
+    c: u32,
+    j: u32,
+    row: f64,
+    column: f64,
 }
 
 impl Constant {
     /// The zero matrix.
     pub(super) fn new(symbolic: &Symbolic) -> Self {
-        Self { entries: vec![0.0; symbolic.stored_len()], scale: vec![0.0; symbolic.size()], panels: symbolic.values_len() }
+        Self {
+            entries: vec![0.0; symbolic.stored_len()],
+            reduced: Vec::with_capacity(symbolic.values_len()),
+            inverse: vec![0.0; symbolic.condensed()],
+            couplings: Vec::with_capacity(symbolic.steps().iter().map(|step| step.neighbours.len()).sum()),
+            scale: vec![0.0; symbolic.size()],
+            panels: symbolic.values_len(),
+        }
     }
 
     /// What the panels hold before the varying entries are added.
@@ -47,12 +76,21 @@ impl Constant {
                 self.entries[place] += value;
             }
         }
+        self.couplings.clear();
         for (position, step) in symbolic.steps().iter().enumerate() {
             self.eliminate(position, step).map_err(|(pivot, scale)| {
                 let unknown = symbolic.unknown(position);
                 Breakdown { unknown, pivot, scale }
             })?;
+            self.couple(position, step);
         }
+        let entry = |(row, col, place): (usize, usize, usize)| Entry {
+            row: row as u32,
+            col: col as u32,
+            value: self.entries[place],
+        };
+        self.reduced.clear();
+        self.reduced.extend(symbolic.panel_entries().map(entry).filter(|entry| entry.value != 0.0));
         Ok(())
     }
 
@@ -67,10 +105,11 @@ impl Constant {
         if !pivot.is_finite() || pivot.abs() <= SMALLEST_PIVOT * scale {
             return Err((*pivot, scale));
         }
-        *pivot = 1.0 / *pivot;
+        let inverse = 1.0 / *pivot;
+        self.inverse[position] = inverse;
         let mut places = step.targets.iter();
         for ((factor, &u), &i) in column.iter_mut().zip(&*row).zip(&step.neighbours) {
-            *factor *= *pivot;
+            *factor *= inverse;
             self.scale[i] += (*factor * u).abs();
             for (&u, &place) in row.iter().zip(&mut places) {
                 let target = match place.checked_sub(step.run().end) {
@@ -83,55 +122,69 @@ impl Constant {
         Ok(())
     }
 
-    /// [1/p], row and column of a condensed unknown.
-    fn parts(&self, step: &Step) -> (f64, &[f64], &[f64]) {
-        let own = &self.entries[step.run()];
-        let (row, column) = own[1..].split_at(step.neighbours.len());
-        (own[0], row, column)
+    /// Lists the couplings of an eliminated unknown.
+    fn couple(&mut self, position: usize, step: &Step) {
+        let (row, column) = self.entries[step.run()][1..].split_at(step.neighbours.len());
+        let inverse = self.inverse[position];
+        let sides = row.iter().zip(column).zip(&step.neighbours);
+        let coupling = |((row, column), &j): ((&f64, &f64), &usize)| Coupling {
+            c: position as u32,
+            j: j as u32,
+            row: row * inverse,
+            column: *column,
+        };
+        self.couplings.extend(sides.map(coupling));
     }
 
-    /// x_j −= (K_jc/p) x_c.
-    pub(super) fn forward(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate() {
-            let (_, _, column) = self.parts(step);
-            scatter(x[c], column, step, x);
+    /// y_f −= S x_f.
+    pub(super) fn subtract_reduced_product(&self, x: &[f64], y: &mut [f64]) {
+        let y = &mut y[..x.len()];
+        for entry in &self.reduced {
+            y[entry.row as usize] -= entry.value * x[entry.col as usize];
         }
     }
 
-    /// x_c := (x_c − Σ K_cj x_j) / p.
-    pub(super) fn backward(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate().rev() {
-            let (inverse, row, _) = self.parts(step);
-            x[c] = (x[c] - gather(row, step, x)) * inverse;
+    /// The largest |S_ij x_j| over rows i with nonzero weight.
+    pub(super) fn largest_reduced_product(&self, x: &[f64], weights: &[f64]) -> f64 {
+        let products = self.reduced.iter().map(|entry| weights[entry.row as usize] * entry.value * x[entry.col as usize]);
+        products.fold(0.0, |largest, product| largest.max(product.abs()))
+    }
+
+    // In the order of their elimination the condensed unknowns c do, with their neighbours j (condensed later, or not at all):
+    //   forward: x_j −= (K_jc/p) x_c,   backward, in reverse: x_c := (x_c − Σ K_cj x_j)/p.
+    // Nothing but its own pivot scales x_c, so all reciprocals may come first, or last.
+
+    /// x_f −= K_fc K_cc⁻¹ x_c, half way: x_c is left as `backward` wants it.
+    pub(super) fn forward(&self, x: &mut [f64]) {
+        for at in &self.couplings {
+            x[at.j as usize] -= at.column * x[at.c as usize];
         }
     }
 
-    /// x_c := x_c / p, then x_j −= K_cj x_c.
-    pub(super) fn forward_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate() {
-            let (inverse, row, _) = self.parts(step);
-            x[c] *= inverse;
-            scatter(x[c], row, step, x);
+    /// x_c := K_cc⁻¹ (x_c − K_cf x_f), after `forward`.
+    pub(super) fn backward(&self, x: &mut [f64]) {
+        self.scale_condensed(x);
+        for at in self.couplings.iter().rev() {
+            x[at.c as usize] -= at.row * x[at.j as usize];
         }
     }
 
-    /// x_c −= Σ (K_jc/p) x_j.
-    pub(super) fn backward_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate().rev() {
-            let (_, _, column) = self.parts(step);
-            x[c] -= gather(column, step, x);
+    /// As `forward`, for Kᵀ.
+    pub(super) fn forward_transposed(&self, x: &mut [f64]) {
+        for at in &self.couplings {
+            x[at.j as usize] -= at.row * x[at.c as usize];
+        }
+        self.scale_condensed(x);
+    }
+
+    /// As `backward`, for Kᵀ.
+    pub(super) fn backward_transposed(&self, x: &mut [f64]) {
+        for at in self.couplings.iter().rev() {
+            x[at.c as usize] -= at.column * x[at.j as usize];
         }
     }
-}
 
-#[inline]
-fn scatter(factor: f64, line: &[f64], step: &Step, x: &mut [f64]) {
-    for (&j, entry) in step.neighbours.iter().zip(line) {
-        x[j] -= entry * factor;
+    fn scale_condensed(&self, x: &mut [f64]) {
+        x.iter_mut().zip(&self.inverse).for_each(|(x, inverse)| *x *= inverse);
     }
-}
-
-#[inline]
-fn gather(line: &[f64], step: &Step, x: &[f64]) -> f64 {
-    (step.neighbours.iter().zip(line)).map(|(&j, entry)| entry * x[j]).sum()
 }

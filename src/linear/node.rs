@@ -59,4 +59,23 @@ impl Node {
     pub(super) fn end(&self) -> usize {
         self.first + self.size
     }
+
+    /// The entries of D: row, column, and where they are stored.
+    pub(super) fn square(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        let (first, size, start) = (self.first, self.size, self.start);
+        (0..size * size).map(move |k| (first + k % size, first + k / size, start + k))
+    }
+
+    /// The entries of U and L.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        let (first, size, end, upper) = (self.first, self.size, self.end(), self.start + self.size * self.size);
+        let lower = upper + size * self.width;
+        let lines = self.later.iter().flat_map(move |b| b.lines.clone().zip(end + b.first..));
+        lines.flat_map(move |(line, other)| {
+            (0..size).flat_map(move |k| {
+                let at = line * size + k;
+                [(first + k, other, upper + at), (other, first + k, lower + at)]
+            })
+        })
+    }
 }

@@ -154,6 +154,11 @@ impl Symbolic {
         Some(side + line * node.size + (early - node.first))
     }
 
+    /// All entries of the panels: row and column as positions, and where they are stored.
+    pub(super) fn panel_entries(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        self.nodes.iter().flat_map(|node| node.square().chain(node.sides()))
+    }
+
     fn owner_of(&self, position: usize) -> &Node {
         &self.nodes[self.owner[position - self.steps.len()]]
     }

@@ -116,15 +116,16 @@ impl Constants {
         }
     }
 
-    /// Writes what is left of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), in the solver's order.
+    /// Writes −k: r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), without what varies,
+    /// in the solver's order and with the opposite sign.
     pub(crate) fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
         let terms = self.l_v.iter().zip(&self.force).zip(from.p_star);
         for (((l_v, force), start), &position) in terms.zip(&positions.v) {
-            r[position] = l_v - h * force - start;
+            r[position] = start - l_v + h * force;
         }
         positions.sigma.iter().for_each(|&position| r[position] = 0.0);
-        for (matrix, x, factor) in [(&self.vq, from.q, 1.0), (&self.qq, from.q, -h), (&self.q_u, given.u, -h)] {
+        for (matrix, x, factor) in [(&self.vq, from.q, -1.0), (&self.qq, from.q, h), (&self.q_u, given.u, h)] {
             matrix.iter().for_each(|e| r[positions.v[e.row]] += factor * e.value * x[e.col]);
         }
     }

@@ -145,20 +145,22 @@ impl Sines {
         self.angles.iter().zip(states).map(|(angle, state)| (angle, &self.terms[angle.terms.clone()], state))
     }
 
-    /// Adds the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
-    pub fn residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+    /// Subtracts the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
+    pub fn subtract_residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+        let r = &mut r[..x.len()];
         for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<STATE>().0) {
             let v = x[angle.position];
             let (sin, cos) = sin_cos(start_q[angle.coordinate] + h * v);
+            let (v_sin, v_cos) = (v * sin, v * cos);
             let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
                 let sigma = x[term.position];
                 a += sigma * term.sine;
                 b += sigma * term.cosine;
-                r[term.position] += v * (term.sine * cos - term.cosine * sin);
+                r[term.position] -= term.sine * v_cos - term.cosine * v_sin;
             }
             let (s, s_prime) = (a * cos - b * sin, -(a * sin + b * cos));
-            r[angle.position] += s - h * v * s_prime;
+            r[angle.position] -= s - h * v * s_prime;
             *block = [sin, cos, v, s, s_prime];
         }
     }
@@ -179,20 +181,6 @@ impl Sines {
                 values[term.below] += phi_q + h_phi_dot_q;
                 values[term.beside] += phi_q - h_phi_dot_q;
             }
-        }
-    }
-
-    /// Adds the product of these entries of K(h) with x, both in the solver's order.
-    pub fn multiply(&self, blocks: &[f64], h: f64, x: &[f64], y: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
-            let own = x[angle.position];
-            let mut sum = h * h * at.v * at.s * own;
-            for term in terms {
-                let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
-                y[term.position] += (phi_q + h_phi_dot_q) * own;
-                sum += (phi_q - h_phi_dot_q) * x[term.position];
-            }
-            y[angle.position] += sum;
         }
     }
 
