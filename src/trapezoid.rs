@@ -228,9 +228,14 @@ impl Newton {
         self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
         self.evaluation.constants.step_constants(from, given, system.positions(), &mut self.linear);
+        self.delta.fill(0.0);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        // What N has in the rows of condensed unknowns depends on time at most.
+        self.linear[..self.condensed].iter_mut().zip(&self.delta).for_each(|(linear, n)| *linear += n);
         self.matrix.reduce(&mut self.linear);
         self.matrix.subtract_constant_product(&self.x, &mut self.linear);
-        self.residual(system, from, given, report);
+        let free = self.condensed..;
+        self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
         Ok(largest(from.p_star))
     }
 
