@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::lanes::dot_sum;
 use crate::simulate::Forward;
-use crate::system::{CostRows, Covector, InputRows, Pair, Rows};
+use crate::system::{CostRows, Covector, InputRows, Rows};
 use crate::trajectory::{Report, column, column_mut, weights};
 use crate::{Error, Settings, Start, System, error};
 
@@ -79,9 +79,8 @@ pub(crate) struct Sweep {
     cost: CostRows,
     cost_is_zero: bool,
     rows: Rows,
-    /// The right-hand side of the adjoint equations.
-    right: Pair,
-    zeros: Pair,
+    /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
+    right: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     time: f64,
 }
@@ -102,8 +101,7 @@ impl Sweep {
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: Rows::new(n, m),
             cost_is_zero: true,
-            right: Pair::new(n, m),
-            zeros: Pair::new(n, m),
+            right: zeros(n + m),
             time: 0.0,
         }
     }
@@ -189,41 +187,34 @@ impl Sweep {
         let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
         let (j_q, j_v, j_p, j_g) = (&cost.q[..n], &cost.v[..n], &cost.p_star[..n], &cost.p_star_dot[..n]);
 
-        // d̂, and what it contributes to ∂v + h ∂q and ∂σ.
+        // d̂, and the right-hand side.
         let d = &mut node.d[..n];
         for k in 0..n {
             d[k] = j_g[k] + h * j_p[k] - (h + h_next) * b_next[k];
         }
-        self.rows.clear();
-        let known = Covector { c: &self.zeros.v, d, e: &self.zeros.sigma };
-        newton.evaluation.constants.pull_back_force(d, &mut self.rows);
-        newton.evaluation.pull_back_nonlinear(system, blocks, &known, &mut self.rows);
-        let (right, row_v, row_q) = (&mut self.right.v[..n], &self.rows.v[..n], &self.rows.q[..n]);
-        for k in 0..n {
-            right[k] = (h + h_next) * a_next[k] - j_v[k] - row_v[k] - h * (j_q[k] + row_q[k]);
+        let positions = system.positions();
+        let right = &mut self.right[..];
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            right[position] = (h + h_next) * a_next[k] - j_v[k] - h * j_q[k];
         }
-        for ((right, j_sigma), row) in self.right.sigma.iter_mut().zip(&cost.sigma).zip(&self.rows.sigma) {
-            *right = -(j_sigma + row);
-        }
+        positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] = -j_sigma);
+        newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
 
         let factored = newton.factor(system, h, blocks, &mut self.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
-        newton.solve_transposed(system, &self.right, &mut node.c, &mut node.e);
+        newton.solve_transposed(system, right);
 
-        let (b, c, d) = (&mut node.b[..n], &node.c[..n], &mut node.d[..n]);
+        let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            c[k] = right[position];
+        }
+        node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
         for k in 0..n {
             d[k] -= h * c[k];
             b[k] = c[k] + b_next[k] - j_p[k];
+            a[k] = a_next[k] - j_q[k];
         }
-        // Of these rows only that of q is used.
-        self.rows.q.fill(0.0);
-        let full = Covector { c, d, e: &node.e };
-        newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
-        newton.evaluation.pull_back_nonlinear(system, blocks, &full, &mut self.rows);
-        let (a, row_q) = (&mut node.a[..n], &self.rows.q[..n]);
-        for k in 0..n {
-            a[k] = a_next[k] - row_q[k] - j_q[k];
-        }
+        newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
         Ok(())
     }
 
@@ -234,17 +225,18 @@ impl Sweep {
         forward.newton.evaluation.constants.pull_back_controls(&self.node.d, u);
         self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
         self.time += self.cost.time;
-        let at = forward.trajectory.at(&forward.inputs, i);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
         let mut rows = InputRows { u, design: self.gradient.design.as_mut_slice(), time: &mut self.time };
-        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+        for batch in system.sensitive() {
+            batch.pull_back_inputs(&forward.trajectory.at(&forward.inputs, i), &with, &mut rows);
+        }
     }
 
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes + the weights of the cost.
     fn step_row(&mut self, forward: &Forward, i: usize) {
-        let (y, before) = (forward.trajectory.columns(i), forward.trajectory.columns(i - 1));
-        let velocities = dot_sum(&self.node.a, y.v, before.v);
-        let own = 0.5 * (velocities + dot_sum(&self.node.b, y.p_star_dot, before.p_star_dot));
+        let (v, rate) = (&forward.trajectory.v, &forward.trajectory.p_star_dot);
+        let velocities = dot_sum(&self.node.a, column(v, i), column(v, i - 1));
+        let own = 0.5 * (velocities + dot_sum(&self.node.b, column(rate, i), column(rate, i - 1)));
         self.gradient.steps[i - 1] = self.time - own + self.cost.step_before;
         if let Some(after) = self.gradient.steps.get_mut(i) {
             *after += self.cost.step_after;

@@ -32,12 +32,20 @@ struct Elements {
     q: Vec<f64>,
     x: Pair,
     sums: Sums<f64>,
+    rows: Rows,
+    zeros: Pair,
 }
 
 impl Evaluation {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
-        let elements = || Elements { q: vec![0.0; n], x: Pair::new(n, m), sums: Sums::new(n, m) };
+        let elements = || Elements {
+            q: vec![0.0; n],
+            x: Pair::new(n, m),
+            sums: Sums::new(n, m),
+            rows: Rows::new(n, m),
+            zeros: Pair::new(n, m),
+        };
         Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
@@ -138,18 +146,44 @@ impl Evaluation {
     pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
         rows.clear();
         self.constants.pull_back(with, rows);
-        self.pull_back_nonlinear(system, blocks, with, rows);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.pull_back(angles, with, rows);
+        pull_back_elements(system, rest, with, rows);
     }
 
-    /// Adds the adjoint rows of the nonlinear part.
-    pub(crate) fn pull_back_nonlinear(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
-        let (angles, mut rest) = blocks.split_at(self.sines.block_len());
-        self.sines.pull_back(angles, with, rows);
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at(len);
-            batch.pull_back(own, with, rows);
-            rest = after;
+    /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.
+    pub(crate) fn subtract_force_rows(&mut self, system: &System, h: f64, blocks: &[f64], d: &[f64], right: &mut [f64]) {
+        let positions = system.positions();
+        self.constants.subtract_force_rows(h, d, positions, right);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_force_rows(angles, h, d, right);
+        let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, &Covector { c: &zeros.v, d, e: &zeros.sigma }, rows);
+        for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
+            right[position] -= v + h * q;
         }
+        positions.sigma.iter().zip(&rows.sigma).for_each(|(&position, row)| right[position] -= row);
+    }
+
+    /// a −= ∂q, the adjoint row of the coordinates, for any c, d, e.
+    pub(crate) fn subtract_row_q(&mut self, system: &System, blocks: &[f64], with: &Covector, a: &mut [f64]) {
+        self.constants.subtract_row_q(with, a);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_row_q(angles, with, a);
+        let Some(Elements { rows, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, with, rows);
+        a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
+    }
+}
+
+/// Adds the adjoint rows of the elements with dual numbers.
+fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    for (batch, len) in system.differentiated() {
+        let (own, rest) = blocks.split_at(len);
+        batch.pull_back(own, with, rows);
+        blocks = rest;
     }
 }
 

@@ -160,13 +160,9 @@ impl Newton {
         x.load(system.positions(), &self.delta);
     }
 
-    /// Solves Kᵀ x = r for x = (c, e).
-    pub(crate) fn solve_transposed(&mut self, system: &System, r: &Pair, c: &mut [f64], e: &mut [f64]) {
-        let positions = system.positions();
-        r.store(positions, &mut self.delta);
-        self.matrix.solve_transposed(system.symbolic(), &mut self.delta);
-        c.iter_mut().zip(&positions.v).for_each(|(c, &at)| *c = self.delta[at]);
-        e.iter_mut().zip(&positions.sigma).for_each(|(e, &at)| *e = self.delta[at]);
+    /// Solves Kᵀ x = r in place, in the solver's order.
+    pub(crate) fn solve_transposed(&self, system: &System, x: &mut [f64]) {
+        self.matrix.solve_transposed(system.symbolic(), x);
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.

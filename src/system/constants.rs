@@ -151,16 +151,18 @@ impl Constants {
         }
     }
 
-    /// Adds the constant part of the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)) for c = e = 0.
-    pub fn pull_back_force(&self, d: &[f64], rows: &mut Rows) {
-        multiply_transposed(&self.qv, d, &mut rows.v);
-        multiply_transposed(&self.qq, d, &mut rows.q);
+    /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`tangent::pull_back`](super::tangent::pull_back)), in the solver's order.
+    pub fn subtract_force_rows(&self, h: f64, d: &[f64], positions: &Positions, right: &mut [f64]) {
+        for (matrix, factor) in [(&self.qv, 1.0), (&self.qq, h)] {
+            matrix.iter().for_each(|e| right[positions.v[e.col]] -= factor * e.value * d[e.row]);
+        }
     }
 
-    /// Adds the constant part of the adjoint row ∂q alone.
-    pub fn pull_back_q(&self, with: &Covector, row_q: &mut [f64]) {
-        multiply_transposed(&self.vq, with.c, row_q);
-        multiply_transposed(&self.qq, with.d, row_q);
+    /// Subtracts the constant part of the adjoint row ∂q.
+    pub fn subtract_row_q(&self, with: &Covector, row_q: &mut [f64]) {
+        for (matrix, x) in [(&self.vq, with.c), (&self.qq, with.d)] {
+            matrix.iter().for_each(|e| row_q[e.col] -= e.value * x[e.row]);
+        }
     }
 
     /// Adds the constant part of all adjoint rows.
