@@ -285,20 +285,23 @@ impl Newton {
     /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
     fn sizes(&self, x: &[f64]) -> Sizes {
         let (x, is_velocity) = (&x[self.condensed..], &self.is_velocity[self.condensed..]);
-        let (chunks, rest) = x.as_chunks::<2>();
-        let (masks, rest_masks) = is_velocity.as_chunks::<2>();
-        let (mut v, mut sigma) = ([0.0; 2], [0.0; 2]);
+        let (chunks, rest) = x.as_chunks::<4>();
+        let (masks, rest_masks) = is_velocity.as_chunks::<4>();
+        let (mut v, mut sigma) = ([0.0; 4], [0.0; 4]);
         for (x, mask) in chunks.iter().zip(masks) {
-            for k in 0..2 {
-                v[k] = larger(v[k], (x[k] * mask[k]).abs());
-                sigma[k] = larger(sigma[k], (x[k] - x[k] * mask[k]).abs());
+            for k in 0..4 {
+                let size = x[k].abs();
+                v[k] = larger(v[k], size * mask[k]);
+                sigma[k] = larger(sigma[k], size - size * mask[k]);
             }
         }
+        let mut sizes = Sizes { v: largest(&v), sigma: largest(&sigma) };
         for (x, mask) in rest.iter().zip(rest_masks) {
-            v[0] = larger(v[0], (x * mask).abs());
-            sigma[0] = larger(sigma[0], (x - x * mask).abs());
+            let size = x.abs();
+            sizes.v = larger(sizes.v, size * mask);
+            sizes.sigma = larger(sizes.sigma, size - size * mask);
         }
-        Sizes { v: larger(v[0], v[1]), sigma: larger(sigma[0], sigma[1]) }
+        sizes
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

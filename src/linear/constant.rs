@@ -11,25 +11,18 @@ const SMALLEST_PIVOT: f64 = 1e-10;
 pub(super) struct Constant {
     /// S by panels, and behind it what the elimination of each condensed unknown needs: [pivot, row, column].
     entries: Vec<f64>,
-    /// The nonzeros of S.
-    reduced: Vec<Entry>,
+    /// The diagonal of S, from the first unknown that is not condensed on, and what else of it is not zero.
+    diagonal: Vec<f64>,
+    reduced: Vec<Coupling>,
     /// 1/p of the condensed unknowns.
     inverse: Vec<f64>,
-    /// All pairs of a condensed unknown and a neighbour at its elimination, in the order of the elimination.
+    /// K_cj/p and K_jc/p for a condensed unknown c with pivot p and its neighbours j at its elimination, in the order of the elimination.
     couplings: Vec<Coupling>,
     scale: Vec<f64>,
     panels: usize,
 }
 
-/// An entry of S at two positions.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    row: u32,
-    col: u32,
-    value: f64,
-}
-
-/// K_cj/p and K_jc/p for a condensed unknown c with pivot p and its neighbour j, by positions.
+/// The entries (c, j) and (j, c) of a matrix, by positions.
 #[derive(Debug, Clone, Copy)]
 struct Coupling {
     c: u32,
@@ -38,11 +31,22 @@ struct Coupling {
     column: f64,
 }
 
+impl Coupling {
+    fn new((c, j): (usize, usize), row: f64, column: f64) -> Self {
+        Coupling { c: c as u32, j: j as u32, row, column }
+    }
+
+    fn is_zero(&self) -> bool {
+        self.row == 0.0 && self.column == 0.0
+    }
+}
+
 impl Constant {
     /// The zero matrix.
     pub(super) fn new(symbolic: &Symbolic) -> Self {
         Self {
             entries: vec![0.0; symbolic.stored_len()],
+            diagonal: vec![0.0; symbolic.size() - symbolic.condensed()],
             reduced: Vec::with_capacity(symbolic.values_len()),
             inverse: vec![0.0; symbolic.condensed()],
             couplings: Vec::with_capacity(symbolic.steps().iter().map(|step| step.neighbours.len()).sum()),
@@ -84,13 +88,15 @@ impl Constant {
             })?;
             self.couple(position, step);
         }
-        let entry = |(row, col, place): (usize, usize, usize)| Entry {
-            row: row as u32,
-            col: col as u32,
-            value: self.entries[place],
-        };
         self.reduced.clear();
-        self.reduced.extend(symbolic.panel_entries().map(entry).filter(|entry| entry.value != 0.0));
+        for (at, upper, lower) in symbolic.panel_entries() {
+            let entry = Coupling::new(at, self.entries[upper], self.entries[lower]);
+            if at.0 == at.1 {
+                self.diagonal[at.0 - self.inverse.len()] = entry.row;
+            } else if !entry.is_zero() {
+                self.reduced.push(entry);
+            }
+        }
         Ok(())
     }
 
@@ -127,27 +133,33 @@ impl Constant {
         let (row, column) = self.entries[step.run()][1..].split_at(step.neighbours.len());
         let inverse = self.inverse[position];
         let sides = row.iter().zip(column).zip(&step.neighbours);
-        let coupling = |((row, column), &j): ((&f64, &f64), &usize)| Coupling {
-            c: position as u32,
-            j: j as u32,
-            row: row * inverse,
-            column: *column,
-        };
-        self.couplings.extend(sides.map(coupling));
+        let couplings = sides.map(|((row, column), &j)| Coupling::new((position, j), row * inverse, *column));
+        self.couplings.extend(couplings.filter(|coupling| !coupling.is_zero()));
     }
 
     /// y_f −= S x_f.
     pub(super) fn subtract_reduced_product(&self, x: &[f64], y: &mut [f64]) {
         let y = &mut y[..x.len()];
-        for entry in &self.reduced {
-            y[entry.row as usize] -= entry.value * x[entry.col as usize];
+        let free = self.inverse.len()..;
+        for (y, (s, x)) in y[free.clone()].iter_mut().zip(self.diagonal.iter().zip(&x[free])) {
+            *y -= s * x;
+        }
+        for at in &self.reduced {
+            let (c, j) = (at.c as usize, at.j as usize);
+            y[c] -= at.row * x[j];
+            y[j] -= at.column * x[c];
         }
     }
 
-    /// The largest |S_ij x_j| over rows i with nonzero weight.
+    /// The largest |S_ij x_j|, times the weight of row i.
     pub(super) fn largest_reduced_product(&self, x: &[f64], weights: &[f64]) -> f64 {
-        let products = self.reduced.iter().map(|entry| weights[entry.row as usize] * entry.value * x[entry.col as usize]);
-        products.fold(0.0, |largest, product| largest.max(product.abs()))
+        let free = self.inverse.len()..;
+        let rows = weights[free.clone()].iter().zip(self.diagonal.iter().zip(&x[free]));
+        let others = self.reduced.iter().flat_map(|at| {
+            let (c, j) = (at.c as usize, at.j as usize);
+            [weights[c] * at.row * x[j], weights[j] * at.column * x[c]]
+        });
+        rows.map(|(weight, (s, x))| weight * s * x).chain(others).fold(0.0, |largest, product| largest.max(product.abs()))
     }
 
     // In the order of their elimination the condensed unknowns c do, with their neighbours j (condensed later, or not at all):

@@ -60,22 +60,20 @@ impl Node {
         self.first + self.size
     }
 
-    /// The entries of D: row, column, and where they are stored.
-    pub(super) fn square(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+    /// The pairs of entries (i, j) and (j, i) of D: their positions and where the two are stored.
+    pub(super) fn square(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
         let (first, size, start) = (self.first, self.size, self.start);
-        (0..size * size).map(move |k| (first + k % size, first + k / size, start + k))
+        let pairs = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j)));
+        pairs.map(move |(i, j)| ((first + i, first + j), start + j * size + i, start + i * size + j))
     }
 
-    /// The entries of U and L.
-    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+    /// The pairs of entries of U and L.
+    pub(super) fn sides(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
         let (first, size, end, upper) = (self.first, self.size, self.end(), self.start + self.size * self.size);
         let lower = upper + size * self.width;
         let lines = self.later.iter().flat_map(move |b| b.lines.clone().zip(end + b.first..));
         lines.flat_map(move |(line, other)| {
-            (0..size).flat_map(move |k| {
-                let at = line * size + k;
-                [(first + k, other, upper + at), (other, first + k, lower + at)]
-            })
+            (0..size).map(move |k| ((first + k, other), upper + line * size + k, lower + line * size + k))
         })
     }
 }

@@ -154,8 +154,8 @@ impl Symbolic {
         Some(side + line * node.size + (early - node.first))
     }
 
-    /// All entries of the panels: row and column as positions, and where they are stored.
-    pub(super) fn panel_entries(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+    /// All pairs of entries (i, j) and (j, i) of the panels, the diagonal too: (i, j) as positions, and where the two are stored.
+    pub(super) fn panel_entries(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
         self.nodes.iter().flat_map(|node| node.square().chain(node.sides()))
     }
 
