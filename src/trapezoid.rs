@@ -81,8 +81,8 @@ pub(crate) struct Newton {
     linear: Vec<f64>,
     /// −r, then a correction.
     delta: Vec<f64>,
-    /// 1 for a velocity, 0 for a multiplier.
-    is_velocity: Vec<f64>,
+    /// (1, 0) for a velocity and (0, 1) for a multiplier, condensed ones left out.
+    kinds: Vec<[f64; 2]>,
     /// |v| and |σ| in the maximum norm, which corrections are compared with.
     size: Sizes,
 }
@@ -105,17 +105,19 @@ impl Sizes {
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
-        let mut is_velocity = zeros();
-        system.positions().v.iter().for_each(|&position| is_velocity[position] = 1.0);
+        let condensed = system.symbolic().condensed();
+        let mut kinds = vec![[0.0, 1.0]; system.n() + system.m() - condensed];
+        let velocities = system.positions().v.iter().filter_map(|position| position.checked_sub(condensed));
+        velocities.for_each(|k| kinds[k] = [1.0, 0.0]);
         Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
-            condensed: system.symbolic().condensed(),
+            condensed,
             rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
-            is_velocity,
+            kinds,
             size: Sizes::default(),
         }
     }
@@ -187,7 +189,7 @@ impl Newton {
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                let linear = self.matrix.largest_constant_product(&self.x, &self.is_velocity);
+                let linear = self.matrix.largest_constant_product(&self.x, |k| self.kinds[k][0]);
                 scale = linear.max(largest(&self.linear[self.condensed..]));
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
@@ -284,24 +286,23 @@ impl Newton {
 
     /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
     fn sizes(&self, x: &[f64]) -> Sizes {
-        let (x, is_velocity) = (&x[self.condensed..], &self.is_velocity[self.condensed..]);
-        let (chunks, rest) = x.as_chunks::<4>();
-        let (masks, rest_masks) = is_velocity.as_chunks::<4>();
-        let (mut v, mut sigma) = ([0.0; 4], [0.0; 4]);
-        for (x, mask) in chunks.iter().zip(masks) {
+        let (chunks, rest) = x[self.condensed..].as_chunks::<4>();
+        let (kinds, rest_kinds) = self.kinds.as_chunks::<4>();
+        let update = |[v, sigma]: &mut [f64; 2], x: f64, [is_velocity, is_multiplier]: &[f64; 2]| {
+            *v = larger(*v, x.abs() * is_velocity);
+            *sigma = larger(*sigma, x.abs() * is_multiplier);
+        };
+        let mut lanes = [[0.0; 2]; 4];
+        for (x, kinds) in chunks.iter().zip(kinds) {
             for k in 0..4 {
-                let size = x[k].abs();
-                v[k] = larger(v[k], size * mask[k]);
-                sigma[k] = larger(sigma[k], size - size * mask[k]);
+                update(&mut lanes[k], x[k], &kinds[k]);
             }
         }
-        let mut sizes = Sizes { v: largest(&v), sigma: largest(&sigma) };
-        for (x, mask) in rest.iter().zip(rest_masks) {
-            let size = x.abs();
-            sizes.v = larger(sizes.v, size * mask);
-            sizes.sigma = larger(sizes.sigma, size - size * mask);
+        for ((x, kind), lane) in rest.iter().zip(rest_kinds).zip(&mut lanes) {
+            update(lane, *x, kind);
         }
-        sizes
+        let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
+        Sizes { v: size(0), sigma: size(1) }
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

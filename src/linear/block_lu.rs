@@ -94,9 +94,9 @@ impl BlockLu {
         self.constant().subtract_reduced_product(x, y);
     }
 
-    /// The largest |S_ij x_j|, times the weight of row i.
-    pub(crate) fn largest_constant_product(&self, x: &[f64], weights: &[f64]) -> f64 {
-        self.constant().largest_reduced_product(x, weights)
+    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    pub(crate) fn largest_constant_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
+        self.constant().largest_reduced_product(x, weight)
     }
 
     /// Eliminates the condensed unknowns from a right-hand side.
@@ -116,8 +116,8 @@ impl BlockLu {
 
     /// Solves for the unknowns that are not condensed with the factors, from a reduced right-hand side.
     pub(crate) fn solve_reduced(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for node in symbolic.panels() {
-            node.kernel.forward(node, &self.values, &self.swaps, x);
+        for (kernel, nodes) in symbolic.runs() {
+            kernel.forward(nodes, &self.values, &self.swaps, x);
         }
         self.backward_nodes(symbolic, x);
     }
@@ -132,13 +132,9 @@ impl BlockLu {
         self.scale.copy_from_slice(self.constants[self.current].scale());
         self.worst = 1.0;
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
-        for node in symbolic.panels() {
-            let eliminated = match x.as_deref_mut() {
-                Some(x) => node.kernel.eliminate_with(node, &mut state, x),
-                None => node.kernel.eliminate(node, &mut state),
-            };
-            let ratio = eliminated.map_err(|cancelled| breakdown(symbolic, node.first, cancelled))?;
-            self.worst = self.worst.max(ratio);
+        for (kernel, nodes) in symbolic.runs() {
+            let eliminated = kernel.eliminate(nodes, &mut state, x.as_deref_mut());
+            self.worst = self.worst.max(eliminated.map_err(|cancelled| breakdown(symbolic, cancelled))?);
         }
         Ok(())
     }
@@ -156,24 +152,24 @@ impl BlockLu {
     }
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for node in symbolic.panels().iter().rev() {
-            node.kernel.backward(node, &self.values, x);
+        for (kernel, nodes) in symbolic.runs().rev() {
+            kernel.backward(nodes, &self.values, x);
         }
     }
 
     /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
         self.constant().forward_transposed(x);
-        for node in symbolic.panels() {
-            node.kernel.forward_transposed(node, &self.values, x);
+        for (kernel, nodes) in symbolic.runs() {
+            kernel.forward_transposed(nodes, &self.values, x);
         }
-        for node in symbolic.panels().iter().rev() {
-            node.kernel.backward_transposed(node, &self.values, &self.swaps, x);
+        for (kernel, nodes) in symbolic.runs().rev() {
+            kernel.backward_transposed(nodes, &self.values, &self.swaps, x);
         }
         self.constant().backward_transposed(x);
     }
 }
 
-fn breakdown(symbolic: &Symbolic, first: usize, cancelled: Cancelled) -> Breakdown {
-    Breakdown { unknown: symbolic.unknown(first + cancelled.column), pivot: cancelled.pivot, scale: cancelled.scale }
+fn breakdown(symbolic: &Symbolic, cancelled: Cancelled) -> Breakdown {
+    Breakdown { unknown: symbolic.unknown(cancelled.column), pivot: cancelled.pivot, scale: cancelled.scale }
 }

@@ -151,15 +151,20 @@ impl Constant {
         }
     }
 
-    /// The largest |S_ij x_j|, times the weight of row i.
-    pub(super) fn largest_reduced_product(&self, x: &[f64], weights: &[f64]) -> f64 {
-        let free = self.inverse.len()..;
-        let rows = weights[free.clone()].iter().zip(self.diagonal.iter().zip(&x[free]));
-        let others = self.reduced.iter().flat_map(|at| {
+    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    pub(super) fn largest_reduced_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
+        let first = self.inverse.len();
+        let mut largest = 0.0f64;
+        let mut add = |row: usize, product: f64| largest = largest.max((weight(row) * product).abs());
+        for (row, (s, x)) in self.diagonal.iter().zip(&x[first..]).enumerate() {
+            add(row, s * x);
+        }
+        for at in &self.reduced {
             let (c, j) = (at.c as usize, at.j as usize);
-            [weights[c] * at.row * x[j], weights[j] * at.column * x[c]]
-        });
-        rows.map(|(weight, (s, x))| weight * s * x).chain(others).fold(0.0, |largest, product| largest.max(product.abs()))
+            add(c - first, at.row * x[j]);
+            add(j - first, at.column * x[c]);
+        }
+        largest
     }
 
     // In the order of their elimination the condensed unknowns c do, with their neighbours j (condensed later, or not at all):

@@ -3,7 +3,6 @@
 //! Its values form one contiguous panel. For s unknowns coupled to r later unknowns that is
 //! D (s×s, by columns), U (s×r, by columns), L (r×s, by rows).
 
-use super::kernel::Kernel;
 use std::ops::Range;
 
 /// A node, its place among the unknowns and in the values, and the panels that it updates.
@@ -21,8 +20,8 @@ pub(super) struct Node {
     pub(super) later: Vec<Later>,
     /// Pairs of later neighbours.
     pub(super) pairs: Vec<Pair>,
-    /// Kernels for the size of this node.
-    pub(super) kernel: &'static dyn Kernel,
+    /// Only coupled to a later node of its own size, if to any.
+    pub(super) linked: bool,
 }
 
 /// A later neighbour b of a node.
