@@ -200,9 +200,8 @@ impl Sweep {
         positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] = -j_sigma);
         newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
 
-        let factored = newton.factor(system, h, blocks, &mut self.report);
-        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
-        newton.solve_transposed(system, right);
+        let solved = newton.factor_and_solve_transposed(system, h, blocks, right, &mut self.report);
+        solved.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
 
         let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
         for (k, &position) in positions.v[..n].iter().enumerate() {

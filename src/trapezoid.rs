@@ -132,6 +132,23 @@ impl Newton {
         Ok(())
     }
 
+    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order.
+    pub(crate) fn factor_and_solve_transposed(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        x: &mut [f64],
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
+        report.factorisations += 1;
+        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
+        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        Ok(())
+    }
+
     /// Factors K(h) at any v and σ.
     pub(crate) fn factor_at(
         &mut self,
@@ -160,11 +177,6 @@ impl Newton {
         x.store(system.positions(), &mut self.delta);
         self.matrix.solve(system.symbolic(), &mut self.delta);
         x.load(system.positions(), &self.delta);
-    }
-
-    /// Solves Kᵀ x = r in place, in the solver's order.
-    pub(crate) fn solve_transposed(&self, system: &System, x: &mut [f64]) {
-        self.matrix.solve_transposed(system.symbolic(), x);
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.

@@ -1,7 +1,7 @@
 //! The numerical factorisation.
 
 use super::constant::Constant;
-use super::kernel::State;
+use super::kernel::{RightSide, State};
 use super::lu::Cancelled;
 use super::symbolic::Symbolic;
 
@@ -86,7 +86,7 @@ impl BlockLu {
     /// # Errors
     /// A pivot that is not finite or below 1e-13 of the magnitudes that were added up in it.
     pub(crate) fn factor(&mut self, symbolic: &Symbolic) -> Result<(), Breakdown> {
-        self.factor_with(symbolic, None)
+        self.factor_with(symbolic, RightSide::None)
     }
 
     /// y −= S x for the unknowns that are not condensed, S being what condensation makes of their constant part.
@@ -109,7 +109,7 @@ impl BlockLu {
     /// # Errors
     /// As `factor`; `x` is then lost.
     pub(crate) fn factor_and_solve_reduced(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
-        self.factor_with(symbolic, Some(x))?;
+        self.factor_with(symbolic, RightSide::Of(x))?;
         self.backward_nodes(symbolic, x);
         Ok(())
     }
@@ -127,13 +127,13 @@ impl BlockLu {
         self.constant().backward(x);
     }
 
-    /// Eliminates the nodes, in `x` too if it is given.
-    fn factor_with(&mut self, symbolic: &Symbolic, mut x: Option<&mut [f64]>) -> Result<(), Breakdown> {
+    /// Eliminates the nodes, in a right-hand side too.
+    fn factor_with(&mut self, symbolic: &Symbolic, mut with: RightSide<'_>) -> Result<(), Breakdown> {
         self.scale.copy_from_slice(self.constants[self.current].scale());
         self.worst = 1.0;
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
         for (kernel, nodes) in symbolic.runs() {
-            let eliminated = kernel.eliminate(nodes, &mut state, x.as_deref_mut());
+            let eliminated = kernel.eliminate(nodes, &mut state, &mut with);
             self.worst = self.worst.max(eliminated.map_err(|cancelled| breakdown(symbolic, cancelled))?);
         }
         Ok(())
@@ -157,16 +157,18 @@ impl BlockLu {
         }
     }
 
-    /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
-    pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
+    /// Factors the assembled values and solves Kᵀ x = r, for r in `x` by positions.
+    ///
+    /// # Errors
+    /// As `factor`; `x` is then lost.
+    pub(crate) fn factor_and_solve_transposed(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
         self.constant().forward_transposed(x);
-        for (kernel, nodes) in symbolic.runs() {
-            kernel.forward_transposed(nodes, &self.values, x);
-        }
+        self.factor_with(symbolic, RightSide::OfTransposed(x))?;
         for (kernel, nodes) in symbolic.runs().rev() {
             kernel.backward_transposed(nodes, &self.values, &self.swaps, x);
         }
         self.constant().backward_transposed(x);
+        Ok(())
     }
 }
 

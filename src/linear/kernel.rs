@@ -22,17 +22,20 @@ pub(super) struct State<'a> {
     pub(super) scale: &'a mut [f64],
 }
 
+/// What is eliminated along with a matrix: the processor overlaps it with the elimination of the nodes that follow.
+#[derive(Debug)]
+pub(super) enum RightSide<'a> {
+    None,
+    /// Of K x = r.
+    Of(&'a mut [f64]),
+    /// Of Kᵀ x = r.
+    OfTransposed(&'a mut [f64]),
+}
+
 /// The work on one node, compiled for each of the sizes.
 pub(super) trait NodeKernel: Debug + Sync {
     /// Factors the panel, updates the later ones and returns the worst ratio of `lu::factor`.
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
-    /// The same, and `forward` at once.
-    #[inline(always)]
-    fn eliminate_with(node: &Node, state: &mut State<'_>, x: &mut [f64]) -> Result<f64, Cancelled> {
-        let worst = Self::eliminate(node, state)?;
-        Self::forward(node, state.values, state.swaps, x);
-        Ok(worst)
-    }
     /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := U_D⁻¹ (x_a − U x_later).
@@ -45,28 +48,23 @@ pub(super) trait NodeKernel: Debug + Sync {
 
 /// The work on consecutive nodes of one kind: one virtual call for all of them.
 pub(super) trait Kernel: Debug + Sync {
-    /// Eliminates the nodes, in `x` too if it is given; a cancelled pivot is told by its position.
-    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, x: Option<&mut [f64]>) -> Result<f64, Cancelled>;
+    /// Eliminates node after node, in the right-hand side too; a cancelled pivot is told by its position.
+    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
     fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]);
-    fn forward_transposed(&self, nodes: &[Node], values: &[f64], x: &mut [f64]);
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
 impl<K: NodeKernel> Kernel for K {
-    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, x: Option<&mut [f64]>) -> Result<f64, Cancelled> {
-        let at = |node: &Node, cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
+    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled> {
         let mut worst = 1.0;
-        match x {
-            Some(x) => {
-                for node in nodes {
-                    worst = larger(worst, K::eliminate_with(node, state, x).map_err(|cancelled| at(node, cancelled))?);
-                }
-            }
-            None => {
-                for node in nodes {
-                    worst = larger(worst, K::eliminate(node, state).map_err(|cancelled| at(node, cancelled))?);
-                }
+        for node in nodes {
+            let at = |cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
+            worst = larger(worst, K::eliminate(node, state).map_err(at)?);
+            match with {
+                RightSide::None => {}
+                RightSide::Of(x) => K::forward(node, state.values, state.swaps, x),
+                RightSide::OfTransposed(x) => K::forward_transposed(node, state.values, x),
             }
         }
         Ok(worst)
@@ -78,10 +76,6 @@ impl<K: NodeKernel> Kernel for K {
 
     fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]) {
         nodes.iter().rev().for_each(|node| K::backward(node, values, x));
-    }
-
-    fn forward_transposed(&self, nodes: &[Node], values: &[f64], x: &mut [f64]) {
-        nodes.iter().for_each(|node| K::forward_transposed(node, values, x));
     }
 
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {

@@ -171,19 +171,14 @@ fn in_order(swaps: &[usize]) -> bool {
     swaps.iter().enumerate().all(|(k, &row)| k == row)
 }
 
-impl<const S: usize> Square<S> {
-    /// Factors the panel and updates the later node, and carries a right-hand side along if there is one.
+impl<const S: usize> NodeKernel for Square<S> {
     #[inline(always)]
-    fn work(node: &Node, state: &mut State<'_>, x: Option<&mut [f64]>) -> Result<f64, Cancelled> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
         let (own, later) = state.scale[node.first..].split_at_mut(S);
         let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
         let Some(worst) = Self::factor(&mut panel.d, own) else {
-            let worst = Pivoting::<S>::eliminate(node, state)?;
-            if let Some(x) = x {
-                Pivoting::<S>::forward(node, state.values, state.swaps, x);
-            }
-            return Ok(worst);
+            return Pivoting::<S>::eliminate(node, state);
         };
         store(&panel.d, values);
         if let [b] = node.later.as_slice() {
@@ -194,30 +189,9 @@ impl<const S: usize> Square<S> {
             store(&panel.l, l);
             Self::update(&panel, &mut rest[b.diagonal..], &mut later[b.first..]);
         }
-        if let Some(x) = x {
-            let (own, later) = x[node.first..].split_at_mut(S);
-            let mut y = vector::<S>(own);
-            solve_lower(&panel.d, &mut y);
-            scatter(node, &panel.l, &y, later);
-            own.copy_from_slice(&y);
-        }
         for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
             *swap = k;
         }
-        Ok(worst)
-    }
-}
-
-impl<const S: usize> NodeKernel for Square<S> {
-    #[inline(always)]
-    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        Self::work(node, state, None)
-    }
-
-    #[inline(always)]
-    fn eliminate_with(node: &Node, state: &mut State<'_>, x: &mut [f64]) -> Result<f64, Cancelled> {
-        let worst = Self::work(node, state, None)?;
-        Self::forward(node, state.values, state.swaps, x);
         Ok(worst)
     }
 
