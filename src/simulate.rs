@@ -74,10 +74,11 @@ impl Forward {
     fn step(&mut self, system: &System, i: usize, settings: &Settings) -> Result<(), Error> {
         let h = 0.5 * self.inputs.grid.steps[i - 1];
         let before = self.trajectory.columns(i - 1);
-        for k in 0..system.n() {
-            self.start_q[k] = before.q[k] + h * before.v[k];
-            self.start_p[k] = before.p_star[k] + h * before.p_star_dot[k];
-        }
+        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
+            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
+        };
+        advance(&mut self.start_q, before.q, before.v);
+        advance(&mut self.start_p, before.p_star, before.p_star_dot);
         self.predictor.predict(&self.inputs.grid.steps, &mut self.trajectory, i);
         self.solve_node(system, i, h, settings)?;
         let rates = column(&self.trajectory.p_star_dot, i);
