@@ -57,10 +57,10 @@ pub(super) trait Kernel: Debug + Sync {
 
 impl<K: NodeKernel> Kernel for K {
     fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled> {
-        let mut worst = 1.0;
+        let mut worst = 1.0f64;
         for node in nodes {
             let at = |cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
-            worst = larger(worst, K::eliminate(node, state).map_err(at)?);
+            worst = K::eliminate(node, state).map_err(at)?.max(worst);
             match with {
                 RightSide::None => {}
                 RightSide::Of(x) => K::forward(node, state.values, state.swaps, x),
@@ -81,11 +81,6 @@ impl<K: NodeKernel> Kernel for K {
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
         nodes.iter().rev().for_each(|node| K::backward_transposed(node, values, swaps, x));
     }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
