@@ -182,7 +182,8 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
     }
     let gradient = solver.gradient()?.clone();
     let motion = solver.trajectory();
-    let angles = (1..=options.mechanism.links).map(|link| motion.q[(3 * link + 2, options.steps)]);
+    let last = motion.computed - 1;
+    let angles = (1..=options.mechanism.links).map(|link| motion.q[(3 * link + 2, last)]);
     // `{:?}` writes a number with the digits that give it back exactly.
     Ok(format!(
         "{{\n  \"cost\": {:?},\n  \"final_angles\": {},\n  \"gradient\": {},\n  \"newton_iterations\": {},\n  \
@@ -191,8 +192,8 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
         list(angles),
         list(gradient.controls.iter().copied()),
         solver.report().newton_iterations,
-        motion.phi(&system, &inputs)?.amax(),
-        motion.phi_dot(&system, &inputs)?.amax(),
+        motion.phi(&system, solver.inputs())?.amax(),
+        motion.phi_dot(&system, solver.inputs())?.amax(),
         median(forward),
         median(both),
     ))

@@ -85,8 +85,8 @@ pub(crate) struct Sweep {
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
     pub(crate) rows: Rows,
-    /// The right-hand side of the adjoint equations.
-    pub(crate) right: Pair,
+    /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
+    pub(crate) right: Vec<f64>,
     pub(crate) zeros: Pair,
     /// dJ/du of the node at hand.
     pub(crate) u: Vec<f64>,
@@ -111,7 +111,7 @@ impl Sweep {
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: Rows::new(n, m),
             cost_is_zero: true,
-            right: Pair::new(n, m),
+            right: zeros(n + m),
             zeros: Pair::new(n, m),
             u: zeros(system.k()),
             time: 0.0,
@@ -253,47 +253,37 @@ impl Sweep {
         let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
         let (j_q, j_v, j_p, j_g) = (&cost.q[..n], &cost.v[..n], &cost.p_star[..n], &cost.p_star_dot[..n]);
 
-        // d̂, and what it contributes to ∂v + h ∂q and ∂σ.
+        // d̂, and the right-hand side.
         let d = &mut node.d[..n];
         for k in 0..n {
             d[k] = j_g[k] + h * j_p[k] - (h + h_next) * b_next[k];
         }
-        self.rows.clear();
-        let known = Covector { c: &self.zeros.v, d, e: &self.zeros.sigma };
-        newton.evaluation.constants.pull_back_force(d, &mut self.rows);
-        newton.evaluation.pull_back_nonlinear(system, blocks, &known, &mut self.rows);
-        let (right, row_v, row_q) = (&mut self.right.v[..n], &self.rows.v[..n], &self.rows.q[..n]);
-        for k in 0..n {
-            right[k] = (h + h_next) * a_next[k] - j_v[k] - row_v[k] - h * (j_q[k] + row_q[k]);
+        let positions = system.positions();
+        let right = &mut self.right[..];
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            right[position] = (h + h_next) * a_next[k] - j_v[k] - h * j_q[k];
         }
-        for ((right, j_sigma), row) in self.right.sigma.iter_mut().zip(&cost.sigma).zip(&self.rows.sigma) {
-            *right = -(j_sigma + row);
-        }
-
+        positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] = -j_sigma);
         for &(j, mu) in &forward.trajectory.compliance {
-            self.right.sigma[j] -= mu * next.e[j];
+            right[positions.sigma[j]] -= mu * next.e[j];
         }
+        newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
 
-        let factored = newton.factor(system, h, blocks, &mut self.report);
-        if let Err(breakdown) = factored {
+        if let Err(breakdown) = newton.factor_and_solve_transposed(system, h, blocks, right, &mut self.report) {
             return Err(self.singular(system, forward, i, &breakdown));
         }
-        newton.solve_transposed(system, &self.right, &mut node.c, &mut node.e);
 
-        let (b, c, d) = (&mut node.b[..n], &node.c[..n], &mut node.d[..n]);
+        let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            c[k] = right[position];
+        }
+        node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
         for k in 0..n {
             d[k] -= h * c[k];
             b[k] = c[k] + b_next[k] - j_p[k];
+            a[k] = a_next[k] - j_q[k];
         }
-        // Of these rows only that of q is used.
-        self.rows.q.fill(0.0);
-        let full = Covector { c, d, e: &node.e };
-        newton.evaluation.constants.pull_back_q(&full, &mut self.rows.q);
-        newton.evaluation.pull_back_nonlinear(system, blocks, &full, &mut self.rows);
-        let (a, row_q) = (&mut node.a[..n], &self.rows.q[..n]);
-        for k in 0..n {
-            a[k] = a_next[k] - row_q[k] - j_q[k];
-        }
+        newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
         Ok(())
     }
 

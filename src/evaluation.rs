@@ -1,6 +1,6 @@
 //! The equations of a step in real numbers: what is linear, what is sinusoidal, and what dual numbers differentiate.
 //!
-//! With x = (v, σ) in the solver's order, the reduced residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
+//! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
 use crate::System;
@@ -15,15 +15,12 @@ pub(crate) struct Evaluation {
     sines: Sines,
     /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
-    /// The same at the point that K was last factored at.
-    factored: Vec<f64>,
     /// μ of the equations that depend on others.
     compliance: Vec<(usize, f64)>,
     /// The design variables that the constants belong to.
     design: Option<Vec<f64>>,
-    /// L for the half steps met last; `current` is in use and `oldest` is the next to be replaced.
-    steps: Vec<Linear>,
-    current: usize,
+    /// The half steps met last, whose L the matrix keeps; `oldest` is the next to be replaced.
+    steps: Vec<f64>,
     oldest: usize,
     triplets: Vec<(usize, usize, f64)>,
     elements: Option<Elements>,
@@ -32,33 +29,32 @@ pub(crate) struct Evaluation {
 /// How many half steps are kept: a composition of steps has few different ones.
 const KEPT_STEPS: usize = 5;
 
-/// L for steps of half length h: entries (row, column, value) in the solver's order.
-struct Linear {
-    h: f64,
-    entries: Vec<(u32, u32, f64)>,
-}
-
 /// What elements with dual numbers need besides: their point and sums in the scene's order.
 struct Elements {
     q: Vec<f64>,
     x: Pair,
-    y: Pair,
     sums: Sums<f64>,
+    rows: Rows,
+    zeros: Pair,
 }
 
 impl Evaluation {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
-        let elements = || Elements { q: vec![0.0; n], x: Pair::new(n, m), y: Pair::new(n, m), sums: Sums::new(n, m) };
+        let elements = || Elements {
+            q: vec![0.0; n],
+            x: Pair::new(n, m),
+            sums: Sums::new(n, m),
+            rows: Rows::new(n, m),
+            zeros: Pair::new(n, m),
+        };
         Evaluation {
             constants: Constants::new(n, m, system.k()),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
-            factored: vec![0.0; system.block_len()],
             compliance: Vec::new(),
             design: None,
             steps: Vec::new(),
-            current: 0,
             oldest: 0,
             triplets: Vec::new(),
             elements: system.differentiated().next().map(|_| elements()),
@@ -86,47 +82,37 @@ impl Evaluation {
         }
     }
 
-    /// Prepares L, here and in the matrix, for steps of half length h.
+    /// Prepares L in the matrix for steps of half length h.
     pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
-        let known = |step: &Linear| step.h == h;
-        if let Some(which) = self.steps.iter().position(known) {
-            self.current = which;
+        if let Some(which) = self.steps.iter().position(|&known| known == h) {
             matrix.select(which);
             return Ok(());
         }
         let which = self.oldest;
         self.oldest = (self.oldest + 1) % KEPT_STEPS;
         if which >= self.steps.len() {
-            self.steps.push(Linear { h, entries: Vec::new() });
+            self.steps.push(h);
         }
-        self.current = which;
         // Not to be found again if what follows fails.
-        self.steps[which].h = f64::NAN;
+        self.steps[which] = f64::NAN;
         self.constants.tangent(h, &mut self.triplets);
         let equation = |j: usize| system.n() + j;
         self.triplets.extend(self.compliance.iter().map(|&(j, mu)| (equation(j), equation(j), -mu)));
         matrix.set_constant(system.symbolic(), which, &self.triplets)?;
-        let position = |unknown| system.symbolic().position(unknown) as u32;
-        let Linear { h: half_step, entries } = &mut self.steps[which];
-        entries.clear();
-        entries.extend(self.triplets.iter().map(|&(row, col, value)| (position(row), position(col), value)));
-        *half_step = h;
+        self.steps[which] = h;
         Ok(())
     }
 
-    /// r := k + L x.
-    pub(crate) fn linear_residual(&self, system: &System, from: &StepStart, given: Given, x: &[f64], r: &mut [f64]) {
+    /// −k of r(x) = k + L x + N(x), in the solver's order.
+    pub(crate) fn step_constants(&self, system: &System, from: &StepStart, given: Given, r: &mut [f64]) {
         self.constants.step_constants(from, given, system.positions(), r);
-        for &(row, col, value) in &self.steps[self.current].entries {
-            r[row as usize] += value * x[col as usize];
-        }
         for &(j, mu) in &self.compliance {
-            r[system.positions().sigma[j]] += mu * from.sigma[j];
+            r[system.positions().sigma[j]] -= mu * from.sigma[j];
         }
     }
 
-    /// r += N(x), and what N′ is made of.
-    pub(crate) fn nonlinear_residual(
+    /// r −= N(x), and what N′ is made of.
+    pub(crate) fn subtract_nonlinear(
         &mut self,
         system: &System,
         from: &StepStart,
@@ -136,7 +122,7 @@ impl Evaluation {
         report: &mut Report,
     ) {
         let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
-        self.sines.residual(from.q, from.h, x, r, angles);
+        self.sines.subtract_residual(from.q, from.h, x, r, angles);
         report.sine_evaluations += self.sines.angles();
         let Some(elements) = &mut self.elements else { return };
         elements.load(system, from, x);
@@ -150,10 +136,10 @@ impl Evaluation {
             rest = after;
         }
         for (i, &position) in system.positions().v.iter().enumerate() {
-            r[position] += sums.l_v[i] - from.h * sums.force[i];
+            r[position] -= sums.l_v[i] - from.h * sums.force[i];
         }
         for (j, &position) in system.positions().sigma.iter().enumerate() {
-            r[position] += sums.phi_dot[j];
+            r[position] -= sums.phi_dot[j];
         }
     }
 
@@ -178,42 +164,48 @@ impl Evaluation {
         }
     }
 
-    /// Keeps what N′ is made of at this point, for products with it after the next evaluation.
-    pub(crate) fn keep_blocks(&mut self) {
-        std::mem::swap(&mut self.blocks, &mut self.factored);
-    }
-
-    /// y += N′(h) x at the point that was kept last.
-    pub(crate) fn multiply(&mut self, system: &System, h: f64, x: &[f64], y: &mut [f64]) {
-        let (angles, mut rest) = self.factored.split_at(self.sines.block_len());
-        self.sines.multiply(angles, h, x, y);
-        let Some(elements) = &mut self.elements else { return };
-        elements.x.load(system.positions(), x);
-        elements.y.clear();
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at(len);
-            batch.multiply(own, h, &elements.x, &mut elements.y);
-            rest = after;
-        }
-        elements.y.add_to(system.positions(), y);
-    }
-
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
     pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
         rows.clear();
         self.constants.pull_back(with, rows);
-        self.pull_back_nonlinear(system, blocks, with, rows);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.pull_back(angles, with, rows);
+        pull_back_elements(system, rest, with, rows);
     }
 
-    /// Adds the adjoint rows of the nonlinear part.
-    pub(crate) fn pull_back_nonlinear(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
-        let (angles, mut rest) = blocks.split_at(self.sines.block_len());
-        self.sines.pull_back(angles, with, rows);
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at(len);
-            batch.pull_back(own, with, rows);
-            rest = after;
+    /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.
+    pub(crate) fn subtract_force_rows(&mut self, system: &System, h: f64, blocks: &[f64], d: &[f64], right: &mut [f64]) {
+        let positions = system.positions();
+        self.constants.subtract_force_rows(h, d, positions, right);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_force_rows(angles, h, d, right);
+        let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, &Covector { c: &zeros.v, d, e: &zeros.sigma }, rows);
+        for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
+            right[position] -= v + h * q;
         }
+        positions.sigma.iter().zip(&rows.sigma).for_each(|(&position, row)| right[position] -= row);
+    }
+
+    /// a −= ∂q, the adjoint row of the coordinates, for any c, d, e.
+    pub(crate) fn subtract_row_q(&mut self, system: &System, blocks: &[f64], with: &Covector, a: &mut [f64]) {
+        self.constants.subtract_row_q(with, a);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_row_q(angles, with, a);
+        let Some(Elements { rows, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, with, rows);
+        a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
+    }
+}
+
+/// Adds the adjoint rows of the elements with dual numbers.
+fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    for (batch, len) in system.differentiated() {
+        let (own, rest) = blocks.split_at(len);
+        batch.pull_back(own, with, rows);
+        blocks = rest;
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::Trajectory;
 
 /// Beyond this sum of |weights| rounding and roughness are amplified too much, and fewer nodes are used.
-const MOST_AMPLIFICATION: f64 = 20.0;
+const MOST_AMPLIFICATION: f64 = 40.0;
 
 /// Extrapolation by the polynomial in t through the last nodes.
 pub(crate) struct Predictor {
@@ -19,7 +19,7 @@ impl Predictor {
     }
 
     /// The most nodes to extrapolate through.
-    pub(crate) const MOST: usize = 4;
+    pub(crate) const MOST: usize = 5;
 
     /// Writes the guess for the node in column `i` into it, from the columns before, which lie at the beginnings of these steps.
     pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize) {
@@ -30,10 +30,10 @@ impl Predictor {
             let node = |k: usize| &before[k * rows..][..rows];
             match (self.used, self.weights) {
                 // The usual case in one pass.
-                (4, [a, b, c, d]) => {
-                    let nodes = node(0).iter().zip(node(1)).zip(node(2).iter().zip(node(3)));
-                    for (x, ((x0, x1), (x2, x3))) in now.iter_mut().zip(nodes) {
-                        *x = (a * x0 + b * x1) + (c * x2 + d * x3);
+                (5, [a, b, c, d, e]) => {
+                    let nodes = node(0).iter().zip(node(1)).zip(node(2).iter().zip(node(3))).zip(node(4));
+                    for (x, (((x0, x1), (x2, x3)), x4)) in now.iter_mut().zip(nodes) {
+                        *x = (a * x0 + b * x1) + (c * x2 + d * x3) + e * x4;
                     }
                 }
                 (used, weights) => {
@@ -80,8 +80,8 @@ mod tests {
     #[test]
     fn weights_on_equal_steps_are_the_binomial_ones_and_coincident_nodes_are_refused() {
         let mut predictor = Predictor::new();
-        assert!(predictor.find_weights(&[0.5, 0.5, 0.5, 0.5]));
-        assert_eq!(predictor.weights, [-1.0, 4.0, -6.0, 4.0]);
+        assert!(predictor.find_weights(&[0.5; 5]));
+        assert_eq!(predictor.weights, [1.0, -5.0, 10.0, -10.0, 5.0]);
         assert!(!predictor.find_weights(&[0.5, 0.0, 0.5]));
         // Forth, back and forth again: the end lies where node 1 does.
         predictor.prepare(&[1.0, -1.0, 1.0]);

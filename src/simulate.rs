@@ -124,10 +124,11 @@ impl Forward {
         let (h, k) = (0.5 * dt, node - self.first);
         self.trajectory.times[k] = self.trajectory.times[k - 1] + dt;
         let before = self.trajectory.columns(k - 1);
-        for i in 0..system.n() {
-            self.start_q[i] = before.q[i] + h * before.v[i];
-            self.start_p[i] = before.p_star[i] + h * before.p_star_dot[i];
-        }
+        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
+            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
+        };
+        advance(&mut self.start_q, before.q, before.v);
+        advance(&mut self.start_p, before.p_star, before.p_star_dot);
         if !self.trajectory.compliance.is_empty() {
             self.start_sigma.copy_from_slice(before.sigma);
         }

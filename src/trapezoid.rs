@@ -15,16 +15,14 @@
 //!
 //! Node 0 is the same with h = 0.
 //!
-//! Newton's method on r = L + N, with L linear and K = L′ + N′: after a correction δ with K δ = −r, the new residual is
+//! Of r(x) = k + L x + N(x), with L linear, only N is evaluated at every iteration: after a correction δ
 //!
 //! ```text
-//!   r(x + δ) = N(x + δ) − N(x) − N′(x) δ
+//!   −r(x + δ) = ℓ − N(x + δ),      ℓ(x + δ) = ℓ(x) − L δ,      ℓ(x) = −(k + L x)
 //! ```
 //!
-//! and with the factors of an earlier point x₀, K(x₀) δ = −r, the same with N′(x₀).
-//!
-//! Here L includes the constant k. So it is evaluated once per step, at the first guess; and the unknowns that occur in L alone (condensed ones) are eliminated before the
-//! first iteration and found after the last.
+//! whose terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated
+//! before the first iteration, which makes S of L, and found after the last.
 
 use crate::evaluation::Evaluation;
 use crate::lanes::{all_finite, larger, largest};
@@ -87,18 +85,14 @@ pub(crate) struct Newton {
     condensed: usize,
     /// The relative residual below which there is nothing but rounding.
     rounding: f64,
-    /// (v, σ) of the iterate, and of the first guess.
+    /// (v, σ) of the iterate; condensed unknowns are found at the end.
     x: Vec<f64>,
-    guess: Vec<f64>,
-    /// N(x) + N′(x) δ of the iterate before, and N(x).
-    expected: Vec<f64>,
-    nonlinear: Vec<f64>,
-    /// −r, then a correction; and −r at the first guess, reduced.
+    /// −k, reduced, for the condensed unknowns and ℓ for the others.
+    linear: Vec<f64>,
+    /// −r, then a correction.
     delta: Vec<f64>,
-    reduced: Vec<f64>,
-    /// 1 for a velocity, 0 for a multiplier.
-    is_velocity: Vec<f64>,
-    zeros: Vec<f64>,
+    /// (1, 0) for a velocity and (0, 1) for a multiplier, condensed ones left out.
+    kinds: Vec<[f64; 2]>,
     /// |v| and |σ| in the maximum norm, which corrections are compared with.
     size: Sizes,
 }
@@ -121,21 +115,19 @@ impl Sizes {
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
-        let mut is_velocity = zeros();
-        system.positions().v.iter().for_each(|&position| is_velocity[position] = 1.0);
+        let condensed = system.symbolic().condensed();
+        let mut kinds = vec![[0.0, 1.0]; system.n() + system.m() - condensed];
+        let velocities = system.positions().v.iter().filter_map(|position| position.checked_sub(condensed));
+        velocities.for_each(|k| kinds[k] = [1.0, 0.0]);
         Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
-            condensed: system.symbolic().condensed(),
+            condensed,
             rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
             x: zeros(),
-            guess: zeros(),
-            expected: zeros(),
-            nonlinear: zeros(),
+            linear: zeros(),
             delta: zeros(),
-            reduced: zeros(),
-            is_velocity,
-            zeros: zeros(),
+            kinds,
             size: Sizes::default(),
         }
     }
@@ -150,6 +142,23 @@ impl Newton {
         Ok(())
     }
 
+    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order.
+    pub(crate) fn factor_and_solve_transposed(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        x: &mut [f64],
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
+        report.factorisations += 1;
+        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
+        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        Ok(())
+    }
+
     /// Factors K(h) at any v and σ.
     pub(crate) fn factor_at(
         &mut self,
@@ -160,31 +169,22 @@ impl Newton {
         report: &mut Report,
     ) -> Result<(), Breakdown> {
         self.load(system, v, sigma);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         let blocks = std::mem::take(&mut self.evaluation.blocks);
         let result = self.factor(system, from.h, &blocks, report);
         self.evaluation.blocks = blocks;
         result
     }
 
-    /// 𝓛_v and dΦ/dt at a point, in the scene's order; the evaluation's blocks are those of the point then.
-    pub(crate) fn left_sides(
-        &mut self,
-        system: &System,
-        at: &At<f64>,
-        left: &mut Pair,
-        report: &mut Report,
-    ) -> Result<(), Breakdown> {
-        let (n, m) = (system.n(), system.m());
+    /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
+    pub(crate) fn l_v(&mut self, system: &System, at: &At<f64>, l_v: &mut [f64], report: &mut Report) {
         self.load(system, at.v, at.sigma);
-        self.evaluation.set_step(system, 0.0, &mut self.matrix)?;
-        let from = StepStart { h: 0.0, q: at.q, p_star: &self.zeros[..n], sigma: &self.zeros[..m] };
+        let from = StepStart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
+        self.delta.fill(0.0);
         let given = Given { u: at.u, t: at.t, design: at.design };
-        self.nonlinear.fill(0.0);
-        self.evaluation.linear_residual(system, &from, given, &self.x, &mut self.nonlinear);
-        self.evaluation.nonlinear_residual(system, &from, given, &self.x, &mut self.nonlinear, report);
-        left.load(system.positions(), &self.nonlinear);
-        Ok(())
+        self.evaluation.subtract_nonlinear(system, &from, given, &self.x, &mut self.delta, report);
+        self.evaluation.constants.l_v(at, l_v);
+        l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
     }
 
     fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
@@ -198,15 +198,6 @@ impl Newton {
         x.store(system.positions(), &mut self.delta);
         self.matrix.solve(system.symbolic(), &mut self.delta);
         x.load(system.positions(), &self.delta);
-    }
-
-    /// Solves Kᵀ x = r for x = (c, e).
-    pub(crate) fn solve_transposed(&mut self, system: &System, r: &Pair, c: &mut [f64], e: &mut [f64]) {
-        let positions = system.positions();
-        r.store(positions, &mut self.delta);
-        self.matrix.solve_transposed(system.symbolic(), &mut self.delta);
-        c.iter_mut().zip(&positions.v).for_each(|(c, &at)| *c = self.delta[at]);
-        e.iter_mut().zip(&positions.sigma).for_each(|(e, &at)| *e = self.delta[at]);
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.
@@ -226,12 +217,13 @@ impl Newton {
         let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
             let correction = self.correct(system, from.h, reuse, report)?;
-            self.next_residual(system, from, given, report);
+            self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                scale = largest(&self.expected[self.condensed..]);
+                let linear = self.matrix.largest_constant_product(&self.x, |k| self.kinds[k][0]);
+                scale = linear.max(largest(&self.linear[self.condensed..]));
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: self.size.v };
@@ -254,7 +246,7 @@ impl Newton {
         Err(self.diverged(system, settings.max_iterations, residual))
     }
 
-    /// −r at the first guess, reduced; returns the size of the terms in r, p*₋ + h g₋.
+    /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
     fn begin(
         &mut self,
         system: &System,
@@ -265,16 +257,16 @@ impl Newton {
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
         self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
-        self.guess.copy_from_slice(&self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
-        self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
-        self.nonlinear.fill(0.0);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
-        for (r, n) in self.delta.iter_mut().zip(&self.nonlinear) {
-            *r = -(*r + n);
-        }
-        self.matrix.reduce(system.symbolic(), &mut self.delta);
-        self.reduced[..self.condensed].copy_from_slice(&self.delta[..self.condensed]);
+        self.evaluation.step_constants(system, from, given, &mut self.linear);
+        self.delta.fill(0.0);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        // What N has in the rows of condensed unknowns depends on time at most.
+        self.linear[..self.condensed].iter_mut().zip(&self.delta).for_each(|(linear, n)| *linear += n);
+        self.matrix.reduce(&mut self.linear);
+        self.matrix.subtract_constant_product(&self.x, &mut self.linear);
+        let free = self.condensed..;
+        self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
         Ok(largest(from.p_star))
     }
 
@@ -287,45 +279,31 @@ impl Newton {
             self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
         } else {
             self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
-            self.evaluation.keep_blocks();
             report.factorisations += 1;
             let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
             solved.map_err(StepFailure::Singular)?;
             report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         }
         let free = self.condensed..;
-        self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).for_each(|(x, delta)| *x += delta);
+        self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
             self.size = self.sizes(&self.x);
         }
-        let correction = self.sizes(&self.delta).relative_to(self.size);
-        self.expected[free.clone()].copy_from_slice(&self.nonlinear[free]);
-        self.evaluation.multiply(system, h, &self.delta, &mut self.expected);
-        Ok(correction)
+        self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
+        Ok(self.sizes(&self.delta).relative_to(self.size))
     }
 
-    /// −r = N(x − δ) + N′(x − δ) δ − N(x).
-    fn next_residual(&mut self, system: &System, from: &StepStart, given: Given, report: &mut Report) {
+    /// −r = ℓ − N(x).
+    fn residual(&mut self, system: &System, from: &StepStart, given: Given, report: &mut Report) {
         let free = self.condensed..;
-        self.nonlinear[free.clone()].fill(0.0);
-        self.evaluation.nonlinear_residual(system, from, given, &self.x, &mut self.nonlinear, report);
-        let terms = self.expected[free.clone()].iter().zip(&self.nonlinear[free.clone()]);
-        for (r, (expected, now)) in self.delta[free].iter_mut().zip(terms) {
-            *r = expected - now;
-        }
+        self.delta[free.clone()].copy_from_slice(&self.linear[free]);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
     }
 
     /// The condensed unknowns, q and 𝓛_q + Q at the solution.
     fn finish(&mut self, system: &System, from: &StepStart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
-        let (condensed, total) = self.delta.split_at_mut(self.condensed);
-        condensed.copy_from_slice(&self.reduced[..self.condensed]);
-        for ((total, x), guess) in total.iter_mut().zip(&self.x[self.condensed..]).zip(&self.guess[self.condensed..]) {
-            *total = x - guess;
-        }
-        self.matrix.expand(system.symbolic(), &mut self.delta);
-        for (x, delta) in self.x[..self.condensed].iter_mut().zip(&self.delta) {
-            *x += delta;
-        }
+        self.x[..self.condensed].copy_from_slice(&self.linear[..self.condensed]);
+        self.matrix.expand(&mut self.x);
         let positions = system.positions();
         for ((v, q), (&position, start)) in y.v.iter_mut().zip(y.q.iter_mut()).zip(positions.v.iter().zip(from.q)) {
             *v = self.x[position];
@@ -341,21 +319,23 @@ impl Newton {
 
     /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
     fn sizes(&self, x: &[f64]) -> Sizes {
-        let (x, is_velocity) = (&x[self.condensed..], &self.is_velocity[self.condensed..]);
-        let (chunks, rest) = x.as_chunks::<2>();
-        let (masks, rest_masks) = is_velocity.as_chunks::<2>();
-        let (mut v, mut sigma) = ([0.0; 2], [0.0; 2]);
-        for (x, mask) in chunks.iter().zip(masks) {
-            for k in 0..2 {
-                v[k] = larger(v[k], (x[k] * mask[k]).abs());
-                sigma[k] = larger(sigma[k], (x[k] - x[k] * mask[k]).abs());
+        let (chunks, rest) = x[self.condensed..].as_chunks::<4>();
+        let (kinds, rest_kinds) = self.kinds.as_chunks::<4>();
+        let update = |[v, sigma]: &mut [f64; 2], x: f64, [is_velocity, is_multiplier]: &[f64; 2]| {
+            *v = larger(*v, x.abs() * is_velocity);
+            *sigma = larger(*sigma, x.abs() * is_multiplier);
+        };
+        let mut lanes = [[0.0; 2]; 4];
+        for (x, kinds) in chunks.iter().zip(kinds) {
+            for k in 0..4 {
+                update(&mut lanes[k], x[k], &kinds[k]);
             }
         }
-        for (x, mask) in rest.iter().zip(rest_masks) {
-            v[0] = larger(v[0], (x * mask).abs());
-            sigma[0] = larger(sigma[0], (x - x * mask).abs());
+        for ((x, kind), lane) in rest.iter().zip(rest_kinds).zip(&mut lanes) {
+            update(lane, *x, kind);
         }
-        Sizes { v: larger(v[0], v[1]), sigma: larger(sigma[0], sigma[1]) }
+        let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
+        Sizes { v: size(0), sigma: size(1) }
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

@@ -1,7 +1,7 @@
 //! The numerical factorisation.
 
 use super::constant::Constant;
-use super::kernel::State;
+use super::kernel::{RightSide, State};
 use super::lu::Cancelled;
 use super::symbolic::Symbolic;
 
@@ -86,12 +86,22 @@ impl BlockLu {
     /// # Errors
     /// A pivot that is not finite or below 1e-13 of the magnitudes that were added up in it.
     pub(crate) fn factor(&mut self, symbolic: &Symbolic) -> Result<(), Breakdown> {
-        self.factor_with(symbolic, None)
+        self.factor_with(symbolic, RightSide::None)
+    }
+
+    /// y −= S x for the unknowns that are not condensed, S being what condensation makes of their constant part.
+    pub(crate) fn subtract_constant_product(&self, x: &[f64], y: &mut [f64]) {
+        self.constant().subtract_reduced_product(x, y);
+    }
+
+    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    pub(crate) fn largest_constant_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
+        self.constant().largest_reduced_product(x, weight)
     }
 
     /// Eliminates the condensed unknowns from a right-hand side.
-    pub(crate) fn reduce(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().forward(symbolic, x);
+    pub(crate) fn reduce(&self, x: &mut [f64]) {
+        self.constant().forward(x);
     }
 
     /// Factors the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
@@ -99,36 +109,32 @@ impl BlockLu {
     /// # Errors
     /// As `factor`; `x` is then lost.
     pub(crate) fn factor_and_solve_reduced(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
-        self.factor_with(symbolic, Some(x))?;
+        self.factor_with(symbolic, RightSide::Of(x))?;
         self.backward_nodes(symbolic, x);
         Ok(())
     }
 
     /// Solves for the unknowns that are not condensed with the factors, from a reduced right-hand side.
     pub(crate) fn solve_reduced(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for node in symbolic.panels() {
-            node.kernel.forward(node, &self.values, &self.swaps, x);
+        for (kernel, nodes) in symbolic.runs() {
+            kernel.forward(nodes, &self.values, &self.swaps, x);
         }
         self.backward_nodes(symbolic, x);
     }
 
     /// The condensed unknowns from their reduced right-hand sides and the others' values.
-    pub(crate) fn expand(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().backward(symbolic, x);
+    pub(crate) fn expand(&self, x: &mut [f64]) {
+        self.constant().backward(x);
     }
 
-    /// Eliminates the nodes, in `x` too if it is given.
-    fn factor_with(&mut self, symbolic: &Symbolic, mut x: Option<&mut [f64]>) -> Result<(), Breakdown> {
+    /// Eliminates the nodes, in a right-hand side too.
+    fn factor_with(&mut self, symbolic: &Symbolic, mut with: RightSide<'_>) -> Result<(), Breakdown> {
         self.scale.copy_from_slice(self.constants[self.current].scale());
         self.worst = 1.0;
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
-        for node in symbolic.panels() {
-            let eliminated = match x.as_deref_mut() {
-                Some(x) => node.kernel.eliminate_with(node, &mut state, x),
-                None => node.kernel.eliminate(node, &mut state),
-            };
-            let ratio = eliminated.map_err(|cancelled| breakdown(symbolic, node.first, cancelled))?;
-            self.worst = self.worst.max(ratio);
+        for (kernel, nodes) in symbolic.runs() {
+            let eliminated = kernel.eliminate(nodes, &mut state, &mut with);
+            self.worst = self.worst.max(eliminated.map_err(|cancelled| breakdown(symbolic, cancelled))?);
         }
         Ok(())
     }
@@ -140,30 +146,32 @@ impl BlockLu {
 
     /// Solves K x = r with the factors, for r in `x` by positions.
     pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.reduce(symbolic, x);
+        self.reduce(x);
         self.solve_reduced(symbolic, x);
-        self.expand(symbolic, x);
+        self.expand(x);
     }
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for node in symbolic.panels().iter().rev() {
-            node.kernel.backward(node, &self.values, x);
+        for (kernel, nodes) in symbolic.runs().rev() {
+            kernel.backward(nodes, &self.values, x);
         }
     }
 
-    /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
-    pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        self.constant().forward_transposed(symbolic, x);
-        for node in symbolic.panels() {
-            node.kernel.forward_transposed(node, &self.values, x);
+    /// Factors the assembled values and solves Kᵀ x = r, for r in `x` by positions.
+    ///
+    /// # Errors
+    /// As `factor`; `x` is then lost.
+    pub(crate) fn factor_and_solve_transposed(&mut self, symbolic: &Symbolic, x: &mut [f64]) -> Result<(), Breakdown> {
+        self.constant().forward_transposed(x);
+        self.factor_with(symbolic, RightSide::OfTransposed(x))?;
+        for (kernel, nodes) in symbolic.runs().rev() {
+            kernel.backward_transposed(nodes, &self.values, &self.swaps, x);
         }
-        for node in symbolic.panels().iter().rev() {
-            node.kernel.backward_transposed(node, &self.values, &self.swaps, x);
-        }
-        self.constant().backward_transposed(symbolic, x);
+        self.constant().backward_transposed(x);
+        Ok(())
     }
 }
 
-fn breakdown(symbolic: &Symbolic, first: usize, cancelled: Cancelled) -> Breakdown {
-    Breakdown { unknown: symbolic.unknown(first + cancelled.column), pivot: cancelled.pivot, scale: cancelled.scale }
+fn breakdown(symbolic: &Symbolic, cancelled: Cancelled) -> Breakdown {
+    Breakdown { unknown: symbolic.unknown(cancelled.column), pivot: cancelled.pivot, scale: cancelled.scale }
 }

@@ -6,20 +6,53 @@ use super::symbolic::{Step, Symbolic};
 /// A condensed pivot must exceed this fraction of the largest entry of its row.
 const SMALLEST_PIVOT: f64 = 1e-10;
 
-/// Constant entries, reduced by the condensed unknowns.
-///
-/// A condensed unknown c with pivot p keeps [1/p, row K_cj, column K_jc/p] over its neighbours j.
+/// Constant entries, and what their elimination leaves: with c the condensed unknowns and f the others, S = K_ff − K_fc K_cc⁻¹ K_cf.
 #[derive(Debug, Clone)]
 pub(super) struct Constant {
+    /// S by panels, and behind it what the elimination of each condensed unknown needs: [pivot, row, column].
     entries: Vec<f64>,
+    /// The diagonal of S, from the first unknown that is not condensed on, and what else of it is not zero.
+    diagonal: Vec<f64>,
+    reduced: Vec<Coupling>,
+    /// 1/p of the condensed unknowns.
+    inverse: Vec<f64>,
+    /// K_cj/p and K_jc/p for a condensed unknown c with pivot p and its neighbours j at its elimination, in the order of the elimination.
+    couplings: Vec<Coupling>,
     scale: Vec<f64>,
     panels: usize,
+}
+
+/// The entries (c, j) and (j, c) of a matrix, by positions.
+#[derive(Debug, Clone, Copy)]
+struct Coupling {
+    c: u32,
+    j: u32,
+    row: f64,
+    column: f64,
+}
+
+impl Coupling {
+    fn new((c, j): (usize, usize), row: f64, column: f64) -> Self {
+        Coupling { c: c as u32, j: j as u32, row, column }
+    }
+
+    fn is_zero(&self) -> bool {
+        self.row == 0.0 && self.column == 0.0
+    }
 }
 
 impl Constant {
     /// The zero matrix.
     pub(super) fn new(symbolic: &Symbolic) -> Self {
-        Self { entries: vec![0.0; symbolic.stored_len()], scale: vec![0.0; symbolic.size()], panels: symbolic.values_len() }
+        Self {
+            entries: vec![0.0; symbolic.stored_len()],
+            diagonal: vec![0.0; symbolic.size() - symbolic.condensed()],
+            reduced: Vec::with_capacity(symbolic.values_len()),
+            inverse: vec![0.0; symbolic.condensed()],
+            couplings: Vec::with_capacity(symbolic.steps().iter().map(|step| step.neighbours.len()).sum()),
+            scale: vec![0.0; symbolic.size()],
+            panels: symbolic.values_len(),
+        }
     }
 
     /// What the panels hold before the varying entries are added.
@@ -47,11 +80,22 @@ impl Constant {
                 self.entries[place] += value;
             }
         }
+        self.couplings.clear();
         for (position, step) in symbolic.steps().iter().enumerate() {
             self.eliminate(position, step).map_err(|(pivot, scale)| {
                 let unknown = symbolic.unknown(position);
                 Breakdown { unknown, pivot, scale }
             })?;
+            self.couple(position, step);
+        }
+        self.reduced.clear();
+        for (at, upper, lower) in symbolic.panel_entries() {
+            let entry = Coupling::new(at, self.entries[upper], self.entries[lower]);
+            if at.0 == at.1 {
+                self.diagonal[at.0 - self.inverse.len()] = entry.row;
+            } else if !entry.is_zero() {
+                self.reduced.push(entry);
+            }
         }
         Ok(())
     }
@@ -67,10 +111,11 @@ impl Constant {
         if !pivot.is_finite() || pivot.abs() <= SMALLEST_PIVOT * scale {
             return Err((*pivot, scale));
         }
-        *pivot = 1.0 / *pivot;
+        let inverse = 1.0 / *pivot;
+        self.inverse[position] = inverse;
         let mut places = step.targets.iter();
         for ((factor, &u), &i) in column.iter_mut().zip(&*row).zip(&step.neighbours) {
-            *factor *= *pivot;
+            *factor *= inverse;
             self.scale[i] += (*factor * u).abs();
             for (&u, &place) in row.iter().zip(&mut places) {
                 let target = match place.checked_sub(step.run().end) {
@@ -83,55 +128,80 @@ impl Constant {
         Ok(())
     }
 
-    /// [1/p], row and column of a condensed unknown.
-    fn parts(&self, step: &Step) -> (f64, &[f64], &[f64]) {
-        let own = &self.entries[step.run()];
-        let (row, column) = own[1..].split_at(step.neighbours.len());
-        (own[0], row, column)
+    /// Lists the couplings of an eliminated unknown.
+    fn couple(&mut self, position: usize, step: &Step) {
+        let (row, column) = self.entries[step.run()][1..].split_at(step.neighbours.len());
+        let inverse = self.inverse[position];
+        let sides = row.iter().zip(column).zip(&step.neighbours);
+        let couplings = sides.map(|((row, column), &j)| Coupling::new((position, j), row * inverse, *column));
+        self.couplings.extend(couplings.filter(|coupling| !coupling.is_zero()));
     }
 
-    /// x_j −= (K_jc/p) x_c.
-    pub(super) fn forward(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate() {
-            let (_, _, column) = self.parts(step);
-            scatter(x[c], column, step, x);
+    /// y_f −= S x_f.
+    pub(super) fn subtract_reduced_product(&self, x: &[f64], y: &mut [f64]) {
+        let y = &mut y[..x.len()];
+        let free = self.inverse.len()..;
+        for (y, (s, x)) in y[free.clone()].iter_mut().zip(self.diagonal.iter().zip(&x[free])) {
+            *y -= s * x;
+        }
+        for at in &self.reduced {
+            let (c, j) = (at.c as usize, at.j as usize);
+            y[c] -= at.row * x[j];
+            y[j] -= at.column * x[c];
         }
     }
 
-    /// x_c := (x_c − Σ K_cj x_j) / p.
-    pub(super) fn backward(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate().rev() {
-            let (inverse, row, _) = self.parts(step);
-            x[c] = (x[c] - gather(row, step, x)) * inverse;
+    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    pub(super) fn largest_reduced_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
+        let first = self.inverse.len();
+        let mut largest = 0.0f64;
+        let mut add = |row: usize, product: f64| largest = largest.max((weight(row) * product).abs());
+        for (row, (s, x)) in self.diagonal.iter().zip(&x[first..]).enumerate() {
+            add(row, s * x);
+        }
+        for at in &self.reduced {
+            let (c, j) = (at.c as usize, at.j as usize);
+            add(c - first, at.row * x[j]);
+            add(j - first, at.column * x[c]);
+        }
+        largest
+    }
+
+    // In the order of their elimination the condensed unknowns c do, with their neighbours j (condensed later, or not at all):
+    //   forward: x_j −= (K_jc/p) x_c,   backward, in reverse: x_c := (x_c − Σ K_cj x_j)/p.
+    // Nothing but its own pivot scales x_c, so all reciprocals may come first, or last.
+
+    /// x_f −= K_fc K_cc⁻¹ x_c, half way: x_c is left as `backward` wants it.
+    pub(super) fn forward(&self, x: &mut [f64]) {
+        for at in &self.couplings {
+            x[at.j as usize] -= at.column * x[at.c as usize];
         }
     }
 
-    /// x_c := x_c / p, then x_j −= K_cj x_c.
-    pub(super) fn forward_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate() {
-            let (inverse, row, _) = self.parts(step);
-            x[c] *= inverse;
-            scatter(x[c], row, step, x);
+    /// x_c := K_cc⁻¹ (x_c − K_cf x_f), after `forward`.
+    pub(super) fn backward(&self, x: &mut [f64]) {
+        self.scale_condensed(x);
+        for at in self.couplings.iter().rev() {
+            x[at.c as usize] -= at.row * x[at.j as usize];
         }
     }
 
-    /// x_c −= Σ (K_jc/p) x_j.
-    pub(super) fn backward_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
-        for (c, step) in symbolic.steps().iter().enumerate().rev() {
-            let (_, _, column) = self.parts(step);
-            x[c] -= gather(column, step, x);
+    /// As `forward`, for Kᵀ.
+    pub(super) fn forward_transposed(&self, x: &mut [f64]) {
+        for at in &self.couplings {
+            x[at.j as usize] -= at.row * x[at.c as usize];
+        }
+        self.scale_condensed(x);
+    }
+
+    /// As `backward`, for Kᵀ.
+    pub(super) fn backward_transposed(&self, x: &mut [f64]) {
+        for at in self.couplings.iter().rev() {
+            x[at.c as usize] -= at.column * x[at.j as usize];
         }
     }
-}
 
-#[inline]
-fn scatter(factor: f64, line: &[f64], step: &Step, x: &mut [f64]) {
-    for (&j, entry) in step.neighbours.iter().zip(line) {
-        x[j] -= entry * factor;
+    fn scale_condensed(&self, x: &mut [f64]) {
+        x.iter_mut().zip(&self.inverse).for_each(|(x, inverse)| *x *= inverse);
     }
-}
-
-#[inline]
-fn gather(line: &[f64], step: &Step, x: &[f64]) -> f64 {
-    (step.neighbours.iter().zip(line)).map(|(&j, entry)| entry * x[j]).sum()
 }

@@ -22,24 +22,65 @@ pub(super) struct State<'a> {
     pub(super) scale: &'a mut [f64],
 }
 
+/// What is eliminated along with a matrix: the processor overlaps it with the elimination of the nodes that follow.
+#[derive(Debug)]
+pub(super) enum RightSide<'a> {
+    None,
+    /// Of K x = r.
+    Of(&'a mut [f64]),
+    /// Of Kᵀ x = r.
+    OfTransposed(&'a mut [f64]),
+}
+
 /// The work on one node, compiled for each of the sizes.
-pub(super) trait Kernel: Debug + Sync {
+pub(super) trait NodeKernel: Debug + Sync {
     /// Factors the panel, updates the later ones and returns the worst ratio of `lu::factor`.
-    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
-    /// The same, and `forward` at once.
-    fn eliminate_with(&self, node: &Node, state: &mut State<'_>, x: &mut [f64]) -> Result<f64, Cancelled> {
-        let worst = self.eliminate(node, state)?;
-        self.forward(node, state.values, state.swaps, x);
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
+    /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
+    fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
+    /// x_a := U_D⁻¹ (x_a − U x_later).
+    fn backward(node: &Node, values: &[f64], x: &mut [f64]);
+    /// x_a := U_D⁻ᵀ x_a, then x_b −= U_bᵀ x_a.
+    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]);
+    /// x_a := PᵀL_D⁻ᵀ (x_a − Lᵀ x_later).
+    fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
+}
+
+/// The work on consecutive nodes of one kind: one virtual call for all of them.
+pub(super) trait Kernel: Debug + Sync {
+    /// Eliminates node after node, in the right-hand side too; a cancelled pivot is told by its position.
+    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
+    fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
+    fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]);
+    fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
+}
+
+impl<K: NodeKernel> Kernel for K {
+    fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled> {
+        let mut worst = 1.0f64;
+        for node in nodes {
+            let at = |cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
+            worst = K::eliminate(node, state).map_err(at)?.max(worst);
+            match with {
+                RightSide::None => {}
+                RightSide::Of(x) => K::forward(node, state.values, state.swaps, x),
+                RightSide::OfTransposed(x) => K::forward_transposed(node, state.values, x),
+            }
+        }
         Ok(worst)
     }
-    /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
-    fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
-    /// x_a := U_D⁻¹ (x_a − U x_later).
-    fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]);
-    /// x_a := U_D⁻ᵀ x_a, then x_b −= U_bᵀ x_a.
-    fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]);
-    /// x_a := PᵀL_D⁻ᵀ (x_a − Lᵀ x_later).
-    fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
+
+    fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        nodes.iter().for_each(|node| K::forward(node, values, swaps, x));
+    }
+
+    fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]) {
+        nodes.iter().rev().for_each(|node| K::backward(node, values, x));
+    }
+
+    fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        nodes.iter().rev().for_each(|node| K::backward_transposed(node, values, swaps, x));
+    }
 }
 
 /// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
@@ -61,8 +102,8 @@ pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     }
 }
 
-impl<N: Size> Kernel for PhantomData<N> {
-    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+impl<N: Size> NodeKernel for PhantomData<N> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         let n = N::new(node.size);
         let s = n.get();
         let (panel, rest) = state.values[node.start..].split_at_mut(node.panel_len());
@@ -91,7 +132,7 @@ impl<N: Size> Kernel for PhantomData<N> {
         Ok(worst)
     }
 
-    fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+    fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, _, l) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());
@@ -102,7 +143,7 @@ impl<N: Size> Kernel for PhantomData<N> {
         });
     }
 
-    fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+    fn backward(node: &Node, values: &[f64], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, u, _) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());
@@ -112,7 +153,7 @@ impl<N: Size> Kernel for PhantomData<N> {
         });
     }
 
-    fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, u, _) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());
@@ -122,7 +163,7 @@ impl<N: Size> Kernel for PhantomData<N> {
         });
     }
 
-    fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+    fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, _, l) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());

@@ -3,7 +3,6 @@
 //! Its values form one contiguous panel. For s unknowns coupled to r later unknowns that is
 //! D (s×s, by columns), U (s×r, by columns), L (r×s, by rows).
 
-use super::kernel::Kernel;
 use std::ops::Range;
 
 /// A node, its place among the unknowns and in the values, and the panels that it updates.
@@ -21,8 +20,8 @@ pub(super) struct Node {
     pub(super) later: Vec<Later>,
     /// Pairs of later neighbours.
     pub(super) pairs: Vec<Pair>,
-    /// Kernels for the size of this node.
-    pub(super) kernel: &'static dyn Kernel,
+    /// Only coupled to a later node of its own size, if to any.
+    pub(super) linked: bool,
 }
 
 /// A later neighbour b of a node.
@@ -58,5 +57,22 @@ impl Node {
     /// Position behind the last unknown.
     pub(super) fn end(&self) -> usize {
         self.first + self.size
+    }
+
+    /// The pairs of entries (i, j) and (j, i) of D: their positions and where the two are stored.
+    pub(super) fn square(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
+        let (first, size, start) = (self.first, self.size, self.start);
+        let pairs = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j)));
+        pairs.map(move |(i, j)| ((first + i, first + j), start + j * size + i, start + i * size + j))
+    }
+
+    /// The pairs of entries of U and L.
+    pub(super) fn sides(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
+        let (first, size, end, upper) = (self.first, self.size, self.end(), self.start + self.size * self.size);
+        let lower = upper + size * self.width;
+        let lines = self.later.iter().flat_map(move |b| b.lines.clone().zip(end + b.first..));
+        lines.flat_map(move |(line, other)| {
+            (0..size).map(move |k| ((first + k, other), upper + line * size + k, lower + line * size + k))
+        })
     }
 }

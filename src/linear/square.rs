@@ -7,7 +7,7 @@
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
 #![expect(clippy::needless_range_loop)]
 
-use super::kernel::{Kernel, State};
+use super::kernel::{NodeKernel, State};
 use super::lu::Cancelled;
 use super::node::Node;
 use super::size::Fixed;
@@ -41,10 +41,10 @@ fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
     values[..S * S].copy_from_slice(matrix.as_flattened());
 }
 
-impl<const S: usize> Square<S> {
-    /// The kernel that interchanges rows.
-    const PIVOTING: PhantomData<Fixed<S>> = PhantomData;
+/// The kernel that interchanges rows.
+type Pivoting<const S: usize> = PhantomData<Fixed<S>>;
 
+impl<const S: usize> Square<S> {
     /// D = L U in place, with reciprocal pivots; the worst loss of digits, or None if it is too large.
     #[inline(always)]
     fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
@@ -171,19 +171,14 @@ fn in_order(swaps: &[usize]) -> bool {
     swaps.iter().enumerate().all(|(k, &row)| k == row)
 }
 
-impl<const S: usize> Square<S> {
-    /// Factors the panel and updates the later node, and carries a right-hand side along if there is one.
+impl<const S: usize> NodeKernel for Square<S> {
     #[inline(always)]
-    fn work(node: &Node, state: &mut State<'_>, x: Option<&mut [f64]>) -> Result<f64, Cancelled> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
         let (own, later) = state.scale[node.first..].split_at_mut(S);
         let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
         let Some(worst) = Self::factor(&mut panel.d, own) else {
-            let worst = Self::PIVOTING.eliminate(node, state)?;
-            if let Some(x) = x {
-                Self::PIVOTING.forward(node, state.values, state.swaps, x);
-            }
-            return Ok(worst);
+            return Pivoting::<S>::eliminate(node, state);
         };
         store(&panel.d, values);
         if let [b] = node.later.as_slice() {
@@ -194,28 +189,16 @@ impl<const S: usize> Square<S> {
             store(&panel.l, l);
             Self::update(&panel, &mut rest[b.diagonal..], &mut later[b.first..]);
         }
-        if let Some(x) = x {
-            let (own, later) = x[node.first..].split_at_mut(S);
-            let mut y = vector::<S>(own);
-            solve_lower(&panel.d, &mut y);
-            scatter(node, &panel.l, &y, later);
-            own.copy_from_slice(&y);
-        }
         for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
             *swap = k;
         }
         Ok(worst)
     }
-}
 
-impl<const S: usize> Kernel for Square<S> {
-    fn eliminate(&self, node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        Self::work(node, state, None)
-    }
-
-    fn forward(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+    #[inline(always)]
+    fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         if !in_order(&swaps[node.first..][..S]) {
-            return Self::PIVOTING.forward(node, values, swaps, x);
+            return Pivoting::<S>::forward(node, values, swaps, x);
         }
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
@@ -227,7 +210,8 @@ impl<const S: usize> Kernel for Square<S> {
         own.copy_from_slice(&y);
     }
 
-    fn backward(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn backward(node: &Node, values: &[f64], x: &mut [f64]) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
@@ -242,7 +226,8 @@ impl<const S: usize> Kernel for Square<S> {
         own.copy_from_slice(&y);
     }
 
-    fn forward_transposed(&self, node: &Node, values: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
@@ -259,9 +244,10 @@ impl<const S: usize> Kernel for Square<S> {
         own.copy_from_slice(&y);
     }
 
-    fn backward_transposed(&self, node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+    #[inline(always)]
+    fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         if !in_order(&swaps[node.first..][..S]) {
-            return Self::PIVOTING.backward_transposed(node, values, swaps, x);
+            return Pivoting::<S>::backward_transposed(node, values, swaps, x);
         }
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);

@@ -1,10 +1,11 @@
 //! The analysis of a pattern: what is condensed, in which order the nodes go, where entries are stored.
 
 use super::condense::{Condensed, condense};
-use super::kernel::kernel;
+use super::kernel::{Kernel, kernel};
 use super::node::{Later, Node, Pair};
 use super::order::{Eliminated, order};
 use super::pattern::Pattern;
+use std::ops::Range;
 
 /// A condensed unknown: entries [pivot, row, column] in one run, its position being its index.
 #[derive(Debug, Clone)]
@@ -19,7 +20,7 @@ pub(super) struct Step {
 
 impl Step {
     /// Where the run is stored.
-    pub(super) fn run(&self) -> std::ops::Range<usize> {
+    pub(super) fn run(&self) -> Range<usize> {
         self.start..self.start + 1 + 2 * self.neighbours.len()
     }
 }
@@ -33,6 +34,8 @@ pub(crate) struct Symbolic {
     owner: Vec<usize>,
     steps: Vec<Step>,
     nodes: Vec<Node>,
+    /// Consecutive nodes with the same kernel.
+    runs: Vec<(&'static dyn Kernel, Range<usize>)>,
     values_len: usize,
 }
 
@@ -65,6 +68,7 @@ impl Symbolic {
             unknowns,
             entries: pattern.symmetric_entries(),
             owner,
+            runs: runs(&nodes),
             nodes,
             values_len,
         };
@@ -117,8 +121,9 @@ impl Symbolic {
         &self.steps
     }
 
-    pub(super) fn panels(&self) -> &[Node] {
-        &self.nodes
+    /// Consecutive nodes of one kind, with the kernel that works on them.
+    pub(super) fn runs(&self) -> impl DoubleEndedIterator<Item = (&'static dyn Kernel, &[Node])> {
+        self.runs.iter().map(|(kernel, nodes)| (*kernel, &self.nodes[nodes.clone()]))
     }
 
     /// Where an entry of the pattern is stored.
@@ -152,6 +157,11 @@ impl Symbolic {
         let lower = if row > col { node.width } else { 0 };
         let side = node.start + node.size * (node.size + lower);
         Some(side + line * node.size + (early - node.first))
+    }
+
+    /// All pairs of entries (i, j) and (j, i) of the panels, the diagonal too: (i, j) as positions, and where the two are stored.
+    pub(super) fn panel_entries(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
+        self.nodes.iter().flat_map(|node| node.square().chain(node.sides()))
     }
 
     fn owner_of(&self, position: usize) -> &Node {
@@ -234,7 +244,7 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
             start,
             later: Vec::new(),
             pairs: Vec::new(),
-            kernel: kernel(size, linked),
+            linked,
         });
         first += size;
         start += nodes[index].panel_len();
@@ -245,6 +255,18 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
         nodes[index].later = later(&nodes[index], &ranks, &nodes);
     }
     nodes
+}
+
+fn runs(nodes: &[Node]) -> Vec<(&'static dyn Kernel, Range<usize>)> {
+    let mut first = 0;
+    let alike = nodes.chunk_by(|a, b| (a.size, a.linked) == (b.size, b.linked));
+    alike
+        .map(|run| {
+            let nodes = first..first + run.len();
+            first = nodes.end;
+            (kernel(run[0].size, run[0].linked), nodes)
+        })
+        .collect()
 }
 
 fn later(node: &Node, ranks: &[usize], nodes: &[Node]) -> Vec<Later> {

@@ -54,16 +54,18 @@ impl Sweep {
         (q_before, (nu, blocks)): (&[f64], (&[f64], &[f64])),
         node: usize,
     ) -> Result<(), Breakdown> {
-        forward.newton.factor(system, 0.0, blocks, &mut self.report)?;
         self.rows.q.fill(0.0);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
             // c of the iterate before, to see what changes.
             self.node.d.copy_from_slice(&self.node.c);
+            let (positions, right) = (system.positions(), &mut self.right);
             let terms = self.cost.q.iter().zip(&self.rows.q);
-            self.right.v.iter_mut().zip(terms).for_each(|(right, (j_q, row))| *right = -(j_q + row));
-            self.right.sigma.fill(0.0);
-            forward.newton.solve_transposed(system, &self.right, &mut self.node.c, &mut self.node.e);
+            positions.v.iter().zip(terms).for_each(|(&position, (j_q, row))| right[position] = -(j_q + row));
+            positions.sigma.iter().for_each(|&position| right[position] = 0.0);
+            forward.newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
+            self.node.c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
+            self.node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
             let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
             forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             self.node.d.iter_mut().zip(&self.node.c).for_each(|(d, c)| *d -= c);

@@ -143,7 +143,7 @@ fn restart(
     let done = projected.and_then(|()| {
         at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
         at.x.sigma.fill(0.0);
-        left_sides(forward, system, node, &mut at)?;
+        l_v(forward, system, node, &mut at);
         forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
         forward.set_start(&at.q, &at.left.v);
         column_mut(&mut forward.trajectory.sigma, k).fill(0.0);
@@ -155,7 +155,7 @@ fn restart(
     done
 }
 
-/// A point (q, x) and 𝓛_v, dΦ/dt there.
+/// A point (q, x), and 𝓛_v and Φ there.
 #[derive(Default)]
 pub(crate) struct Point {
     pub(crate) q: Vec<f64>,
@@ -169,17 +169,16 @@ impl Point {
     }
 }
 
-fn left_sides(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
+fn l_v(forward: &mut Forward, system: &System, node: usize, at: &mut Point) {
     let (u, t) = (column(&forward.inputs.controls, node), forward.trajectory.times[node - forward.first]);
     let point = At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u, t, design: forward.inputs.design.as_slice() };
-    let done = forward.newton.left_sides(system, &point, &mut at.left, &mut forward.report);
-    done.map_err(StepFailure::Singular)
+    forward.newton.l_v(system, &point, &mut at.left.v, &mut forward.report);
 }
 
 /// q = q⁻ + w, by corrections with K(0) at q⁻.
 fn projection(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
     let k = node - forward.first;
-    left_sides(forward, system, node, at)?;
+    l_v(forward, system, node, at);
     let blocks = std::mem::take(&mut forward.newton.evaluation.blocks);
     let factored = forward.newton.factor(system, 0.0, &blocks, &mut forward.report);
     forward.newton.evaluation.blocks = blocks;
@@ -187,7 +186,7 @@ fn projection(forward: &mut Forward, system: &System, node: usize, at: &mut Poin
     at.x.v.fill(0.0);
     let mut last = f64::INFINITY;
     for corrections in 0..MOST_CORRECTIONS {
-        left_sides(forward, system, node, at)?;
+        l_v(forward, system, node, at);
         at.left.sigma.fill(0.0);
         let (t, design) = (forward.trajectory.times[k], forward.inputs.design.as_slice());
         system.phi(&At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u: &[], t, design }, &mut at.left.sigma);

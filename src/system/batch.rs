@@ -75,17 +75,6 @@ impl Pair {
         self.v.iter().zip(&positions.v).for_each(|(v, &at)| x[at] = *v);
         self.sigma.iter().zip(&positions.sigma).for_each(|(sigma, &at)| x[at] = *sigma);
     }
-
-    /// Adds the values in the solver's order.
-    pub fn add_to(&self, positions: &Positions, x: &mut [f64]) {
-        self.v.iter().zip(&positions.v).for_each(|(v, &at)| x[at] += v);
-        self.sigma.iter().zip(&positions.sigma).for_each(|(sigma, &at)| x[at] += sigma);
-    }
-
-    pub fn clear(&mut self) {
-        self.v.fill(0.0);
-        self.sigma.fill(0.0);
-    }
 }
 
 /// The adjoint variables c (of E3), d (of E4) and e (of E5) at one node.
@@ -162,8 +151,6 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
     /// Adds the varying entries of K(h), made from blocks, to its values.
     fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]);
-    /// Adds the product of the varying entries of K(h) with x.
-    fn multiply(&self, blocks: &[f64], h: f64, x: &Pair, y: &mut Pair);
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
     fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
@@ -292,15 +279,6 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at(item.block_len());
             tangent::scatter(J::FORM, own, item.plan.count, M, &self.slots[item.plan.slots..], h, values);
-            blocks = rest;
-        }
-    }
-
-    fn multiply(&self, mut blocks: &[f64], h: f64, x: &Pair, y: &mut Pair) {
-        for item in self.varying_items() {
-            let (own, rest) = blocks.split_at(item.block_len());
-            let coordinates = item.plan.active.map(|i| item.q[i]);
-            tangent::multiply(J::FORM, own, &coordinates[..item.plan.count], &item.sigma, h, x, y);
             blocks = rest;
         }
     }

@@ -116,17 +116,26 @@ impl Constants {
         }
     }
 
-    /// Writes what is left of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), in the solver's order.
+    /// Writes −k: r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), without what varies,
+    /// in the solver's order and with the opposite sign.
     pub(crate) fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
         let terms = self.l_v.iter().zip(&self.force).zip(from.p_star);
         for (((l_v, force), start), &position) in terms.zip(&positions.v) {
-            r[position] = l_v - h * force - start;
+            r[position] = start - l_v + h * force;
         }
         positions.sigma.iter().for_each(|&position| r[position] = 0.0);
-        for (matrix, x, factor) in [(&self.vq, from.q, 1.0), (&self.qq, from.q, -h), (&self.q_u, given.u, -h)] {
+        for (matrix, x, factor) in [(&self.vq, from.q, -1.0), (&self.qq, from.q, h), (&self.q_u, given.u, h)] {
             matrix.iter().for_each(|e| r[positions.v[e.row]] += factor * e.value * x[e.col]);
         }
+    }
+
+    /// Writes the constant part of 𝓛_v.
+    pub fn l_v(&self, at: &At<f64>, l_v: &mut [f64]) {
+        l_v.copy_from_slice(&self.l_v);
+        multiply(&self.vv, at.v, l_v);
+        multiply(&self.vq, at.q, l_v);
+        multiply_transposed(&self.phi_q, at.sigma, l_v);
     }
 
     /// Adds the constant part of 𝓛_q + Q.
@@ -150,16 +159,18 @@ impl Constants {
         }
     }
 
-    /// Adds the constant part of the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)) for c = e = 0.
-    pub fn pull_back_force(&self, d: &[f64], rows: &mut Rows) {
-        multiply_transposed(&self.qv, d, &mut rows.v);
-        multiply_transposed(&self.qq, d, &mut rows.q);
+    /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`tangent::pull_back`](super::tangent::pull_back)), in the solver's order.
+    pub fn subtract_force_rows(&self, h: f64, d: &[f64], positions: &Positions, right: &mut [f64]) {
+        for (matrix, factor) in [(&self.qv, 1.0), (&self.qq, h)] {
+            matrix.iter().for_each(|e| right[positions.v[e.col]] -= factor * e.value * d[e.row]);
+        }
     }
 
-    /// Adds the constant part of the adjoint row ∂q alone.
-    pub fn pull_back_q(&self, with: &Covector, row_q: &mut [f64]) {
-        multiply_transposed(&self.vq, with.c, row_q);
-        multiply_transposed(&self.qq, with.d, row_q);
+    /// Subtracts the constant part of the adjoint row ∂q.
+    pub fn subtract_row_q(&self, with: &Covector, row_q: &mut [f64]) {
+        for (matrix, x) in [(&self.vq, with.c), (&self.qq, with.d)] {
+            matrix.iter().for_each(|e| row_q[e.col] -= e.value * x[e.row]);
+        }
     }
 
     /// Adds the constant part of all adjoint rows.

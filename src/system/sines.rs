@@ -145,20 +145,22 @@ impl Sines {
         self.angles.iter().zip(states).map(|(angle, state)| (angle, &self.terms[angle.terms.clone()], state))
     }
 
-    /// Adds the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
-    pub fn residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+    /// Subtracts the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
+    pub fn subtract_residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+        let r = &mut r[..x.len()];
         for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<STATE>().0) {
             let v = x[angle.position];
             let (sin, cos) = sin_cos(start_q[angle.coordinate] + h * v);
+            let (v_sin, v_cos) = (v * sin, v * cos);
             let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
                 let sigma = x[term.position];
                 a += sigma * term.sine;
                 b += sigma * term.cosine;
-                r[term.position] += v * (term.sine * cos - term.cosine * sin);
+                r[term.position] -= term.sine * v_cos - term.cosine * v_sin;
             }
             let (s, s_prime) = (a * cos - b * sin, -(a * sin + b * cos));
-            r[angle.position] += s - h * v * s_prime;
+            r[angle.position] -= s - h * v * s_prime;
             *block = [sin, cos, v, s, s_prime];
         }
     }
@@ -170,29 +172,21 @@ impl Sines {
         }
     }
 
-    /// Adds K(h): h² v s on the diagonal, Φ_q ± h (dΦ/dt)_q beside it.
+    /// Adds K(h): h² v s on the diagonal, and beside it, with θ = h v,
+    ///
+    /// ```text
+    ///   Φ_q ± h (dΦ/dt)_q = α (cos q ∓ θ sin q) − β (sin q ± θ cos q)
+    /// ```
     pub fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
-            values[angle.diagonal] += h * h * at.v * at.s;
+            let theta = h * at.v;
+            values[angle.diagonal] += h * theta * at.s;
+            let (below_cos, below_sin) = (at.cos - theta * at.sin, at.sin + theta * at.cos);
+            let (beside_cos, beside_sin) = (at.cos + theta * at.sin, at.sin - theta * at.cos);
             for term in terms {
-                let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
-                values[term.below] += phi_q + h_phi_dot_q;
-                values[term.beside] += phi_q - h_phi_dot_q;
+                values[term.below] += term.sine * below_cos - term.cosine * below_sin;
+                values[term.beside] += term.sine * beside_cos - term.cosine * beside_sin;
             }
-        }
-    }
-
-    /// Adds the product of these entries of K(h) with x, both in the solver's order.
-    pub fn multiply(&self, blocks: &[f64], h: f64, x: &[f64], y: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
-            let own = x[angle.position];
-            let mut sum = h * h * at.v * at.s * own;
-            for term in terms {
-                let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
-                y[term.position] += (phi_q + h_phi_dot_q) * own;
-                sum += (phi_q - h_phi_dot_q) * x[term.position];
-            }
-            y[angle.position] += sum;
         }
     }
 
@@ -210,6 +204,87 @@ impl Sines {
             }
             rows.v[i] += row_v;
             rows.q[i] += row_q;
+        }
+    }
+
+    /// Subtracts the adjoint rows ∂v + h ∂q and ∂σ of c = e = 0, in the solver's order.
+    pub fn subtract_force_rows(&self, blocks: &[f64], h: f64, d: &[f64], right: &mut [f64]) {
+        for (angle, terms, at) in self.each(blocks) {
+            let d = d[angle.coordinate];
+            right[angle.position] -= (at.s_prime - h * at.v * at.s) * d;
+            // −(dΦ/dt)_q d = (α sin q + β cos q) v d.
+            let (sin, cos) = (at.sin * at.v * d, at.cos * at.v * d);
+            for term in terms {
+                right[term.position] += term.sine * sin + term.cosine * cos;
+            }
+        }
+    }
+
+    /// Subtracts the adjoint row ∂q.
+    pub fn subtract_row_q(&self, blocks: &[f64], with: &Covector, row_q: &mut [f64]) {
+        for (angle, terms, at) in self.each(blocks) {
+            let i = angle.coordinate;
+            let (mut a, mut b) = (0.0, 0.0);
+            for term in terms {
+                a += with.e[term.equation] * term.sine;
+                b += with.e[term.equation] * term.cosine;
+            }
+            row_q[i] -= at.s_prime * with.c[i] - at.v * (at.s * with.d[i] + a * at.sin + b * at.cos);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two angles in three equations, and a state of each.
+    fn sample() -> (Sines, [f64; 2 * STATE]) {
+        let wave = |coordinate, equation, sine, cosine| Wave { coordinate, equation, sine, cosine };
+        let waves = vec![wave(2, 1, 0.3, -0.4), wave(0, 0, 0.5, 0.7), wave(2, 0, -0.2, 0.9), wave(0, 2, 0.0, 1.1)];
+        let places = Places { n: 3, position: |unknown| 5 - unknown, slot: |row, col| 6 * row + col };
+        (Sines::new(waves, &places), [0.6, 0.8, 1.3, 0.2, -0.7, -0.28, 0.96, -0.4, 1.9, 0.35])
+    }
+
+    #[test]
+    fn parts_of_the_adjoint_rows_are_those_of_the_whole() {
+        let (sines, blocks) = sample();
+        let (c, d, e) = ([0.3, -0.8, 1.7], [-1.1, 0.6, 0.9], [0.45, -0.35, 2.2]);
+        let (h, zeros) = (0.37, [0.0; 3]);
+        let mut rows = Rows::new(3, 3);
+        sines.pull_back(&blocks, &Covector { c: &zeros, d: &d, e: &zeros }, &mut rows);
+        let mut right = [0.0; 6];
+        sines.subtract_force_rows(&blocks, h, &d, &mut right);
+        for i in 0..3 {
+            let (v, sigma) = (rows.v[i] + h * rows.q[i], rows.sigma[i]);
+            assert!((right[5 - i] + v).abs() < 1e-15 && (right[2 - i] + sigma).abs() < 1e-15, "{right:?} {rows:?}");
+        }
+
+        let with = Covector { c: &c, d: &d, e: &e };
+        let mut rows = Rows::new(3, 3);
+        sines.pull_back(&blocks, &with, &mut rows);
+        let mut row_q = [0.0; 3];
+        sines.subtract_row_q(&blocks, &with, &mut row_q);
+        for (minus, q) in row_q.iter().zip(&rows.q) {
+            assert!((minus + q).abs() < 1e-15, "{row_q:?} {rows:?}");
+        }
+    }
+
+    #[test]
+    fn entries_of_the_tangent_matrix_are_those_of_the_formulas() {
+        let (sines, blocks) = sample();
+        let h = 0.37;
+        let mut values = [0.0; 36];
+        sines.scatter(&blocks, h, &mut values);
+        for (angle, terms, at) in sines.each(&blocks) {
+            let i = angle.coordinate;
+            assert!((values[7 * i] - h * h * at.v * at.s).abs() < 1e-15);
+            for term in terms {
+                let row = 3 + term.equation;
+                let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
+                assert!((values[6 * row + i] - (phi_q + h_phi_dot_q)).abs() < 1e-15);
+                assert!((values[6 * i + row] - (phi_q - h_phi_dot_q)).abs() < 1e-15);
+            }
         }
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! What comes from 𝓛 obeys K(−h) = K(h)ᵀ. The blocks of an element lie one after the other, by rows (see [`Jet::blocks`](super::jet::Jet::blocks)).
 
-use super::batch::{Covector, Pair, Rows};
+use super::batch::{Covector, Rows};
 use super::jet::Form;
 
 /// The blocks of one element with `a` active coordinates, by name.
@@ -71,25 +71,6 @@ pub fn scatter(form: Form, blocks: &[f64], a: usize, m: usize, slots: &[u32], h:
         for k in 0..a {
             values[below[k] as usize] += phi_q[k] + h * phi_dot_q[k];
             values[beside[k] as usize] += phi_q[k] - h * phi_dot_q[k];
-        }
-    }
-}
-
-/// Adds the product of an element's entries of K(h) with x.
-pub fn multiply(form: Form, blocks: &[f64], active: &[usize], sigma: &[usize], h: f64, x: &Pair, y: &mut Pair) {
-    let a = active.len();
-    let blocks = Blocks::new(form, a, sigma.len(), blocks);
-    for (i, &row) in active.iter().enumerate() {
-        let entries = active.iter().enumerate().map(|(j, &column)| blocks.k_vv(h, i, j) * x.v[column]);
-        y.v[row] += entries.sum::<f64>();
-    }
-    if blocks.phi_q.is_empty() {
-        return;
-    }
-    for ((phi_q, phi_dot_q), &j) in blocks.phi_q.chunks_exact(a).zip(blocks.phi_dot_q.chunks_exact(a)).zip(sigma) {
-        for (k, &i) in active.iter().enumerate() {
-            y.sigma[j] += (phi_q[k] + h * phi_dot_q[k]) * x.v[i];
-            y.v[i] += (phi_q[k] - h * phi_dot_q[k]) * x.sigma[j];
         }
     }
 }
