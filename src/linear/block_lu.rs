@@ -57,7 +57,7 @@ impl BlockLu {
     /// A number not used before adds a part. Every triplet lies in the pattern, on condensed or other unknowns.
     ///
     /// # Errors
-    /// A condensed unknown whose pivot is below 1e-10 of its row.
+    /// A condensed unknown whose pivot is below 1e-13 of the magnitudes that were added up in it.
     pub(crate) fn set_constant(
         &mut self,
         symbolic: &Symbolic,
@@ -120,7 +120,7 @@ impl BlockLu {
     /// Eliminates the nodes, in `x` too if it is given.
     fn factor_with(&mut self, symbolic: &Symbolic, mut x: Option<&mut [f64]>) -> Result<(), Breakdown> {
         self.scale.copy_from_slice(self.constants[self.current].scale());
-        self.worst = 1.0;
+        self.worst = self.constant().worst();
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
         for node in symbolic.panels() {
             let eliminated = match x.as_deref_mut() {
@@ -133,7 +133,7 @@ impl BlockLu {
         Ok(())
     }
 
-    /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor`.
+    /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor` and the condensation.
     pub(crate) fn worst_pivot(&self) -> f64 {
         self.worst.recip()
     }

@@ -3,8 +3,10 @@
 use super::block_lu::Breakdown;
 use super::symbolic::{Step, Symbolic};
 
-/// A condensed pivot must exceed this fraction of the largest entry of its row.
-const SMALLEST_PIVOT: f64 = 1e-10;
+/// A condensed pivot must exceed this fraction of the magnitudes that were added up in it.
+///
+/// Other entries of its row have other units and say nothing about it.
+const SMALLEST_PIVOT: f64 = 1e-13;
 
 /// Constant entries, reduced by the condensed unknowns.
 ///
@@ -14,12 +16,18 @@ pub(super) struct Constant {
     entries: Vec<f64>,
     scale: Vec<f64>,
     panels: usize,
+    worst: f64,
 }
 
 impl Constant {
     /// The zero matrix.
     pub(super) fn new(symbolic: &Symbolic) -> Self {
-        Self { entries: vec![0.0; symbolic.stored_len()], scale: vec![0.0; symbolic.size()], panels: symbolic.values_len() }
+        Self {
+            entries: vec![0.0; symbolic.stored_len()],
+            scale: vec![0.0; symbolic.size()],
+            panels: symbolic.values_len(),
+            worst: 1.0,
+        }
     }
 
     /// What the panels hold before the varying entries are added.
@@ -32,14 +40,20 @@ impl Constant {
         &self.scale
     }
 
+    /// The largest ratio of the magnitudes added up in a pivot to the pivot.
+    pub(super) fn worst(&self) -> f64 {
+        self.worst
+    }
+
     /// Sums up triplets (row, column, value) and eliminates the condensed unknowns:
     /// K_ij −= K_ic K_cj / K_cc for all neighbours i, j of c.
     ///
     /// # Errors
-    /// A pivot that vanishes against its row.
+    /// A pivot that vanishes, or vanishes against its summands.
     pub(super) fn set(&mut self, symbolic: &Symbolic, triplets: &[(usize, usize, f64)]) -> Result<(), Breakdown> {
         self.entries.fill(0.0);
         self.scale.fill(0.0);
+        self.worst = 1.0;
         for &(row, col, value) in triplets {
             let place = symbolic.place(row, col);
             debug_assert!(place.is_some(), "({row}, {col}) is not in the pattern");
@@ -63,10 +77,11 @@ impl Constant {
             return Ok(());
         };
         let (row, column) = sides.split_at_mut(step.neighbours.len());
-        let scale = row.iter().fold(pivot.abs().max(self.scale[position]), |m, e| m.max(e.abs()));
+        let scale = pivot.abs() + self.scale[position];
         if !pivot.is_finite() || pivot.abs() <= SMALLEST_PIVOT * scale {
             return Err((*pivot, scale));
         }
+        self.worst = self.worst.max(scale / pivot.abs());
         *pivot = 1.0 / *pivot;
         let mut places = step.targets.iter();
         for ((factor, &u), &i) in column.iter_mut().zip(&*row).zip(&step.neighbours) {
