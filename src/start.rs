@@ -1,7 +1,8 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
+use crate::equilibrate::equilibrate;
 use crate::simulate::Forward;
 use crate::system::{At, Covector, Rows, Sums};
 use crate::trajectory::{column, column_mut};
@@ -9,7 +10,7 @@ use crate::{Error, Settings, Start, System};
 
 /// A pivot ratio below this makes it worth looking at Φ_q and M in full.
 const SUSPICIOUS: f64 = 1e-10;
-/// Singular values below this fraction of the largest count as zero.
+/// Singular values of an equilibrated matrix below this fraction of the largest count as zero.
 const RANK: f64 = 1e-10;
 
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
@@ -105,17 +106,16 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
         return Err(Error::Model { element, node: 0, time });
     }
     let (mass, phi_q) = mass_and_jacobian(forward, system, n, m);
-    let null = null_space(&phi_q.transpose());
+    let mut transposed = phi_q.transpose();
+    equilibrate(&mut transposed);
+    let null = kernel(transposed);
     if null.ncols() > 0 {
         let takes_part = |j: &usize| null.row(*j).norm() > 1e-6;
         let equations = (0..m).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
         return Err(Error::DependentConstraints { rank: m - null.ncols(), rows: m, equations, time });
     }
-    // A motion z with Φ_q z = 0 and without kinetic energy.
-    let free = null_space(&phi_q);
-    let idle = null_space(&(free.transpose() * &mass * &free));
-    if idle.ncols() > 0 {
-        let motion = free * idle;
+    let motion = idle_motions(&mass, &phi_q);
+    if motion.ncols() > 0 {
         let moves = |i: &usize| motion.row(*i).norm() > 1e-6;
         let coordinates = (0..n).filter(moves).map(|i| format!("`{}`", system.coordinate_name(i))).collect();
         return Err(Error::SingularMass { coordinates, time });
@@ -141,16 +141,30 @@ fn mass_and_jacobian(forward: &Forward, system: &System, n: usize, m: usize) -> 
     (mass, phi_q)
 }
 
-/// An orthonormal basis of the null space, by columns.
-fn null_space(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+/// The motions z with Φ_q z = 0 and without kinetic energy, M z = 0, by columns, each coordinate in a unit of its own.
+///
+/// M is brought to a diagonal of ones first: a small mass is a mass.
+fn idle_motions(mass: &DMatrix<f64>, phi_q: &DMatrix<f64>) -> DMatrix<f64> {
+    let of_phi = equilibrate(&mut phi_q.clone());
+    let unit = |i: usize| if mass[(i, i)] > 0.0 { mass[(i, i)].sqrt().recip() } else { of_phi[i] };
+    let massless = kernel(DMatrix::from_fn(mass.nrows(), mass.ncols(), |i, j| unit(i) * mass[(i, j)] * unit(j)));
+    let mut reached = DMatrix::from_fn(phi_q.nrows(), phi_q.ncols(), |j, i| phi_q[(j, i)] * unit(i)) * &massless;
+    let factors = equilibrate(&mut reached);
+    let mut motions = massless * DMatrix::from_diagonal(&DVector::from_vec(factors)) * kernel(reached);
+    motions.column_iter_mut().for_each(|mut motion| motion /= motion.amax());
+    motions
+}
+
+/// An orthonormal basis of the null space, by columns; singular values are compared with the largest.
+fn kernel(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let columns = matrix.ncols();
     // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
     if columns == 0 || !matrix.iter().all(|x| x.is_finite()) {
         return DMatrix::zeros(columns, 0);
     }
     // Squared up with zero rows, so that the decomposition holds all right singular vectors.
-    let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
-    let svd = square.svd(false, true);
+    let rows = matrix.nrows().max(columns);
+    let svd = matrix.resize_vertically(rows, 0.0).svd(false, true);
     let largest = svd.singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
     let zero = |s: f64| s <= RANK * largest;
     let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, columns));
