@@ -45,6 +45,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     }
     forward.set_start(&q, &p_star);
     check_regular(forward, system, &q)?;
+    forward.newton.weigh(system);
     forward.solve_node(system, 0, 0.0, settings)?;
     column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
     forward.trajectory.computed = 1;

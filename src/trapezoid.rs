@@ -27,7 +27,7 @@
 //! first iteration and found after the last.
 
 use crate::evaluation::Evaluation;
-use crate::lanes::{all_finite, larger, largest};
+use crate::lanes::{all_finite, larger};
 use crate::linear::{BlockLu, Breakdown};
 use crate::system::{At, Pair};
 use crate::trajectory::Report;
@@ -86,13 +86,20 @@ pub(crate) struct Newton {
     /// −r, then a correction; and −r at the first guess, reduced.
     delta: Vec<f64>,
     reduced: Vec<f64>,
-    /// 1 for a velocity, 0 for a multiplier.
-    is_velocity: Vec<f64>,
-    /// |v| and |σ| in the maximum norm, which corrections are compared with.
+    /// What makes unknowns of different units comparable, and equations.
+    of_unknowns: Weights,
+    of_equations: Weights,
+    /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
     size: Sizes,
 }
 
-/// The largest velocity and the largest multiplier.
+/// Factors for what belongs to velocities (0 for the rest) and for what belongs to multipliers (0 for the rest).
+struct Weights {
+    v: Vec<f64>,
+    sigma: Vec<f64>,
+}
+
+/// The largest velocity and the largest multiplier, or the largest residuals of their equations.
 #[derive(Clone, Copy, Default)]
 struct Sizes {
     v: f64,
@@ -107,11 +114,33 @@ impl Sizes {
     }
 }
 
+impl Weights {
+    fn new(len: usize) -> Self {
+        Weights { v: vec![0.0; len], sigma: vec![0.0; len] }
+    }
+
+    /// The largest weighted entries from position `first` on.
+    fn sizes(&self, first: usize, x: &[f64]) -> Sizes {
+        let ((v, v_rest), (sigma, sigma_rest)) = (self.v[first..].as_chunks::<2>(), self.sigma[first..].as_chunks::<2>());
+        let (x, x_rest) = x[first..].as_chunks::<2>();
+        let (mut of_v, mut of_sigma) = ([0.0; 2], [0.0; 2]);
+        for (x, (v, sigma)) in x.iter().zip(v.iter().zip(sigma)) {
+            for k in 0..2 {
+                of_v[k] = larger(of_v[k], (x[k] * v[k]).abs());
+                of_sigma[k] = larger(of_sigma[k], (x[k] * sigma[k]).abs());
+            }
+        }
+        for (x, (v, sigma)) in x_rest.iter().zip(v_rest.iter().zip(sigma_rest)) {
+            of_v[0] = larger(of_v[0], (x * v).abs());
+            of_sigma[0] = larger(of_sigma[0], (x * sigma).abs());
+        }
+        Sizes { v: larger(of_v[0], of_v[1]), sigma: larger(of_sigma[0], of_sigma[1]) }
+    }
+}
+
 impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
-        let mut is_velocity = zeros();
-        system.positions().v.iter().for_each(|&position| is_velocity[position] = 1.0);
         Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
@@ -123,7 +152,8 @@ impl Newton {
             nonlinear: zeros(),
             delta: zeros(),
             reduced: zeros(),
-            is_velocity,
+            of_unknowns: Weights::new(system.n() + system.m()),
+            of_equations: Weights::new(system.n() + system.m()),
             size: Sizes::default(),
         }
     }
@@ -136,6 +166,23 @@ impl Newton {
         self.matrix.factor(system.symbolic())?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         Ok(())
+    }
+
+    /// Takes the roots of the last pivots p for the sizes of unknowns and equations: √p v, σ/√p and so on have one unit, √J, whatever
+    /// the units of the coordinates are.
+    pub(crate) fn weigh(&mut self, system: &System) {
+        let Weights { v, sigma } = &mut self.of_equations;
+        v.fill(0.0);
+        let roots = self.matrix.reciprocal_pivots(system.symbolic()).map(|reciprocal| reciprocal.abs().sqrt());
+        sigma.iter_mut().zip(roots).for_each(|(weight, root)| *weight = root);
+        for &position in &system.positions().v {
+            v[position] = std::mem::take(&mut sigma[position]);
+        }
+        let invert = |from: &[f64], to: &mut [f64]| {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = if *from > 0.0 { from.recip() } else { 0.0 });
+        };
+        invert(v, &mut self.of_unknowns.v);
+        invert(sigma, &mut self.of_unknowns.sigma);
     }
 
     /// Factors K(h) at any v and σ.
@@ -189,7 +236,7 @@ impl Newton {
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
-        let mut sizes = self.sizes(&self.delta);
+        let mut sizes = self.of_equations.sizes(self.condensed, &self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
@@ -199,11 +246,12 @@ impl Newton {
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                scale = largest(&self.expected[self.condensed..]);
+                scale = self.of_equations.sizes(self.condensed, &self.expected).v;
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: self.size.v };
-            let before = std::mem::replace(&mut sizes, self.sizes(&self.delta)).relative_to(terms);
+            let before =
+                std::mem::replace(&mut sizes, self.of_equations.sizes(self.condensed, &self.delta)).relative_to(terms);
             residual = sizes.relative_to(terms);
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
@@ -232,7 +280,7 @@ impl Newton {
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
-        self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
+        self.size = self.of_unknowns.sizes(0, &self.x);
         self.guess.copy_from_slice(&self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
         self.evaluation.linear_residual(system, from, given, &self.x, &mut self.delta);
@@ -243,7 +291,8 @@ impl Newton {
         }
         self.matrix.reduce(system.symbolic(), &mut self.delta);
         self.reduced[..self.condensed].copy_from_slice(&self.delta[..self.condensed]);
-        Ok(largest(from.p_star))
+        let terms = system.positions().v.iter().zip(from.p_star);
+        Ok(terms.fold(0.0, |size, (&position, p)| larger(size, (p * self.of_equations.v[position]).abs())))
     }
 
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
@@ -264,9 +313,9 @@ impl Newton {
         let free = self.condensed..;
         self.x[free.clone()].iter_mut().zip(&self.delta[free.clone()]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
-            self.size = self.sizes(&self.x);
+            self.size = self.of_unknowns.sizes(self.condensed, &self.x);
         }
-        let correction = self.sizes(&self.delta).relative_to(self.size);
+        let correction = self.of_unknowns.sizes(self.condensed, &self.delta).relative_to(self.size);
         self.expected[free.clone()].copy_from_slice(&self.nonlinear[free]);
         self.evaluation.multiply(system, h, &self.delta, &mut self.expected);
         Ok(correction)
@@ -305,25 +354,6 @@ impl Newton {
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
-    }
-
-    /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
-    fn sizes(&self, x: &[f64]) -> Sizes {
-        let (x, is_velocity) = (&x[self.condensed..], &self.is_velocity[self.condensed..]);
-        let (chunks, rest) = x.as_chunks::<2>();
-        let (masks, rest_masks) = is_velocity.as_chunks::<2>();
-        let (mut v, mut sigma) = ([0.0; 2], [0.0; 2]);
-        for (x, mask) in chunks.iter().zip(masks) {
-            for k in 0..2 {
-                v[k] = larger(v[k], (x[k] * mask[k]).abs());
-                sigma[k] = larger(sigma[k], (x[k] - x[k] * mask[k]).abs());
-            }
-        }
-        for (x, mask) in rest.iter().zip(rest_masks) {
-            v[0] = larger(v[0], (x * mask).abs());
-            sigma[0] = larger(sigma[0], (x - x * mask).abs());
-        }
-        Sizes { v: larger(v[0], v[1]), sigma: larger(sigma[0], sigma[1]) }
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

@@ -3,6 +3,7 @@
 use super::constant::Constant;
 use super::kernel::State;
 use super::lu::Cancelled;
+use super::node::Node;
 use super::symbolic::Symbolic;
 
 /// A pivot that vanishes: the matrix is singular, or nearly so, where `unknown` is eliminated.
@@ -136,6 +137,12 @@ impl BlockLu {
     /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor` and the condensation.
     pub(crate) fn worst_pivot(&self) -> f64 {
         self.worst.recip()
+    }
+
+    /// The reciprocal pivots by positions.
+    pub(crate) fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a {
+        let diagonal = |node: &'a Node| (0..node.size).map(|k| self.values[node.start + k * (node.size + 1)]);
+        self.constant().reciprocal_pivots(symbolic).chain(symbolic.panels().iter().flat_map(diagonal))
     }
 
     /// Solves K x = r with the factors, for r in `x` by positions.

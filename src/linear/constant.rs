@@ -45,6 +45,11 @@ impl Constant {
         self.worst
     }
 
+    /// The reciprocal pivots of the condensed unknowns.
+    pub(super) fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a {
+        symbolic.steps().iter().map(|step| self.entries[step.start])
+    }
+
     /// Sums up triplets (row, column, value) and eliminates the condensed unknowns:
     /// K_ij −= K_ic K_cj / K_cc for all neighbours i, j of c.
     ///
