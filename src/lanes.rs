@@ -6,18 +6,6 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// The maximum norm; NaN is passed over.
-pub(crate) fn largest(x: &[f64]) -> f64 {
-    let (chunks, rest) = x.as_chunks::<4>();
-    let mut lanes = [0.0; 4];
-    for chunk in chunks {
-        for (lane, x) in lanes.iter_mut().zip(chunk) {
-            *lane = larger(*lane, x.abs());
-        }
-    }
-    lanes.iter().chain(rest).fold(0.0, |size, x| larger(size, x.abs()))
-}
-
 /// Whether no entry is infinite or NaN.
 pub(crate) fn all_finite(x: &[f64]) -> bool {
     let (chunks, rest) = x.as_chunks::<4>();
@@ -46,14 +34,13 @@ pub(crate) fn dot_sum(x: &[f64], y: &[f64], z: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{all_finite, dot_sum, largest};
+    use super::{all_finite, dot_sum};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
         for len in 0..11 {
             let x: Vec<f64> = (0..len).map(|k| f64::from(k * 7 % 5) - 2.5).collect();
             let y: Vec<f64> = (0..len).map(f64::from).collect();
-            assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
             assert_eq!(dot_sum(&x, &y, &x), x.iter().zip(&y).map(|(x, y)| x * (y + x)).sum::<f64>());
             assert!(all_finite(&x));
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -9,6 +9,7 @@
 use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
+use crate::trapezoid::NOISE;
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
@@ -156,8 +157,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
+            // Wrong blocks make corrections shrink slowly, but shrink.
+            let is_stalled = size >= last && size <= NOISE;
             last = size;
-            if correction > 0 && (size <= CONVERGED || is_rounding) {
+            if correction > 0 && (size <= CONVERGED || is_rounding || is_stalled) {
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());

@@ -37,6 +37,8 @@ use crate::{Settings, System};
 const ROUNDING: f64 = 2e-15;
 /// Below this fraction it may be, where the sums are long or the masses far apart.
 const STALLED: f64 = 1e-10;
+/// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
+pub(crate) const NOISE: f64 = 1e-8;
 
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, and h.
 #[derive(Clone, Copy)]
@@ -256,7 +258,8 @@ impl Newton {
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let is_rounding = residual <= self.rounding || correction > 0.25 * last && before <= STALLED;
+            let is_stalled = correction > 0.25 * last && before <= STALLED || correction >= last && correction <= NOISE;
+            let is_rounding = residual <= self.rounding || is_stalled;
             if next <= settings.tolerance || is_rounding {
                 report.worst_correction = report.worst_correction.max(next);
                 report.worst_residual = report.worst_residual.max(residual);
