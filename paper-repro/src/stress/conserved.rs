@@ -1,10 +1,10 @@
 //! What a motion keeps: energy, momenta, and the balance of power.
 
-use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Start};
+use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Start, System};
 use nalgebra::{DVector, SVector};
 
 use super::assembly::{Mechanism, Units};
-use super::motion::{March, deviation, envelope};
+use super::motion::{March, Record, deviation, envelope};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use super::scenes::{self, DoublePendulum};
 
@@ -36,15 +36,12 @@ pub fn trials(short: bool) -> Vec<Trial> {
     ]
 }
 
-/// A motion with the energy of each node.
-type Record = Vec<(f64, f64)>;
-
 /// What is judged of the energies at a step length and at half of it, relative to `unit`.
-fn energy(name: &str, unit: f64, run: impl Fn(usize) -> Result<Record, Error>) -> Result<Found, Error> {
-    let (coarse, fine) = (run(1)?, run(2)?);
-    let most = |record: &Record| deviation(record, (0.0, 1.0));
-    let (first, last) = (deviation(&coarse, (0.0, 0.1)), deviation(&coarse, (0.9, 1.0)));
-    let points = envelope(&coarse).into_iter().map(|(t, error)| (t, error / unit)).collect();
+fn energy(name: &str, unit: f64, run: impl Fn(usize) -> Record) -> Result<Found, Error> {
+    let (coarse, fine) = (run(1), run(2));
+    let most = |record: &Record| deviation(&record.points, (0.0, 1.0));
+    let (first, last) = (deviation(&coarse.points, (0.0, 0.1)), deviation(&coarse.points, (0.9, 1.0)));
+    let points = envelope(&coarse.points).into_iter().map(|(t, error)| (t, error / unit)).collect();
     Ok(Found {
         measures: vec![
             Measure::told("error", most(&coarse) / unit),
@@ -52,6 +49,7 @@ fn energy(name: &str, unit: f64, run: impl Fn(usize) -> Result<Record, Error>) -
             Measure::between("order", (most(&coarse) / most(&fine)).log2(), SECOND),
         ],
         curves: vec![Curve { of: Quantity::Energy, over_time: true, name: name.into(), points }],
+        stopped: coarse.stopped.or(fine.stopped),
     })
 }
 
@@ -65,7 +63,7 @@ fn crank() -> Result<Mechanism, Error> {
 }
 
 /// The energies of a motion with multipliers rebased or not.
-fn energies(mechanism: &Mechanism, steps: usize, dt: f64, rebased: bool) -> Result<Record, Error> {
+fn energies(mechanism: &Mechanism, steps: usize, dt: f64, rebased: bool) -> Record {
     March { rebased, ..March::new(&mechanism.system, steps, dt) }.record(|q, v| mechanism.energy(q, v))
 }
 
@@ -79,16 +77,16 @@ fn slider_crank(steps: usize, rebased: bool) -> Result<Found, Error> {
     energy(name, 9.81, |refine| energies(&mechanism, steps * refine, 0.01 / refine as f64, rebased))
 }
 
-fn minimal_energies(steps: usize, dt: f64) -> Result<Record, Error> {
-    let system = scenes::minimal()?;
-    March::new(&system, steps, dt).record(|q, v| {
+fn minimal_energies(system: &System, steps: usize, dt: f64) -> Record {
+    March::new(system, steps, dt).record(|q, v| {
         let ([q, v], b) = ([q, v].map(SVector::<f64, 2>::from_column_slice), SVector::from([]));
         DoublePendulum.kinetic_energy(&q, &v, &b) + DoublePendulum.potential_energy(&q, &b, 0.0)
     })
 }
 
 fn minimal(steps: usize) -> Result<Found, Error> {
-    energy("double pendulum, M(q)", 9.81, |refine| minimal_energies(steps * refine, 0.01 / refine as f64))
+    let system = scenes::minimal()?;
+    energy("double pendulum, M(q)", 9.81, |refine| minimal_energies(&system, steps * refine, 0.01 / refine as f64))
 }
 
 /// Linear momentum is linear in the state, and kept to rounding; angular momentum is not, and kept as the energy is.
@@ -97,20 +95,20 @@ fn momenta(steps: usize, rebased: bool) -> Result<Found, Error> {
     let n = mechanism.system.n();
     let p_star = DVector::from_fn(n, |i, _| 0.4 * (12.9 * (i + 1) as f64).sin());
     let start = Start::Momentum { q: mechanism.system.initial_coordinates(), p_star };
-    let record = |refine: usize| -> Result<[Record; 3], Error> {
-        let mut parts: [Record; 3] = Default::default();
-        let march =
-            March { start: start.clone(), rebased, ..March::new(&mechanism.system, steps * refine, 0.01 / refine as f64) };
-        let mut time = 0.0;
-        march.record(|q, v| {
-            parts.iter_mut().zip(mechanism.momenta(q, v)).for_each(|(part, p)| part.push((time, p)));
-            time += march.dt;
-            0.0
+    let record = |refine: usize| -> Result<[Vec<(f64, f64)>; 3], Error> {
+        let mut parts: [Vec<(f64, f64)>; 3] = Default::default();
+        let dt = 0.01 / refine as f64;
+        let march = March { start: start.clone(), rebased, ..March::new(&mechanism.system, steps * refine, dt) };
+        march.run(|motion, _| {
+            for i in 0..motion.computed {
+                let momenta = mechanism.momenta(motion.q.column(i).as_slice(), motion.v.column(i).as_slice());
+                parts.iter_mut().zip(momenta).for_each(|(part, p)| part.push((motion.times[i], p)));
+            }
         })?;
         Ok(parts)
     };
     let (coarse, fine) = (record(1)?, record(2)?);
-    let most = |record: &Record| deviation(record, (0.0, 1.0));
+    let most = |part: &[(f64, f64)]| deviation(part, (0.0, 1.0));
     let (first, last) = (deviation(&coarse[2], (0.0, 0.1)), deviation(&coarse[2], (0.9, 1.0)));
     Ok(vec![
         Measure::at_most("linear [N s]", most(&coarse[0]).max(most(&coarse[1])), 1e-16 * steps as f64),
@@ -152,18 +150,19 @@ fn power() -> Result<Found, Error> {
 fn energy_over_step() -> Result<Found, Error> {
     let (chain, crank) = (swinging_chain()?, crank()?);
     let lengths = [0.04, 0.02, 0.01, 0.005, 0.0025];
-    let over = |run: &dyn Fn(usize, f64) -> Result<Record, Error>| -> Result<Vec<(f64, f64)>, Error> {
-        let error = |dt: f64| Ok((dt, deviation(&run((20.0 / dt) as usize, dt)?, (0.0, 1.0)) / 9.81));
+    let over = |run: &dyn Fn(usize, f64) -> Record| -> Result<Vec<(f64, f64)>, Error> {
+        let error = |dt: f64| Ok((dt, deviation(&run((20.0 / dt) as usize, dt).complete()?, (0.0, 1.0)) / 9.81));
         lengths.into_iter().map(error).collect()
     };
+    let angles = scenes::minimal()?;
     let curves = [
         ("chain, restarted", over(&|steps, dt| energies(&chain, steps, dt, true))?),
         ("slider-crank, restarted", over(&|steps, dt| energies(&crank, steps, dt, true))?),
-        ("double pendulum, M(q)", over(&minimal_energies)?),
+        ("double pendulum, M(q)", over(&|steps, dt| minimal_energies(&angles, steps, dt))?),
     ];
     let order = |points: &[(f64, f64)]| (points[3].1 / points[4].1).log2();
     let measures = curves.iter().map(|(name, points)| Measure::between(format!("order, {name}"), order(points), SECOND));
     let measures = measures.collect();
     let curve = |(name, points): (&str, _)| Curve { of: Quantity::Energy, over_time: false, name: name.into(), points };
-    Ok(Found { measures, curves: curves.map(curve).into() })
+    Ok(Found { measures, curves: curves.map(curve).into(), stopped: None })
 }

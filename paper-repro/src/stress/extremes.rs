@@ -78,7 +78,7 @@ fn massless_coordinate() -> Result<Found, Error> {
 fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Found, Error> {
     let mechanism = scenes::oscillator(pull, 0.0)?;
     let energy = |q: &[f64], v: &[f64]| mechanism.energy(q, v) + 0.5 * potential * (q[0] - 1.0) * (q[0] - 1.0);
-    let record = March::new(&mechanism.system, 1000, 0.01).record(energy)?;
+    let record = March::new(&mechanism.system, 1000, 0.01).record(energy).complete()?;
     let energy = deviation(&record, (0.0, 1.0)) / record[0].1;
     let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 200, 0.01, 5.0), Settings::default(), 12)?;
     Ok(vec![Measure::at_most("energy error", energy, 1e-8), Measure::at_most("gradient error", error, 1e-9)].into())
@@ -87,7 +87,7 @@ fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Found, Error> {
 /// The spring starts without stretch, so that all its oscillation is what the weight excites.
 fn stiff_pendulum(stiffness: f64) -> Result<Found, Error> {
     let mechanism = scenes::spring_pendulum(stiffness)?;
-    let record = March::new(&mechanism.system, 1000, 0.01).record(|q, v| mechanism.energy(q, v))?;
+    let record = March::new(&mechanism.system, 1000, 0.01).record(|q, v| mechanism.energy(q, v)).complete()?;
     // What the weight does over 1 m.
     let energy = deviation(&record, (0.0, 1.0)) / 9.81;
     let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 100, 0.01, 1.0), Settings::default(), 12)?;
@@ -137,7 +137,7 @@ fn step_lengths(short: bool) -> Result<Found, Error> {
         .collect::<Result<_, Error>>()?;
     let worst = largest(&points.iter().map(|point| point.1).collect::<Vec<_>>());
     let curve = Curve { of: Quantity::Gradient, over_time: false, name: "cart, 100 steps or 2 s".into(), points };
-    Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve] })
+    Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve], stopped: None })
 }
 
 /// The same motion, but for the rounding of angles: 1e6 rad have an ulp of 1e-10 rad.

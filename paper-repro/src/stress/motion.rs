@@ -61,34 +61,45 @@ impl<'a> March<'a> {
         Ok(all)
     }
 
-    /// A number of each node, and its time.
-    ///
-    /// # Errors
-    /// As `run`.
-    pub fn record(&self, mut number: impl FnMut(&[f64], &[f64]) -> f64) -> Result<Vec<(f64, f64)>, Error> {
-        let mut record = Vec::with_capacity(self.steps + 1);
-        self.run(|motion, _| {
-            record.pop();
+    /// A number of each node and its time, up to where a step has no solution.
+    pub fn record(&self, mut number: impl FnMut(&[f64], &[f64]) -> f64) -> Record {
+        let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
+        let result = self.run(|motion, _| {
+            points.pop();
             for i in 0..motion.computed {
                 let (q, v) = (motion.q.column(i), motion.v.column(i));
-                record.push((motion.times[i], number(q.as_slice(), v.as_slice())));
+                points.push((motion.times[i], number(q.as_slice(), v.as_slice())));
             }
-        })?;
-        Ok(record)
+        });
+        Record { points, stopped: result.err() }
     }
 
-    /// ‖Φ‖∞ of each node, and its time.
+    /// ‖Φ‖∞ of each node and its time, up to where a step has no solution.
+    pub fn violations(&self) -> Record {
+        let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
+        let result = self.run(|motion, inputs| {
+            points.pop();
+            let phi = motion.phi(self.system, inputs);
+            points.extend(phi.column_iter().zip(&motion.times).map(|(phi, &time)| (time, phi.amax())));
+        });
+        Record { points, stopped: result.err() }
+    }
+}
+
+/// A number over time, and why it ends early if it does.
+#[derive(Default)]
+pub struct Record {
+    pub points: Vec<(f64, f64)>,
+    pub stopped: Option<Error>,
+}
+
+impl Record {
+    /// All of it.
     ///
     /// # Errors
-    /// As `run`.
-    pub fn violations(&self) -> Result<Vec<(f64, f64)>, Error> {
-        let mut record = Vec::with_capacity(self.steps + 1);
-        self.run(|motion, inputs| {
-            record.pop();
-            let phi = motion.phi(self.system, inputs);
-            record.extend(phi.column_iter().zip(&motion.times).map(|(phi, &time)| (time, phi.amax())));
-        })?;
-        Ok(record)
+    /// Why it ends early.
+    pub fn complete(self) -> Result<Vec<(f64, f64)>, Error> {
+        self.stopped.map_or(Ok(self.points), Err)
     }
 }
 

@@ -101,16 +101,17 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a trial found.
+/// What a trial found; if it was stopped, the curves up to there.
 #[derive(Default)]
 pub struct Found {
     pub measures: Vec<Measure>,
     pub curves: Vec<Curve>,
+    pub stopped: Option<Error>,
 }
 
 impl From<Vec<Measure>> for Found {
     fn from(measures: Vec<Measure>) -> Self {
-        Found { measures, curves: Vec::new() }
+        Found { measures, ..Found::default() }
     }
 }
 
@@ -166,19 +167,20 @@ impl Trial {
             measures,
             seconds,
         };
+        let stopped = |error: Error| match self.refusal {
+            Some(_) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
+            None => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
+        };
         match result {
-            Ok(Ok(Found { measures, curves })) => {
+            Ok(Ok(Found { measures, curves, stopped: None })) => {
                 let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
                 let got: Vec<String> = measures.iter().map(Measure::got).collect();
                 let held = measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
                 let verdict = if held { Verdict::Held } else { unmet };
                 (row(expected.join(", "), got.join(", "), verdict, measures), curves)
             }
-            Ok(Err(error)) => {
-                let verdict = if self.refusal.is_some() { Verdict::Refused } else { unmet };
-                let expected = if self.refusal.is_some() { String::new() } else { "no error".to_owned() };
-                (row(expected, error.to_string(), verdict, Vec::new()), Vec::new())
-            }
+            Ok(Ok(Found { curves, stopped: Some(error), .. })) => (stopped(error), curves),
+            Ok(Err(error)) => (stopped(error), Vec::new()),
             Err(_) => (row("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed, Vec::new()), Vec::new()),
         }
     }

@@ -54,8 +54,8 @@ fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
 /// 3 s with energy kept, constraints kept, and the exact gradient.
 fn passes(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
     let march = March { start: start.clone(), ..March::new(&mechanism.system, 600, 0.005) };
-    let record = march.record(|q, v| mechanism.energy(q, v))?;
-    let drift = march.violations()?.iter().fold(0.0, |most, (_, violation)| f64::max(most, *violation));
+    let record = march.record(|q, v| mechanism.energy(q, v)).complete()?;
+    let drift = march.violations().complete()?.iter().fold(0.0, |most, (_, violation)| f64::max(most, *violation));
     let report = march.run(|_, _| {})?;
     let mut inputs = super::motion::shaken(&mechanism.system, 600, 0.005, 0.0);
     inputs.start = start;
