@@ -71,8 +71,9 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     let (s, k) = (n.get(), k.get());
     let mut scale = magnitude(s, k, rows);
     rows.swaps[k] = k;
-    // Not the opposite comparison, which is false for a NaN too.
-    if !(scale < MOST_LOSS * rows.d[k * s + k].abs()) {
+    // False for a NaN.
+    let keeps_digits = scale < MOST_LOSS * rows.d[k * s + k].abs();
+    if !keeps_digits {
         let row = largest(&rows.d[k * s..(k + 1) * s], k);
         rows.swaps[k] = row;
         if row != k {

@@ -67,8 +67,8 @@ fn long(name: &str, march: &March) -> Found {
         measures: vec![
             Measure::told("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01))),
             Measure::told("‖Φ‖ in all", most(&points)),
-            // Growing in proportion to time it would be 2.
-            Measure::at_most("last half over first", growth, 1.5),
+            // In proportion to time it would be 2, as a random walk 1.4; the first half may miss the largest swings of a motion.
+            Measure::at_most("last half over first", growth, 1.7),
         ],
         curves: vec![curve],
         stopped,

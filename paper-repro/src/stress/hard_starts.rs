@@ -21,7 +21,7 @@ pub fn trials() -> Vec<Trial> {
     let jumps = |force: f64, dt: f64| {
         Trial::new(GROUP, format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), move || {
             let system = cart(3)?;
-            let turns = move |i: usize| if i / 5 % 2 == 0 { force } else { -force };
+            let turns = move |i: usize| if (i / 5).is_multiple_of(2) { force } else { -force };
             judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, turns), 20)
         })
         .or_refused(TOO_LONG)

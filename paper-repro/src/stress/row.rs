@@ -71,6 +71,7 @@ impl Measure {
         let what = &self.what;
         match (self.least, self.most) {
             (Some(least), Some(most)) => Some(format!("{what} in {least:?} … {most:?}")),
+            (None, Some(most)) if most >= 0.01 => Some(format!("{what} ≤ {most:?}")),
             (None, Some(most)) => Some(format!("{what} ≤ {most:.0e}")),
             (Some(least), None) => Some(format!("{what} ≥ {least:.0e}")),
             (None, None) => None,
@@ -78,7 +79,8 @@ impl Measure {
     }
 
     fn got(&self) -> String {
-        let plain = self.least.is_some() && (0.01..1e4).contains(&self.value.abs());
+        let large = self.least.is_some() || self.most.is_some_and(|most| most >= 0.01);
+        let plain = large && (0.01..1e4).contains(&self.value.abs());
         if plain { format!("{} {:.2}", self.what, self.value) } else { format!("{} {:.1e}", self.what, self.value) }
     }
 }
@@ -230,7 +232,7 @@ mod tests {
         assert_eq!(verdict(with(&[Measure::between("order", 1.5, (1.9, 2.1))])), Verdict::Failed);
         assert_eq!(verdict(with(&[Measure::between("order", 2.05, (1.9, 2.1))])), Verdict::Held);
         let told = Measure::told("size", f64::INFINITY);
-        assert_eq!(verdict(with(&[told.clone()])), Verdict::Failed, "nothing was judged");
+        assert_eq!(verdict(with(std::slice::from_ref(&told))), Verdict::Failed, "nothing was judged");
         assert_eq!(verdict(with(&[told, Measure::at_most("error", 0.0, 0.0)])), Verdict::Held);
     }
 
