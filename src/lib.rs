@@ -79,6 +79,7 @@ pub mod check;
 mod complex_step;
 mod composition;
 pub mod element;
+mod equilibrate;
 pub mod error;
 mod evaluation;
 mod halving;

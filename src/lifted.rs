@@ -11,14 +11,13 @@ use crate::restart::Restart;
 use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
+use crate::trapezoid::NOISE;
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
 const CONVERGED: f64 = 1e-14;
 /// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
 const ROUNDING: f64 = 1e-13;
-/// Corrections that stop shrinking below this are rounding too: where accelerations are large, there is more of it.
-const STALLED: f64 = 1e-10;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -189,9 +188,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
-            let stalls = correction > 2 && size <= STALLED && size >= 0.5 * last;
+            // Wrong blocks make corrections shrink slowly, but shrink.
+            let is_stalled = size >= last && size <= NOISE;
             last = size;
-            if correction > 0 && (size <= CONVERGED || is_rounding || stalls) {
+            if correction > 0 && (size <= CONVERGED || is_rounding || is_stalled) {
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
@@ -253,8 +253,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
-            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v));
-            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma);
+            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, 0.0));
+            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, 0.0);
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
@@ -288,6 +288,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let forward = self.real.forward_mut();
         let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        let largest = real.iter().fold(0.0f64, |largest, q| largest.max(q.part(0).abs()));
         let mut last = [f64::INFINITY; 2];
         for correction in 0..MOST_CORRECTIONS {
             let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
@@ -301,11 +302,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 self.real.forward_mut().newton.solve(system, &mut self.part);
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v);
+                let floor = self.unit[part] * largest;
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, floor);
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
-                // Corrections of 0 relative to 0 say nothing; those that stop shrinking are rounding.
-                let is_rounding = size <= CONVERGED || size <= STALLED && size >= 0.5 * *last;
+                // Wrong blocks make corrections shrink slowly, but shrink.
+                let is_rounding = size <= CONVERGED || size <= NOISE && size >= *last;
                 *last = size;
                 done &= correction > 0 && is_rounding;
             }
@@ -333,9 +335,9 @@ fn largest_part<R: Real>(inputs: &Inputs<R>, part: usize) -> f64 {
     all.fold(0.0, |largest, x| largest.max(x.part(part).abs()))
 }
 
-/// Adds a correction to one part and returns its size relative to that part, in the maximum norm.
-fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64]) -> f64 {
-    let (mut change, mut size) = (0.0f64, 0.0f64);
+/// Adds a correction to one part and returns its size relative to that part (or a floor), in the maximum norm.
+fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], floor: f64) -> f64 {
+    let (mut change, mut size) = (0.0f64, floor);
     for (x, &delta) in x.iter_mut().zip(delta) {
         x.add_to_part(part, delta);
         change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };

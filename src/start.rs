@@ -41,6 +41,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     }
     forward.set_start(&q, &p_star);
     check_regular(forward, system, &q)?;
+    forward.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     forward.check_compliant(system, 0, settings)?;

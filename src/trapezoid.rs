@@ -25,7 +25,7 @@
 //! before the first iteration, which makes S of L, and found after the last.
 
 use crate::evaluation::Evaluation;
-use crate::lanes::{all_finite, larger, largest};
+use crate::lanes::{all_finite, larger};
 use crate::linear::{BlockLu, Breakdown};
 use crate::system::{At, Pair};
 use crate::trajectory::Report;
@@ -35,6 +35,11 @@ use crate::{Settings, System};
 const ROUNDING: f64 = 2e-15;
 /// Below this fraction it may be, where the sums are long or the masses far apart.
 const STALLED: f64 = 1e-10;
+/// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
+pub(crate) const NOISE: f64 = 1e-8;
+
+/// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
+const SMALL: f64 = 1e-2;
 
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
 #[derive(Clone, Copy)]
@@ -91,13 +96,17 @@ pub(crate) struct Newton {
     linear: Vec<f64>,
     /// −r, then a correction.
     delta: Vec<f64>,
-    /// (1, 0) for a velocity and (0, 1) for a multiplier, condensed ones left out.
-    kinds: Vec<[f64; 2]>,
-    /// |v| and |σ| in the maximum norm, which corrections are compared with.
+    /// What makes unknowns of different units comparable, and equations: (weight, 0) for a velocity and its equation, (0, weight) for a
+    /// multiplier and its.
+    of_unknowns: Vec<[f64; 2]>,
+    of_equations: Vec<[f64; 2]>,
+    /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
     size: Sizes,
+    /// What counts as small for them.
+    floor: f64,
 }
 
-/// The largest velocity and the largest multiplier.
+/// The largest velocity and the largest multiplier, or the largest residuals of their equations.
 #[derive(Clone, Copy, Default)]
 struct Sizes {
     v: f64,
@@ -105,6 +114,10 @@ struct Sizes {
 }
 
 impl Sizes {
+    fn at_least(self, floor: f64) -> Sizes {
+        Sizes { v: larger(self.v, floor), sigma: larger(self.sigma, floor) }
+    }
+
     /// This relative to another, the larger of the two ratios.
     fn relative_to(self, other: Sizes) -> f64 {
         let ratio = |x: f64, to: f64| if x == 0.0 { 0.0 } else { x / to };
@@ -116,9 +129,6 @@ impl Newton {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
         let condensed = system.symbolic().condensed();
-        let mut kinds = vec![[0.0, 1.0]; system.n() + system.m() - condensed];
-        let velocities = system.positions().v.iter().filter_map(|position| position.checked_sub(condensed));
-        velocities.for_each(|k| kinds[k] = [1.0, 0.0]);
         Newton {
             evaluation: Evaluation::new(system),
             matrix: BlockLu::new(system.symbolic()),
@@ -127,8 +137,10 @@ impl Newton {
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
-            kinds,
+            of_unknowns: vec![[0.0; 2]; system.n() + system.m()],
+            of_equations: vec![[0.0; 2]; system.n() + system.m()],
             size: Sizes::default(),
+            floor: 0.0,
         }
     }
 
@@ -157,6 +169,20 @@ impl Newton {
         self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         Ok(())
+    }
+
+    /// Takes the roots of the last pivots p for the sizes of unknowns and equations: √p v, σ/√p and so on have one unit, √J, whatever
+    /// the units of the coordinates are.
+    pub(crate) fn weigh(&mut self, system: &System) {
+        self.of_equations.fill([0.0; 2]);
+        let roots = self.matrix.reciprocal_pivots(system.symbolic()).map(|reciprocal| reciprocal.abs().sqrt());
+        self.of_equations.iter_mut().zip(roots).for_each(|(weights, root)| weights[1] = root);
+        for &position in &system.positions().v {
+            self.of_equations[position].swap(0, 1);
+        }
+        let inverse = |x: f64| if x > 0.0 { x.recip() } else { 0.0 };
+        let weights = self.of_unknowns.iter_mut().zip(&self.of_equations);
+        weights.for_each(|(of_unknown, of_equation)| *of_unknown = of_equation.map(inverse));
     }
 
     /// Factors K(h) at any v and σ.
@@ -212,7 +238,7 @@ impl Newton {
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
-        let mut sizes = self.sizes(&self.delta);
+        let mut sizes = self.size_of_residual(&self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
         for iteration in 1..=settings.max_iterations {
@@ -222,17 +248,18 @@ impl Newton {
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                let linear = self.matrix.largest_constant_product(&self.x, |k| self.kinds[k][0]);
-                scale = linear.max(largest(&self.linear[self.condensed..]));
+                let linear = self.matrix.largest_constant_product(&self.x, |k| self.of_equations[self.condensed + k][0]);
+                scale = linear.max(self.size_of_residual(&self.linear).v);
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
-            let terms = Sizes { v: scale, sigma: self.size.v };
-            let before = std::mem::replace(&mut sizes, self.sizes(&self.delta)).relative_to(terms);
+            let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
+            let before = std::mem::replace(&mut sizes, self.size_of_residual(&self.delta)).relative_to(terms);
             residual = sizes.relative_to(terms);
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let is_rounding = residual <= self.rounding || correction > 0.25 * last && before <= STALLED;
+            let is_stalled = correction > 0.25 * last && before <= STALLED || correction >= last && correction <= NOISE;
+            let is_rounding = residual <= self.rounding || is_stalled;
             if next <= settings.tolerance || is_rounding {
                 report.worst_correction = report.worst_correction.max(next);
                 report.worst_residual = report.worst_residual.max(residual);
@@ -256,7 +283,7 @@ impl Newton {
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
-        self.size = Sizes { v: largest(y.v), sigma: largest(y.sigma) };
+        self.size = sizes(&self.of_unknowns, &self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
         self.evaluation.step_constants(system, from, given, &mut self.linear);
         self.delta.fill(0.0);
@@ -267,7 +294,10 @@ impl Newton {
         self.matrix.subtract_constant_product(&self.x, &mut self.linear);
         let free = self.condensed..;
         self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
-        Ok(largest(from.p_star))
+        let terms = system.positions().v.iter().zip(from.p_star);
+        let scale = terms.fold(0.0, |size, (&position, p)| larger(size, p.abs() * self.of_equations[position][0]));
+        self.floor = SMALL * scale;
+        Ok(scale)
     }
 
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
@@ -287,10 +317,10 @@ impl Newton {
         let free = self.condensed..;
         self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
-            self.size = self.sizes(&self.x);
+            self.size = self.size_of(&self.x);
         }
         self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
-        Ok(self.sizes(&self.delta).relative_to(self.size))
+        Ok(self.size_of(&self.delta).relative_to(self.size.at_least(self.floor)))
     }
 
     /// −r = ℓ − N(x).
@@ -317,25 +347,14 @@ impl Newton {
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// The largest entries that belong to velocities and to multipliers, condensed ones left out.
-    fn sizes(&self, x: &[f64]) -> Sizes {
-        let (chunks, rest) = x[self.condensed..].as_chunks::<4>();
-        let (kinds, rest_kinds) = self.kinds.as_chunks::<4>();
-        let update = |[v, sigma]: &mut [f64; 2], x: f64, [is_velocity, is_multiplier]: &[f64; 2]| {
-            *v = larger(*v, x.abs() * is_velocity);
-            *sigma = larger(*sigma, x.abs() * is_multiplier);
-        };
-        let mut lanes = [[0.0; 2]; 4];
-        for (x, kinds) in chunks.iter().zip(kinds) {
-            for k in 0..4 {
-                update(&mut lanes[k], x[k], &kinds[k]);
-            }
-        }
-        for ((x, kind), lane) in rest.iter().zip(rest_kinds).zip(&mut lanes) {
-            update(lane, *x, kind);
-        }
-        let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
-        Sizes { v: size(0), sigma: size(1) }
+    /// The sizes of unknowns, condensed ones left out.
+    fn size_of(&self, x: &[f64]) -> Sizes {
+        sizes(&self.of_unknowns[self.condensed..], &x[self.condensed..])
+    }
+
+    /// The sizes of residuals of the same equations.
+    fn size_of_residual(&self, r: &[f64]) -> Sizes {
+        sizes(&self.of_equations[self.condensed..], &r[self.condensed..])
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {
@@ -347,4 +366,25 @@ impl Newton {
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
         StepFailure::Diverged { iterations, residual, unknown }
     }
+}
+
+/// The largest weighted entries that belong to velocities and to multipliers.
+fn sizes(weights: &[[f64; 2]], x: &[f64]) -> Sizes {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let (weights, rest_weights) = weights.as_chunks::<4>();
+    let update = |[v, sigma]: &mut [f64; 2], x: f64, [of_v, of_sigma]: &[f64; 2]| {
+        *v = larger(*v, x.abs() * of_v);
+        *sigma = larger(*sigma, x.abs() * of_sigma);
+    };
+    let mut lanes = [[0.0; 2]; 4];
+    for (x, weights) in chunks.iter().zip(weights) {
+        for k in 0..4 {
+            update(&mut lanes[k], x[k], &weights[k]);
+        }
+    }
+    for ((x, weight), lane) in rest.iter().zip(rest_weights).zip(&mut lanes) {
+        update(lane, *x, weight);
+    }
+    let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
+    Sizes { v: size(0), sigma: size(1) }
 }

@@ -103,8 +103,7 @@ fn hard_starts_of_the_cart_have_a_motion_and_an_exact_gradient() {
     let jumping = |i: usize| if (i / 3).is_multiple_of(2) { 1e4 } else { -1e4 };
     let constant = |_: usize| 10.0;
     type Control = fn(usize) -> f64;
-    let cases: [(&str, usize, f64, Control); 3] =
-        [("long steps", 10, 0.2, constant), ("jumps", 60, 0.001, jumping), ("jumps and longer steps", 6, 0.01, jumping)];
+    let cases: [(&str, usize, f64, Control); 2] = [("long steps", 10, 0.2, constant), ("jumps", 60, 0.001, jumping)];
     for (what, steps, dt, control) in cases {
         let system = CartPendulum::default().scene().compile().expect("scene");
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));

@@ -225,8 +225,9 @@ fn the_adjoint_variables_of_shared_reactions_are_those_of_the_paper_system() {
     let e = &solver.adjoint_variables().expect("kept").e;
     let difference = (e - paper.w.rows(4 * system.n(), system.m())).amax() / e.amax();
     // σ is shared by a compliance of 1e-11, so e is large and known to a few digits only.
+    // The pivot of what the compliance shares out is 1e-11 of its terms, so five digits are left.
     println!("e up to {:.1e}, difference {difference:.1e}", e.amax());
-    assert!(e.amax() > 1e9 && difference <= 1e-9);
+    assert!(e.amax() > 1e9 && difference <= 1e-4);
 }
 
 #[test]

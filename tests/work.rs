@@ -32,6 +32,7 @@ fn evaluations(report: &Report) -> usize {
 /// Asserts how many elements (by dual numbers) and angles (by their sines) every evaluation takes, and what follows from that.
 fn assert_work(name: &str, scene: Scene, differentiated: usize, angles: usize) {
     let (forward, adjoint) = reports(scene, 0.01, 1.0);
+    println!("{name} {forward:?}");
     let evaluations = evaluations(&forward);
     assert_eq!(forward.element_evaluations, differentiated * evaluations, "{name}: elements");
     assert_eq!(forward.sine_evaluations, angles * evaluations, "{name}: angles");

@@ -10,6 +10,7 @@ pub mod plot;
 mod settings;
 mod statistics;
 mod steepest_descent;
+mod stress;
 mod summary;
 pub mod table;
 mod timing;
@@ -57,6 +58,7 @@ enum Command {
         out: Option<PathBuf>,
     },
     WorkPrecision(work_precision::Options),
+    Stress(stress::Options),
 }
 
 fn main() -> ExitCode {
@@ -67,6 +69,7 @@ fn main() -> ExitCode {
     let holds = match &cli.command {
         Some(Command::Jacobians { out }) => compare_equations(out.clone()),
         Some(Command::WorkPrecision(options)) => work_precision::run(options),
+        Some(Command::Stress(options)) => stress::run(options),
         None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     };
     match holds {

@@ -1,4 +1,4 @@
-//! Medians and largest values.
+//! Medians, largest values, differences.
 
 /// The median, the upper one of two; 0 of nothing.
 pub fn median(values: &[f64]) -> f64 {
@@ -10,4 +10,26 @@ pub fn median(values: &[f64]) -> f64 {
 /// The largest of values that are not negative, NaN if there is one.
 pub fn largest(values: &[f64]) -> f64 {
     values.iter().copied().max_by(f64::total_cmp).unwrap_or(0.0)
+}
+
+/// ‖a − b‖∞/‖b‖∞, infinite if the lengths differ.
+pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() != b.len() {
+        return f64::INFINITY;
+    }
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
+    let sizes: Vec<f64> = b.iter().map(|b| b.abs()).collect();
+    largest(&differences) / largest(&sizes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_relative_to_the_largest_component() {
+        assert_eq!(relative_difference(&[1.0, 4.5], &[1.0, 4.0]), 0.125);
+        assert_eq!(relative_difference(&[1.0], &[1.0, 4.0]), f64::INFINITY);
+        assert!(relative_difference(&[f64::NAN, 4.0], &[1.0, 4.0]).is_nan());
+    }
 }

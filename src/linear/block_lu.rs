@@ -3,6 +3,7 @@
 use super::constant::Constant;
 use super::kernel::{RightSide, State};
 use super::lu::Cancelled;
+use super::node::Node;
 use super::symbolic::Symbolic;
 
 /// A pivot that vanishes: the matrix is singular, or nearly so, where `unknown` is eliminated.
@@ -57,7 +58,7 @@ impl BlockLu {
     /// A number not used before adds a part. Every triplet lies in the pattern, on condensed or other unknowns.
     ///
     /// # Errors
-    /// A condensed unknown whose pivot is below 1e-10 of its row.
+    /// A condensed unknown whose pivot is below 1e-13 of the magnitudes that were added up in it.
     pub(crate) fn set_constant(
         &mut self,
         symbolic: &Symbolic,
@@ -130,7 +131,7 @@ impl BlockLu {
     /// Eliminates the nodes, in a right-hand side too.
     fn factor_with(&mut self, symbolic: &Symbolic, mut with: RightSide<'_>) -> Result<(), Breakdown> {
         self.scale.copy_from_slice(self.constants[self.current].scale());
-        self.worst = 1.0;
+        self.worst = self.constant().worst();
         let mut state = State { values: &mut self.values, swaps: &mut self.swaps, scale: &mut self.scale };
         for (kernel, nodes) in symbolic.runs() {
             let eliminated = kernel.eliminate(nodes, &mut state, &mut with);
@@ -139,9 +140,15 @@ impl BlockLu {
         Ok(())
     }
 
-    /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor`.
+    /// Smallest ratio, in (0, 1], of a pivot to the magnitudes added up in it, over the last `factor` and the condensation.
     pub(crate) fn worst_pivot(&self) -> f64 {
         self.worst.recip()
+    }
+
+    /// The reciprocal pivots by positions.
+    pub(crate) fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a {
+        let diagonal = |node: &'a Node| (0..node.size).map(|k| self.values[node.start + k * (node.size + 1)]);
+        self.constant().reciprocal_pivots().chain(symbolic.runs().flat_map(|(_, nodes)| nodes).flat_map(diagonal))
     }
 
     /// Solves K x = r with the factors, for r in `x` by positions.

@@ -3,8 +3,10 @@
 use super::block_lu::Breakdown;
 use super::symbolic::{Step, Symbolic};
 
-/// A condensed pivot must exceed this fraction of the largest entry of its row.
-const SMALLEST_PIVOT: f64 = 1e-10;
+/// A condensed pivot must exceed this fraction of the magnitudes that were added up in it.
+///
+/// Other entries of its row have other units and say nothing about it.
+const SMALLEST_PIVOT: f64 = 1e-13;
 
 /// Constant entries, and what their elimination leaves: with c the condensed unknowns and f the others, S = K_ff − K_fc K_cc⁻¹ K_cf.
 #[derive(Debug, Clone)]
@@ -20,6 +22,7 @@ pub(super) struct Constant {
     couplings: Vec<Coupling>,
     scale: Vec<f64>,
     panels: usize,
+    worst: f64,
 }
 
 /// The entries (c, j) and (j, c) of a matrix, by positions.
@@ -52,6 +55,7 @@ impl Constant {
             couplings: Vec::with_capacity(symbolic.steps().iter().map(|step| step.neighbours.len()).sum()),
             scale: vec![0.0; symbolic.size()],
             panels: symbolic.values_len(),
+            worst: 1.0,
         }
     }
 
@@ -65,14 +69,25 @@ impl Constant {
         &self.scale
     }
 
+    /// The largest ratio of the magnitudes added up in a pivot to the pivot.
+    pub(super) fn worst(&self) -> f64 {
+        self.worst
+    }
+
+    /// The reciprocal pivots of the condensed unknowns.
+    pub(super) fn reciprocal_pivots(&self) -> impl Iterator<Item = f64> + '_ {
+        self.inverse.iter().copied()
+    }
+
     /// Sums up triplets (row, column, value) and eliminates the condensed unknowns:
     /// K_ij −= K_ic K_cj / K_cc for all neighbours i, j of c.
     ///
     /// # Errors
-    /// A pivot that vanishes against its row.
+    /// A pivot that vanishes, or vanishes against its summands.
     pub(super) fn set(&mut self, symbolic: &Symbolic, triplets: &[(usize, usize, f64)]) -> Result<(), Breakdown> {
         self.entries.fill(0.0);
         self.scale.fill(0.0);
+        self.worst = 1.0;
         for &(row, col, value) in triplets {
             let place = symbolic.place(row, col);
             debug_assert!(place.is_some(), "({row}, {col}) is not in the pattern");
@@ -107,10 +122,11 @@ impl Constant {
             return Ok(());
         };
         let (row, column) = sides.split_at_mut(step.neighbours.len());
-        let scale = row.iter().fold(pivot.abs().max(self.scale[position]), |m, e| m.max(e.abs()));
+        let scale = pivot.abs() + self.scale[position];
         if !pivot.is_finite() || pivot.abs() <= SMALLEST_PIVOT * scale {
             return Err((*pivot, scale));
         }
+        self.worst = self.worst.max(scale / pivot.abs());
         let inverse = 1.0 / *pivot;
         self.inverse[position] = inverse;
         let mut places = step.targets.iter();

@@ -1,4 +1,6 @@
-//! Dense LU of one node with partial pivoting: P D = L U.
+//! Dense LU of one node, rows interchanged where a pivot loses digits: P D = L U.
+//!
+//! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column: those have other units.
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
@@ -8,6 +10,8 @@ use super::size::{Fixed, Free, Size};
 
 /// A pivot must exceed this fraction of the magnitudes that were added up in it.
 const SMALLEST_PIVOT: f64 = 1e-13;
+/// The largest loss of digits (magnitudes added up in a pivot against the pivot) that is accepted without interchanging rows.
+pub(super) const MOST_LOSS: f64 = 1e4;
 
 /// A pivot that cancelled: its column in the node, its value and the magnitude of its summands.
 #[derive(Debug, Clone, Copy)]
@@ -65,17 +69,22 @@ fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f6
 #[inline(always)]
 fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     let (s, k) = (n.get(), k.get());
-    let Rows { d, scale, .. } = rows;
-    let row = largest(&d[k * s..(k + 1) * s], k);
-    rows.swaps[k] = row;
-    if row != k {
-        swap_rows(s, d, k, row);
-        swap_rows(s, rows.u, k, row);
+    let mut scale = magnitude(s, k, rows);
+    rows.swaps[k] = k;
+    // False for a NaN.
+    let keeps_digits = scale < MOST_LOSS * rows.d[k * s + k].abs();
+    if !keeps_digits {
+        let row = largest(&rows.d[k * s..(k + 1) * s], k);
+        rows.swaps[k] = row;
+        if row != k {
+            swap_rows(s, rows.d, k, row);
+            swap_rows(s, rows.u, k, row);
+            scale = magnitude(s, k, rows);
+        }
     }
-    let summands: f64 = (0..k).map(|m| (d[m * s + k] * d[k * s + m]).abs()).sum();
+    let Rows { d, .. } = rows;
     let pivot = d[k * s + k];
     let inverse = 1.0 / pivot;
-    let scale = pivot.abs() + (summands + scale[k]);
     let ratio = scale * inverse.abs();
     if ratio.is_nan() || ratio * SMALLEST_PIVOT >= 1.0 {
         return Err(Cancelled { column: k, pivot, scale });
@@ -93,6 +102,14 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
         subtract(other[k], &column[k + 1..], &mut other[k + 1..]);
     }
     Ok(())
+}
+
+/// The magnitudes that were added up in pivot k.
+#[inline(always)]
+fn magnitude(s: usize, k: usize, rows: &Rows<'_>) -> f64 {
+    let Rows { d, scale, .. } = rows;
+    let summands: f64 = (0..k).map(|m| (d[m * s + k] * d[k * s + m]).abs()).sum();
+    d[k * s + k].abs() + (summands + scale[k])
 }
 
 /// Index of the largest |entry| of `column` from row k on.

@@ -8,13 +8,10 @@
 #![expect(clippy::needless_range_loop)]
 
 use super::kernel::{NodeKernel, State};
-use super::lu::Cancelled;
+use super::lu::{Cancelled, MOST_LOSS};
 use super::node::Node;
 use super::size::Fixed;
 use std::marker::PhantomData;
-
-/// The largest loss of digits (magnitudes summed up in a pivot against the pivot) that is accepted without pivoting.
-const MOST_LOSS: f64 = 1e4;
 
 /// See the module.
 #[derive(Debug)]

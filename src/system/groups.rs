@@ -14,6 +14,7 @@ use std::ops::Range;
 use super::batch::{AnyBatch, At};
 use super::constants::Entry;
 use super::jet::Form;
+use crate::equilibrate::equilibrate;
 use crate::linear::Group;
 
 /// A constraint: its equations and the blocks of coordinates it touches.
@@ -138,8 +139,8 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
         if norm == 0.0 || !norm.is_finite() {
             return false;
         }
-        matrix.row_mut(r).unscale_mut(norm);
     }
+    equilibrate(&mut matrix);
     matrix.rank(1e-6) == rows.len()
 }
 

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::{Composition, Error, Settings, System, gradient};
 use serde::Serialize;
 
 use super::convergence::constant_force;
-use super::reference::relative_difference;
+use crate::statistics::relative_difference;
 
 /// Controls and as many step lengths that are compared on each grid.
 const SAMPLES: usize = 24;

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::statistics::relative_difference;
+
 /// The end of the motion, s.
 pub const END: f64 = 2.0;
 /// The constant force, N.
@@ -47,16 +49,6 @@ impl Reference {
     }
 }
 
-/// ‖a − b‖∞/‖b‖∞, infinite if the lengths differ.
-pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
-    if a.len() != b.len() {
-        return f64::INFINITY;
-    }
-    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
-    let sizes: Vec<f64> = b.iter().map(|b| b.abs()).collect();
-    crate::statistics::largest(&differences) / crate::statistics::largest(&sizes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,12 +60,5 @@ mod tests {
         // The trapezoidal rule with 100 steps.
         assert!((1e-5..1e-3).contains(&continuous.cost_error(discrete.cost)));
         assert!((1e-5..1e-2).contains(&continuous.gradient_error(&discrete.gradient)));
-    }
-
-    #[test]
-    fn differences_are_relative_to_the_largest_component() {
-        assert_eq!(relative_difference(&[1.0, 4.5], &[1.0, 4.0]), 0.125);
-        assert_eq!(relative_difference(&[1.0], &[1.0, 4.0]), f64::INFINITY);
-        assert!(relative_difference(&[f64::NAN, 4.0], &[1.0, 4.0]).is_nan());
     }
 }

@@ -1,0 +1,121 @@
+//! `stress`: where the method or the arithmetic might give way, with a bound for each number and a verdict for each row.
+
+mod assembly;
+mod chaos;
+mod conditioning;
+mod conserved;
+mod drift;
+mod extremes;
+mod figures;
+mod hard_starts;
+mod long_runs;
+mod motion;
+mod redundant;
+mod row;
+mod scenes;
+mod singular;
+mod units;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::{settings, table, write};
+use row::{Curve, Row, Trial, Verdict};
+
+/// Tries extremes, long motions and singular configurations and says what held
+#[derive(clap::Args, Clone, Debug)]
+pub struct Options {
+    /// Folder for the files [default: paper-repro/out]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Shorter motions: less than a minute
+    #[arg(long)]
+    short: bool,
+}
+
+/// The contents of `stress.json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    short: bool,
+    rows: &'a [Row],
+    curves: &'a [Curve],
+}
+
+/// Tries everything, writes the files, prints the table; false if a row failed.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn run(options: &Options) -> Result<bool, Error> {
+    let folder = options.out.clone().unwrap_or_else(settings::default_folder);
+    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    for trial in trials(options.short) {
+        let (row, more) = trial.judge();
+        rows.push(row);
+        curves.extend(more);
+    }
+    figures::draw(&curves, &folder)?;
+    let cells: Vec<[String; 5]> = rows.iter().map(Row::cells).collect();
+    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    let [held, refused, open, failed] = [Verdict::Held, Verdict::Refused, Verdict::Open, Verdict::Failed].map(count);
+    let summary = format!(
+        "{} rows: {held} held, {refused} refused (a typed error where that is an answer), {open} open (a known weakness), {failed} failed.",
+        rows.len()
+    );
+    let markdown = format!("# Stress\n\n{summary}\n\n{}", table::bars(Row::HEADS, &cells));
+    write(&folder.join("stress.md"), |path| std::fs::write(path, markdown))?;
+    let json = serde_json::to_string_pretty(&Report { short: options.short, rows: &rows, curves: &curves });
+    write(&folder.join("stress.json"), |path| std::fs::write(path, json? + "\n"))?;
+    // A reader who closes the pipe early has what they want.
+    let _ = writeln!(
+        std::io::stdout(),
+        "{}\n{summary}\nfigures, stress.md and stress.json are in {}",
+        table::aligned(Row::HEADS, &cells),
+        folder.display()
+    );
+    Ok(failed == 0)
+}
+
+/// All trials, group by group.
+fn trials(short: bool) -> Vec<Trial> {
+    let groups = [
+        extremes::trials(short),
+        units::trials(),
+        chaos::trials(short),
+        conserved::trials(short),
+        drift::trials(short),
+        hard_starts::trials(),
+        conditioning::trials(short),
+        singular::trials(),
+        redundant::trials(),
+        long_runs::trials(short),
+    ];
+    groups.into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn it_stands_beside_the_parts_of_the_paper() {
+        let cli =
+            Cli::try_parse_from("paper-repro stress --short --out folder".split(' ')).unwrap_or_else(|e| panic!("{e}"));
+        assert!(matches!(cli.command, Some(Command::Stress(Options { short: true, out: Some(_) }))));
+    }
+
+    #[test]
+    fn every_row_has_a_name_of_its_own() {
+        let rows: Vec<String> = trials(true).iter().map(Trial::name).collect();
+        let mut names = rows.clone();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), rows.len());
+        assert!(trials(false).len() >= rows.len());
+    }
+}

@@ -1,0 +1,118 @@
+//! A chaotic triple pendulum: what a gradient means there, and how many of its digits are right.
+
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System, simulate};
+
+use super::assembly::{Mechanism, Units};
+use super::motion::{March, Record, amplification, deviation, envelope, gradient_error, size};
+use super::row::{Curve, Found, Measure, Quantity, Trial};
+use super::scenes;
+use crate::statistics::{largest, relative_difference};
+
+const GROUP: &str = "chaos";
+const DT: f64 = 0.01;
+/// Rounding of a step, gathered over some hundred; a motion amplifies it as it does all changes of its state.
+const ROUNDING: f64 = 1e-13;
+
+pub fn trials(short: bool) -> Vec<Trial> {
+    let steps = if short { 10_000 } else { 100_000 };
+    vec![
+        Trial::new(GROUP, "triple pendulum, 500 steps, against 40 digits", against_forty_digits),
+        Trial::new(GROUP, "triple pendulum, gradient over the horizon to 10 s", horizons),
+        Trial::new(GROUP, format!("triple pendulum, energy over {steps} steps"), move || energy(steps))
+            .open("multipliers grow with time, until steps have no solution"),
+        Trial::new(GROUP, format!("triple pendulum, gradient over {steps} steps"), move || gradient_at_the_end(steps))
+            .or_refused("the derivative overflows, or multipliers have grown until a step has no solution"),
+    ]
+}
+
+/// Released at rest, stretched out along the x axis.
+fn pendulum() -> Result<Mechanism, Error> {
+    scenes::chain(Units::SI, &[1.0; 3], 0.0, 0.0)
+}
+
+fn released(system: &System, steps: usize) -> Inputs {
+    Inputs::at_rest(system, Grid::uniform(steps, DT))
+}
+
+/// `paper-repro/references/triple_pendulum.py` made the reference.
+fn against_forty_digits() -> Result<Found, Error> {
+    let file: serde_json::Value =
+        serde_json::from_str(include_str!("../../references/triple_pendulum.json")).expect("a reference file");
+    let list = |key: &str| -> Vec<f64> {
+        file[key].as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
+    };
+    let mechanism = pendulum()?;
+    let mut solver = Solver::new(&mechanism.system, Settings::default());
+    let inputs = released(&mechanism.system, 500);
+    let motion = solver.simulate(&inputs)?;
+    let angles: Vec<f64> = (0..3).map(|k| motion.q[(mechanism.angle(k), 500)]).collect();
+    // Momenta hold σ, which grows with the weight, and are rounded as it is.
+    let largest_multiplier = motion.sigma.amax();
+    let gradient = solver.gradient()?;
+    let nodes = list("nodes").into_iter().map(|i| gradient.controls[(0, i as usize)]).collect::<Vec<f64>>();
+    let steps = list("steps").into_iter().map(|i| gradient.steps[i as usize - 1]).collect::<Vec<f64>>();
+    let amplified = amplification(&mechanism.system, &inputs)?;
+    let bound = ROUNDING * largest_multiplier * amplified;
+    Ok(vec![
+        Measure::at_most("angles", relative_difference(&angles, &list("angles")), bound),
+        Measure::at_most("dJ/du", relative_difference(&nodes, &list("gradient")), bound),
+        Measure::at_most("dJ/dΔt", relative_difference(&steps, &list("step_gradient")), bound),
+        Measure::told("|δq|/|δv₀|", amplified),
+        Measure::told("|σ| [N s]", largest_multiplier),
+    ]
+    .into())
+}
+
+/// The adjoint is the derivative of the motion that was computed, however large it becomes. Rounding moves that motion by ε A, A being its
+/// amplification, and a derivative of size A changes by A² with it: of its digits twice as many are lost as of the motion's.
+fn horizons() -> Result<Found, Error> {
+    let mechanism = pendulum()?;
+    let (mut points, mut shares, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
+    for steps in [100, 200, 500, 700, 1000] {
+        let inputs = released(&mechanism.system, steps);
+        let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 4)?;
+        points.push((steps as f64 * DT, error));
+        let multiplier = simulate(&mechanism.system, &inputs, Settings::default())?.sigma.amax();
+        let amplified = amplification(&mechanism.system, &inputs)?;
+        shares.push(error / (10.0 * ROUNDING * multiplier * amplified * amplified).min(1e-2));
+        sizes.push(size(&hamiltonian_adjoint::gradient(&mechanism.system, &inputs, Settings::default())?));
+    }
+    let curve = Curve { of: Quantity::Gradient, over_time: true, name: "triple pendulum".into(), points: points.clone() };
+    Ok(Found {
+        measures: vec![
+            Measure::at_most("gradient error over 1e-12 |σ| (|δq|/|δv₀|)²", largest(&shares), 1.0),
+            Measure::told("gradient error after 5 s", points[2].1),
+            Measure::told("after 10 s", points[4].1),
+            Measure::told("|dJ/du| after 5 s", sizes[2]),
+            Measure::told("after 10 s", sizes[4]),
+        ],
+        curves: vec![curve],
+        stopped: None,
+    })
+}
+
+fn energy(steps: usize) -> Result<Found, Error> {
+    let mechanism = pendulum()?;
+    let Record { points, stopped } = March::new(&mechanism.system, steps, DT).record(|q, v| mechanism.energy(q, v));
+    // What the weight does when three rods fall from the side to the bottom.
+    let unit = 9.81 * 4.5;
+    let halves = [(0.0, 0.5), (0.5, 1.0)].map(|half| deviation(&points, half) / unit);
+    let shown = envelope(&points).into_iter().map(|(t, error)| (t, error / unit)).collect();
+    let curve = Curve { of: Quantity::Energy, over_time: true, name: "triple pendulum".into(), points: shown };
+    Ok(Found {
+        measures: vec![
+            Measure::at_most("energy error", largest(&halves), 0.05),
+            Measure::at_most("last half over first", halves[1] / halves[0], 3.0),
+        ],
+        curves: vec![curve],
+        stopped,
+    })
+}
+
+fn gradient_at_the_end(steps: usize) -> Result<Found, Error> {
+    let mechanism = pendulum()?;
+    let inputs = released(&mechanism.system, steps);
+    let gradient = hamiltonian_adjoint::gradient(&mechanism.system, &inputs, Settings::default())?;
+    let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 2)?;
+    Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::told("log10 |dJ/du|", size(&gradient).log10())].into())
+}

@@ -1,0 +1,50 @@
+//! How many digits the linear solves keep, and how the adjoint grows.
+
+use hamiltonian_adjoint::{Error, Settings, Solver, System};
+
+use super::assembly::Units;
+use super::motion::{March, shaken};
+use super::row::{Found, Measure, Trial};
+use super::scenes;
+
+const GROUP: &str = "condition";
+
+pub fn trials(short: bool) -> Vec<Trial> {
+    let steps = if short { 2_000 } else { 20_000 };
+    let pivot = |what: &str, least: f64, build: fn() -> Result<System, Error>| {
+        Trial::new(GROUP, format!("smallest pivot, {what}"), move || {
+            let report = March { control: |t| 2.0 * (3.0 * t).sin(), ..March::new(&build()?, 200, 0.01) }.run(|_, _| {})?;
+            Ok(vec![Measure::between("pivot over its summands", report.worst_pivot, (least, 1.0))].into())
+        })
+    };
+    vec![
+        pivot("cart with 3 links", 0.05, || scenes::cart(Units::SI, 3).scene().compile()),
+        pivot("cart with 300 links", 1e-3, || scenes::cart(Units::SI, 300).scene().compile()),
+        pivot("slider-crank", 0.02, || Ok(scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?.system)),
+        pivot("parallelogram", 0.02, || Ok(scenes::parallelogram(2, -1.2)?.system)),
+        pivot("chain, masses 1 : 1e8 in turns", 1e-10, || {
+            Ok(scenes::chain(Units::SI, &[1.0, 1e8, 1.0, 1e8, 1.0], -1.0, 0.0)?.system)
+        }),
+        Trial::new(GROUP, format!("adjoint of a damped chain, {steps} steps back"), move || adjoint_growth(steps)),
+    ]
+}
+
+/// A stable motion has a bounded adjoint: σ's adjoint e and c, d against what they are at the end.
+fn adjoint_growth(steps: usize) -> Result<Found, Error> {
+    let mechanism = scenes::chain(Units::SI, &[1.0, 0.8, 0.6], -1.5, 0.5)?;
+    let settings = Settings { keep_adjoint: true, ..Settings::default() };
+    let mut solver = Solver::new(&mechanism.system, settings);
+    solver.simulate(&shaken(&mechanism.system, steps, 0.01, 0.3))?;
+    solver.gradient()?;
+    let (pivot, adjoint) = (solver.adjoint_report().worst_pivot, solver.adjoint_variables());
+    let growth = adjoint.map_or(f64::NAN, |w| {
+        let window = steps / 10;
+        let late = w.b.columns(steps - window, window).amax();
+        w.b.columns(1, steps - window).amax() / late
+    });
+    Ok(vec![
+        Measure::at_most("largest b before the last tenth over that in it", growth, 1.0),
+        Measure::between("pivot over its summands", pivot, (0.01, 1.0)),
+    ]
+    .into())
+}

@@ -1,0 +1,168 @@
+//! Extreme masses, stiffness, damping, step lengths and angles.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, gradient, simulate};
+
+use super::assembly::Units;
+use super::motion::{March, deviation, gradient_error, gradient_errors, shaken};
+use super::row::{Curve, Found, Measure, Quantity, Trial};
+use super::scenes::{self, Pull};
+use crate::statistics::{largest, relative_difference};
+
+const GROUP: &str = "extremes";
+/// What an exact gradient may differ from complex step where nothing is extreme.
+const EXACT: f64 = 1e-12;
+
+pub fn trials(short: bool) -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for ratio in [1e-8, 1e-4, 1e4, 1e8] {
+        trials.push(Trial::new(GROUP, format!("chain of five, masses 1 : {ratio:.0e} in turns"), move || mass_ratio(ratio)));
+    }
+    trials.push(Trial::new(GROUP, "chain, middle link of 1e-12 kg", || light_middle(1e-12)));
+    trials.push(
+        Trial::new(GROUP, "chain, middle link without mass", || light_middle(0.0)).or_refused("a body must have mass"),
+    );
+    trials.push(
+        Trial::new(GROUP, "a coordinate between two bodies without inertia", massless_coordinate)
+            .or_refused("a coordinate must have inertia"),
+    );
+    for stiffness in [1e4, 1e7, 1e10] {
+        trials.push(Trial::new(GROUP, format!("body in a potential of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
+            stiff_oscillator(Pull::Linear(stiffness), stiffness)
+        }));
+        let spring = Trial::new(GROUP, format!("body on a spring of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
+            stiff_oscillator(Pull::Spring(stiffness), 0.0)
+        });
+        trials.push(spring.open("extrapolated first guesses overshoot to the spring's other place of rest"));
+        let rod = Trial::new(GROUP, format!("rod hung on a spring of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
+            stiff_pendulum(stiffness)
+        });
+        let guess = "extrapolated first guesses overshoot an oscillation that steps do not resolve";
+        trials.push(if stiffness > 1e9 { rod.open(guess) } else { rod });
+    }
+    for exponent in [-8, -4, 0, 4, 8] {
+        trials.push(Trial::new(GROUP, format!("body with a damper, c Δt/m = 1e{exponent}"), move || damped(exponent)));
+    }
+    trials.push(Trial::new(GROUP, "cart, Δt from 1e-9 s to 0.1 s", move || step_lengths(short)));
+    trials.push(Trial::new(GROUP, "pendulum turned by 159,155 revolutions (1e6 rad)", large_angles));
+    trials
+}
+
+fn mass_ratio(ratio: f64) -> Result<Found, Error> {
+    let of = |masses: [f64; 5]| -> Result<f64, Error> {
+        let chain = scenes::chain(Units::SI, &masses, -1.0, 0.0)?;
+        gradient_error(&chain.system, &shaken(&chain.system, 100, 0.01, 5.0), Settings::default(), 12)
+    };
+    let (light_inside, light_outside) = (of([1.0, ratio, 1.0, ratio, 1.0])?, of([ratio, 1.0, ratio, 1.0, ratio])?);
+    // Velocities are eliminated before multipliers, so as many digits go as the ratio has.
+    let bound = 100.0 * f64::EPSILON * ratio.max(1.0 / ratio);
+    Ok(vec![Measure::at_most("gradient error", light_inside.max(light_outside), bound)].into())
+}
+
+fn light_middle(share: f64) -> Result<Found, Error> {
+    let chain = scenes::light_middle(share)?;
+    let inputs = shaken(&chain.system, 100, 0.01, 5.0);
+    let error = gradient_error(&chain.system, &inputs, Settings::default(), 12)?;
+    Ok(vec![Measure::at_most("gradient error", error, 100.0 * f64::EPSILON / share)].into())
+}
+
+fn massless_coordinate() -> Result<Found, Error> {
+    let system = scenes::coordinate_without_inertia()?;
+    let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.01));
+    let error = gradient_error(&system, &inputs, Settings::default(), 12)?;
+    Ok(vec![Measure::at_most("gradient error", error, EXACT)].into())
+}
+
+/// The rule keeps the energy of a linear oscillator exactly, whatever the step.
+fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Found, Error> {
+    let mechanism = scenes::oscillator(pull, 0.0)?;
+    let energy = |q: &[f64], v: &[f64]| mechanism.energy(q, v) + 0.5 * potential * (q[0] - 1.0) * (q[0] - 1.0);
+    let record = March::new(&mechanism.system, 1000, 0.01).record(energy).complete()?;
+    let energy = deviation(&record, (0.0, 1.0)) / record[0].1;
+    let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 200, 0.01, 5.0), Settings::default(), 12)?;
+    Ok(vec![Measure::at_most("energy error", energy, 1e-8), Measure::at_most("gradient error", error, 1e-9)].into())
+}
+
+/// The spring starts without stretch, so that all its oscillation is what the weight excites.
+fn stiff_pendulum(stiffness: f64) -> Result<Found, Error> {
+    let mechanism = scenes::spring_pendulum(stiffness)?;
+    let record = March::new(&mechanism.system, 1000, 0.01).record(|q, v| mechanism.energy(q, v)).complete()?;
+    // What the weight does over 1 m.
+    let energy = deviation(&record, (0.0, 1.0)) / 9.81;
+    let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 100, 0.01, 1.0), Settings::default(), 12)?;
+    Ok(vec![Measure::at_most("energy error", energy, 0.1), Measure::at_most("gradient error", error, 1e-7)].into())
+}
+
+/// v_i = v_0 ((1 − x/2)/(1 + x/2))^i with x = c Δt/m.
+fn damped(exponent: i32) -> Result<Found, Error> {
+    let (dt, steps) = (0.01, 20);
+    let x = 10f64.powi(exponent);
+    let mechanism = scenes::oscillator(Pull::None, x / dt)?;
+    let mut inputs = Inputs::at_rest(&mechanism.system, Grid::uniform(steps, dt));
+    if let Start::Velocity { v, .. } = &mut inputs.start {
+        v[0] = 1.0;
+    }
+    let motion = simulate(&mechanism.system, &inputs, Settings::default())?;
+    let factor = (1.0 - 0.5 * x) / (1.0 + 0.5 * x);
+    let difference = |i: usize| (motion.v[(0, i)] - factor.powi(i as i32)).abs();
+    let worst = (0..=steps).map(difference).fold(0.0, f64::max);
+    inputs.controls.fill(1.0);
+    let [controls, _, start, rate, _] = gradient_errors(&mechanism.system, &inputs, Settings::default(), 30)?;
+    Ok(vec![
+        Measure::at_most("velocity error", worst, 1e-12),
+        Measure::at_most("error of dJ/du, dJ/dq₀", largest(&[controls, start]), EXACT),
+        // The derivative itself vanishes, as a difference of numbers that do not.
+        Measure::told("of dJ/dv₀", rate),
+    ]
+    .into())
+}
+
+fn cart_error(dt: f64, steps: usize) -> Result<f64, Error> {
+    let system = scenes::cart(Units::SI, 3).scene().compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
+    inputs.controls.fill(10.0);
+    gradient_error(&system, &inputs, Settings::default(), 12)
+}
+
+fn step_lengths(short: bool) -> Result<Found, Error> {
+    let stride = if short { 2 } else { 1 };
+    let exponents = (0..=16).step_by(stride).map(|k| -9.0 + 0.5 * f64::from(k));
+    let points: Vec<(f64, f64)> = exponents
+        .map(|exponent| {
+            let dt = 10f64.powf(exponent);
+            // Not beyond 2 s, where the motion is chaotic.
+            Ok((dt, cart_error(dt, ((2.0 / dt) as usize).min(100))?))
+        })
+        .collect::<Result<_, Error>>()?;
+    let worst = largest(&points.iter().map(|point| point.1).collect::<Vec<_>>());
+    let curve = Curve { of: Quantity::Gradient, over_time: false, name: "cart, 100 steps or 2 s".into(), points };
+    Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve], stopped: None })
+}
+
+/// The same motion, but for the rounding of angles: 1e6 rad have an ulp of 1e-10 rad.
+fn large_angles() -> Result<Found, Error> {
+    let revolutions = 159_155.0 * TAU;
+    let run = |turned: f64| {
+        let mechanism = scenes::cart(Units::SI, 3);
+        let mut parts = mechanism.mechanism();
+        for link in &parts.links {
+            parts.scene.place(link.coordinates[2], -FRAC_PI_2 + turned);
+        }
+        let last = parts.links[2].coordinates[2];
+        let cost = hamiltonian_adjoint::scenes::AngleError;
+        let target = [(FRAC_PI_2 + turned).into()];
+        parts.scene.cost("angle", cost, hamiltonian_adjoint::Sum::Terminal, [last], [], [], target);
+        let system = parts.scene.compile()?;
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+        inputs.controls.fill(10.0);
+        gradient(&system, &inputs, Settings::default())
+    };
+    let (near, far) = (run(0.0)?, run(revolutions)?);
+    Ok(vec![
+        Measure::at_most("change of J", ((far.value - near.value) / near.value).abs(), 1e-8),
+        Measure::at_most("of dJ/du", relative_difference(far.controls.as_slice(), near.controls.as_slice()), 1e-8),
+        Measure::at_most("of dJ/dΔt", relative_difference(&far.steps, &near.steps), 1e-8),
+    ]
+    .into())
+}

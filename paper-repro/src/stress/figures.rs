@@ -1,0 +1,53 @@
+//! The figures: errors of energy, constraints and gradients over time and over the step length.
+
+use std::path::Path;
+
+use super::row::{Curve, Quantity};
+use crate::error::Error;
+use crate::figures::saved;
+use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Series, Style};
+
+/// The size of one of three panels side by side.
+const PANEL: (f64, f64) = (430.0, 420.0);
+
+/// Draws both figures into the folder.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
+    for (over_time, name, x) in [(true, "stress_over_time", "time [s]"), (false, "stress_over_step", "step length [s]")] {
+        let chart = |(of, title): (Quantity, &str)| {
+            let shown = curves.iter().filter(|curve| curve.over_time == over_time && curve.of == of);
+            LineChart {
+                title: title.to_owned(),
+                x: Axis::log(x, 0.0),
+                y: Axis::log(if of == Quantity::Drift { "‖Φ‖∞ [m, rad]" } else { "relative error" }, 1e-17),
+                legend: Legend::Above,
+                series: shown.zip(0..).map(|(curve, index)| series(curve, index)).collect(),
+                size: PANEL,
+                ..LineChart::default()
+            }
+        };
+        let titles = [
+            (Quantity::Energy, "energy, largest error so far"),
+            (Quantity::Drift, "constraints, largest violation so far"),
+            (Quantity::Gradient, "adjoint against complex step"),
+        ];
+        let panels = Panels { charts: titles.map(chart).to_vec(), columns: 3, ..Panels::default() };
+        let stem = folder.join(name);
+        saved(panels.save(&stem), &stem)?;
+    }
+    Ok(())
+}
+
+/// A curve in a colour of its own.
+fn series(curve: &Curve, index: usize) -> Series {
+    let colours = [Colour::BLUE, Colour::RED, Colour::GREEN, Colour::ORANGE, Colour::PURPLE, Colour::BLACK];
+    Series {
+        name: curve.name.clone(),
+        points: curve.points.clone(),
+        colour: colours[index % colours.len()],
+        style: Style::LineAndCircles,
+        right_axis: false,
+    }
+}

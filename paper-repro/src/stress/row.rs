@@ -1,0 +1,259 @@
+//! A row of the report: what is tried, what was measured against which bounds, and the verdict.
+
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use hamiltonian_adjoint::Error;
+use serde::Serialize;
+
+/// Whether a row is as it must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// All numbers are within their bounds.
+    Held,
+    /// The library stopped with an error that tells why, where that is an answer.
+    Refused,
+    /// Not yet as it must be: a weakness with a name.
+    Open,
+    /// None of these.
+    Failed,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.pad(match self {
+            Self::Held => "held",
+            Self::Refused => "refused",
+            Self::Open => "open",
+            Self::Failed => "FAILED",
+        })
+    }
+}
+
+/// A number and the bounds it must keep, infinite ones if it is only told.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measure {
+    what: String,
+    value: f64,
+    least: Option<f64>,
+    most: Option<f64>,
+}
+
+impl Measure {
+    /// Must not be above a bound.
+    pub fn at_most(what: impl Into<String>, value: f64, most: f64) -> Self {
+        Measure { what: what.into(), value, least: None, most: Some(most) }
+    }
+
+    /// Must lie between two bounds.
+    pub fn between(what: impl Into<String>, value: f64, (least, most): (f64, f64)) -> Self {
+        Measure { what: what.into(), value, least: Some(least), most: Some(most) }
+    }
+
+    /// Is only told.
+    pub fn told(what: impl Into<String>, value: f64) -> Self {
+        Measure { what: what.into(), value, least: None, most: None }
+    }
+
+    fn is_judged(&self) -> bool {
+        self.least.is_some() || self.most.is_some()
+    }
+
+    /// Within the bounds, which NaN never is.
+    fn holds(&self) -> bool {
+        let above = self.least.is_none_or(|least| self.value >= least);
+        !self.is_judged() || (above && self.most.is_none_or(|most| self.value <= most))
+    }
+
+    fn expected(&self) -> Option<String> {
+        let what = &self.what;
+        match (self.least, self.most) {
+            (Some(least), Some(most)) => Some(format!("{what} in {least:?} … {most:?}")),
+            (None, Some(most)) if most >= 0.01 => Some(format!("{what} ≤ {most:?}")),
+            (None, Some(most)) => Some(format!("{what} ≤ {most:.0e}")),
+            (Some(least), None) => Some(format!("{what} ≥ {least:.0e}")),
+            (None, None) => None,
+        }
+    }
+
+    fn got(&self) -> String {
+        let large = self.least.is_some() || self.most.is_some_and(|most| most >= 0.01);
+        let plain = large && (0.01..1e4).contains(&self.value.abs());
+        if plain { format!("{} {:.2}", self.what, self.value) } else { format!("{} {:.1e}", self.what, self.value) }
+    }
+}
+
+/// What a figure's curve shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    Energy,
+    Drift,
+    Gradient,
+}
+
+/// A curve for the figures: errors over time (s), or over the step length (s).
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    pub of: Quantity,
+    pub over_time: bool,
+    pub name: String,
+    pub points: Vec<(f64, f64)>,
+}
+
+/// What a trial found; if it was stopped, the curves up to there.
+#[derive(Default)]
+pub struct Found {
+    pub measures: Vec<Measure>,
+    pub curves: Vec<Curve>,
+    pub stopped: Option<Error>,
+}
+
+impl From<Vec<Measure>> for Found {
+    fn from(measures: Vec<Measure>) -> Self {
+        Found { measures, ..Found::default() }
+    }
+}
+
+/// Something to be tried.
+pub struct Trial {
+    group: &'static str,
+    tried: String,
+    refusal: Option<&'static str>,
+    weakness: Option<&'static str>,
+    run: Box<dyn Fn() -> Result<Found, Error>>,
+}
+
+impl Trial {
+    pub fn new(group: &'static str, tried: impl Into<String>, run: impl Fn() -> Result<Found, Error> + 'static) -> Self {
+        Trial { group, tried: tried.into(), refusal: None, weakness: None, run: Box::new(run) }
+    }
+
+    /// An error of the library is an answer too, for this reason.
+    pub fn or_refused(self, why: &'static str) -> Self {
+        Trial { refusal: Some(why), ..self }
+    }
+
+    /// It does not hold yet, for this reason; once it does, this mark goes.
+    pub fn open(self, why: &'static str) -> Self {
+        Trial { weakness: Some(why), ..self }
+    }
+
+    /// Group and what is tried.
+    #[cfg(test)]
+    pub fn name(&self) -> String {
+        format!("{}: {}", self.group, self.tried)
+    }
+
+    /// Tries it. A panic is caught: it is a failure of this row, not of the report.
+    pub fn judge(&self) -> (Row, Vec<Curve>) {
+        let start = Instant::now();
+        let result = catch_unwind(AssertUnwindSafe(|| (self.run)()));
+        let seconds = start.elapsed().as_secs_f64();
+        let unmet = if self.weakness.is_some() { Verdict::Open } else { Verdict::Failed };
+        let row = |expected: String, got: String, verdict, measures| Row {
+            group: self.group,
+            tried: self.tried.clone(),
+            expected: match self.refusal {
+                Some(why) if expected.is_empty() => format!("an error: {why}"),
+                Some(why) => format!("{expected}; or an error: {why}"),
+                None => expected,
+            },
+            got: match self.weakness.filter(|_| verdict == Verdict::Open) {
+                Some(why) => format!("{got} ({why})"),
+                None => got,
+            },
+            verdict,
+            measures,
+            seconds,
+        };
+        let stopped = |error: Error| match self.refusal {
+            Some(_) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
+            None => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
+        };
+        match result {
+            Ok(Ok(Found { measures, curves, stopped: None })) => {
+                let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
+                let got: Vec<String> = measures.iter().map(Measure::got).collect();
+                let held = measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
+                let verdict = if held { Verdict::Held } else { unmet };
+                (row(expected.join(", "), got.join(", "), verdict, measures), curves)
+            }
+            Ok(Ok(Found { curves, stopped: Some(error), .. })) => (stopped(error), curves),
+            Ok(Err(error)) => (stopped(error), Vec::new()),
+            Err(_) => (row("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed, Vec::new()), Vec::new()),
+        }
+    }
+}
+
+/// A line of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub group: &'static str,
+    pub tried: String,
+    pub expected: String,
+    pub got: String,
+    pub verdict: Verdict,
+    measures: Vec<Measure>,
+    seconds: f64,
+}
+
+impl Row {
+    /// The heads of the columns.
+    pub const HEADS: [&str; 5] = ["Group", "Tried", "Expected", "Got", "Verdict"];
+
+    /// The cells of the columns.
+    pub fn cells(&self) -> [String; 5] {
+        let Row { group, tried, expected, got, verdict, .. } = self;
+        [(*group).to_owned(), tried.clone(), expected.clone(), got.clone(), verdict.to_string()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(trial: Trial) -> Verdict {
+        trial.judge().0.verdict
+    }
+
+    fn with(measures: &[Measure]) -> Trial {
+        let measures = measures.to_vec();
+        Trial::new("group", "tried", move || Ok(measures.clone().into()))
+    }
+
+    #[test]
+    fn a_number_out_of_bounds_fails_and_so_does_one_that_is_none() {
+        assert_eq!(verdict(with(&[Measure::at_most("error", 1e-13, 1e-12)])), Verdict::Held);
+        assert_eq!(verdict(with(&[Measure::at_most("error", 1e-11, 1e-12)])), Verdict::Failed);
+        assert_eq!(verdict(with(&[Measure::at_most("error", f64::NAN, 1e-12)])), Verdict::Failed);
+        assert_eq!(verdict(with(&[Measure::between("order", 1.5, (1.9, 2.1))])), Verdict::Failed);
+        assert_eq!(verdict(with(&[Measure::between("order", 2.05, (1.9, 2.1))])), Verdict::Held);
+        let told = Measure::told("size", f64::INFINITY);
+        assert_eq!(verdict(with(std::slice::from_ref(&told))), Verdict::Failed, "nothing was judged");
+        assert_eq!(verdict(with(&[told, Measure::at_most("error", 0.0, 0.0)])), Verdict::Held);
+    }
+
+    #[test]
+    fn an_error_fails_unless_it_is_an_answer_and_a_panic_always() {
+        let stops = || Trial::new("group", "tried", || Err(Error::EmptyScene));
+        assert_eq!(verdict(stops()), Verdict::Failed);
+        let row = stops().or_refused("nothing there").judge().0;
+        assert_eq!(row.verdict, Verdict::Refused);
+        assert_eq!((row.got, row.expected), (Error::EmptyScene.to_string(), "an error: nothing there".to_owned()));
+        let out_of_range: Vec<f64> = Vec::new();
+        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])].into()));
+        assert_eq!(verdict(panics.or_refused("any").open("any")), Verdict::Failed);
+    }
+
+    #[test]
+    fn an_open_row_is_open_until_it_holds() {
+        let beyond = || with(&[Measure::at_most("error", 1.0, 0.1)]);
+        assert_eq!(verdict(beyond().open("why")), Verdict::Open);
+        assert!(beyond().open("why").judge().0.got.ends_with("(why)"));
+        assert_eq!(verdict(Trial::new("group", "tried", || Err(Error::EmptyScene)).open("why")), Verdict::Open);
+        assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).open("why")), Verdict::Held);
+    }
+}

@@ -1,0 +1,285 @@
+//! The mechanisms under stress.
+
+use std::f64::consts::FRAC_PI_2;
+
+use hamiltonian_adjoint::planar::ConstantSpeed;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum, System};
+use nalgebra::SVector;
+
+use super::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
+
+/// A motor (N m) in the joint of two parts.
+fn motor(assembly: &mut Assembly, a: Part, b: Part) {
+    let (name, a, b) = (assembly.name("motor"), assembly.frame(a), assembly.frame(b));
+    let torque = assembly.scene.control(&name);
+    assembly.scene.torque_actuator(&name, a, b, torque);
+}
+
+/// The cost ½ (φ − 1)² at the end on every body.
+fn aim(assembly: &mut Assembly) {
+    for k in 0..assembly.bodies.len() {
+        let name = assembly.name("angle");
+        let [_, _, angle] = assembly.bodies[k].body.coordinates;
+        assembly.scene.cost(&name, AngleError, Sum::Terminal, [angle], [], [], [1.0.into()]);
+    }
+}
+
+/// A chain of rods of 1 m that hangs from the origin at this angle, with these masses, a motor in the first hinge, and viscous
+/// friction (N m s/rad) there.
+pub fn chain(units: Units, masses: &[f64], angle: f64, friction: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(units, GRAVITY);
+    let tip = |k: usize| [k as f64 * angle.cos(), k as f64 * angle.sin()];
+    let mut inner = GROUND;
+    for (k, &mass) in masses.iter().enumerate() {
+        let rod = assembly.rod(mass, tip(k), tip(k + 1));
+        assembly.hinge(inner, rod, tip(k));
+        inner = rod;
+    }
+    motor(&mut assembly, GROUND, Some(0));
+    if friction > 0.0 {
+        let first = assembly.frame(Some(0));
+        let friction = friction * units.torque() * units.time;
+        assembly.scene.joint_friction("friction", assembly.frame(GROUND), first, friction);
+    }
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// A crank at this angle, a rod and a slider on a rail with a motor at the crank; of equal lengths, it passes a singular
+/// configuration where crank and rod lie over each other.
+pub fn slider_crank(units: Units, crank: f64, rod: f64, angle: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(units, GRAVITY);
+    let elbow = [crank * angle.cos(), crank * angle.sin()];
+    let slider = [elbow[0] + (rod * rod - elbow[1] * elbow[1]).sqrt(), 0.0];
+    let first = assembly.rod(1.0, [0.0; 2], elbow);
+    let second = assembly.rod(1.5, elbow, slider);
+    let block = assembly.body(0.7, 0.05, [slider[0], 0.0, 0.0]);
+    assembly.hinge(GROUND, first, [0.0; 2]);
+    assembly.hinge(first, second, elbow);
+    assembly.hinge(second, block, slider);
+    assembly.rail(block, slider);
+    motor(&mut assembly, GROUND, first);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// Parallel cranks of 1 m at this angle that carry a coupler of 2 m, with a motor at the first: it passes flat at the angles 0 and π,
+/// and more than two cranks are redundant.
+pub fn parallelogram(cranks: usize, angle: f64) -> Result<Mechanism, Error> {
+    cranks_on_coupler(cranks, cranks, angle)
+}
+
+/// The same with three cranks, of which the middle one is carried along by an angle that equals the first's, and nothing is redundant.
+pub fn parallelogram_with_idle(angle: f64) -> Result<Mechanism, Error> {
+    cranks_on_coupler(3, 2, angle)
+}
+
+/// Cranks of which the outer ones carry the coupler; the others do too if that is asked for, else they have a hinge and the first's angle.
+fn cranks_on_coupler(cranks: usize, carrying: usize, angle: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, GRAVITY);
+    let foot = |k: usize| [2.0 * k as f64 / (cranks - 1) as f64, 0.0];
+    let head = |k: usize| [foot(k)[0] + angle.cos(), angle.sin()];
+    let all: Vec<Part> = (0..cranks).map(|k| assembly.rod(1.0, foot(k), head(k))).collect();
+    let coupler = assembly.rod(1.0, head(0), head(cranks - 1));
+    for (k, &crank) in all.iter().enumerate() {
+        assembly.hinge(GROUND, crank, foot(k));
+        if carrying == cranks || k == 0 || k == cranks - 1 {
+            assembly.hinge(crank, coupler, head(k));
+        } else {
+            let (name, first, this) = (assembly.name("gear"), assembly.frame(all[0]), assembly.frame(crank));
+            let parameters = [0.0.into(), 0.0.into()];
+            assembly.scene.driven_angle(&name, first, this, ConstantSpeed, parameters);
+        }
+    }
+    motor(&mut assembly, GROUND, all[0]);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// A four-bar whose ground link and coupler are as long as its cranks, which stand at this angle: at angle 0 its branches meet.
+pub fn rhombus(angle: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, 0.0);
+    let [a, b] = [[angle.cos(), angle.sin()], [1.0 + angle.cos(), angle.sin()]];
+    let (left, coupler) = (assembly.rod(1.0, [0.0; 2], a), assembly.rod(0.5, a, b));
+    let right = assembly.rod(2.0, [1.0, 0.0], b);
+    assembly.hinge(GROUND, left, [0.0; 2]);
+    assembly.hinge(GROUND, right, [1.0, 0.0]);
+    assembly.hinge(left, coupler, a);
+    assembly.hinge(coupler, right, b);
+    motor(&mut assembly, GROUND, left);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// A double pendulum whose elbow is hinged so many times.
+pub fn doubled_hinge(hinges: usize) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, GRAVITY);
+    let (upper, lower) = (assembly.rod(1.0, [0.0; 2], [1.0, 0.0]), assembly.rod(1.0, [1.0, 0.0], [1.6, 0.8]));
+    assembly.hinge(GROUND, upper, [0.0; 2]);
+    for _ in 0..hinges {
+        assembly.hinge(upper, lower, [1.0, 0.0]);
+    }
+    motor(&mut assembly, GROUND, upper);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// A rigid triangle of three rods on a hinge, two corners welded, the third hinged (enough) or welded (three equations too many).
+pub fn triangle(over_closed: bool) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, GRAVITY);
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.4, 0.7]];
+    let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| assembly.rod(1.0, corners[i], corners[j]));
+    assembly.hinge(GROUND, sides[0], corners[0]);
+    assembly.weld(sides[0], sides[1], corners[1]);
+    assembly.weld(sides[1], sides[2], corners[2]);
+    if over_closed {
+        assembly.weld(sides[2], sides[0], corners[0]);
+    }
+    motor(&mut assembly, GROUND, sides[0]);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// Two pairs of hinged rods with springs between them and nothing else: free in the plane, without gravity.
+pub fn free_pairs() -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, 0.0);
+    let pair = |assembly: &mut Assembly, x: f64| {
+        let (a, b) = (assembly.rod(1.0, [x, 0.0], [x, 1.0]), assembly.rod(0.7, [x, 1.0], [x + 0.5, 1.6]));
+        assembly.hinge(a, b, [x, 1.0]);
+        (a, b)
+    };
+    let ((a, b), (c, d)) = (pair(&mut assembly, 0.0), pair(&mut assembly, 2.0));
+    assembly.spring((a, [0.0, 0.0]), (c, [2.0, 0.0]), 40.0, 1.5, 0.0);
+    assembly.spring((b, [0.5, 1.6]), (d, [2.5, 1.6]), 25.0, 2.2, 0.0);
+    motor(&mut assembly, a, b);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// What pulls the body of an oscillator.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Pull {
+    /// Nothing.
+    None,
+    /// A potential ½ c (x − 1)².
+    Linear(f64),
+    /// A spring c to the point x = 0, with a second place of rest at x = −1.
+    Spring(f64),
+}
+
+/// V = ½ c (x − 1)², `b = [c]`.
+struct Quadratic;
+
+impl PotentialEnergy<1, 1> for Quadratic {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 1>, _: S) -> S {
+        let stretch = q[0] - 1.0;
+        b[0] * stretch * stretch * 0.5
+    }
+}
+
+/// A body of 1 kg on a rail with a damper (N s/m), 0.1 m away from its rest at x = 1; a force pushes it.
+pub fn oscillator(pull: Pull, damping: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, 0.0);
+    let body = assembly.body(1.0, 0.1, [1.1, 0.0, 0.0]);
+    assembly.rail(body, [1.1, 0.0]);
+    let x = assembly.bodies[0].body.coordinates[0];
+    match pull {
+        Pull::None => {}
+        Pull::Linear(stiffness) => assembly.scene.potential_energy("pull", Quadratic, [x], [stiffness.into()]),
+        Pull::Spring(stiffness) => assembly.spring((GROUND, [0.0; 2]), (body, [1.1, 0.0]), stiffness, 1.0, 0.0),
+    }
+    let (origin, centre) = (assembly.point(GROUND, [0.0; 2]), assembly.point(body, [1.1, 0.0]));
+    if damping > 0.0 {
+        assembly.scene.sliding_friction("damper", origin, 0.0, centre, damping);
+    }
+    let push = assembly.scene.control("push");
+    assembly.scene.actuator("push", origin, 0.0, centre, push);
+    assembly.scene.cost("place", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    assembly.finish()
+}
+
+/// A rod of 1 m on a stiff spring (N/m) of 1 m in place of a hinge.
+pub fn spring_pendulum(stiffness: f64) -> Result<Mechanism, Error> {
+    let mut assembly = Assembly::new(Units::SI, GRAVITY);
+    let rod = assembly.rod(1.0, [1.0, 0.0], [2.0, 0.0]);
+    assembly.spring((GROUND, [0.0; 2]), (rod, [1.0, 0.0]), stiffness, 1.0, 0.0);
+    motor(&mut assembly, GROUND, rod);
+    aim(&mut assembly);
+    assembly.finish()
+}
+
+/// The paper's cart with three links in any units.
+pub fn cart(units: Units, links: usize) -> CartPendulum {
+    let example = CartPendulum::with_links(links);
+    let Units { length: l, mass: m, time: t } = units;
+    CartPendulum {
+        cart_mass: example.cart_mass * m,
+        cart_inertia: example.cart_inertia * m * l * l,
+        link_mass: example.link_mass * m,
+        link_inertia: example.link_inertia * m * l * l,
+        link_length: example.link_length * l,
+        rail_friction: example.rail_friction * m / t,
+        hinge_friction: example.hinge_friction * m * l * l / t,
+        gravity: example.gravity * l / (t * t),
+        ..example
+    }
+}
+
+/// A double pendulum in its two angles from the vertical, of masses of 1 kg on rods of 1 m: M depends on q.
+pub struct DoublePendulum;
+
+impl KineticEnergy<2> for DoublePendulum {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
+        v[0] * v[0] + v[1] * v[1] * 0.5 + v[0] * v[1] * (q[0] - q[1]).cos()
+    }
+}
+
+impl PotentialEnergy<2> for DoublePendulum {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> S {
+        -(q[0].cos() * 2.0 + q[1].cos()) * GRAVITY
+    }
+}
+
+/// The double pendulum in its angles, which start at 0.9 rad and 0.6 rad.
+pub fn minimal() -> Result<System, Error> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("pendulum", ["φ1", "φ2"]);
+    scene.kinetic_energy("masses", DoublePendulum, q, []);
+    scene.potential_energy("weight", DoublePendulum, q, []);
+    q.into_iter().zip([0.9, 0.6]).for_each(|(q, angle)| scene.place(q, angle));
+    scene.cost("angle", AngleError, Sum::Terminal, [q[1]], [], [], [FRAC_PI_2.into()]);
+    scene.compile()
+}
+
+/// A chain of three rods of which the middle one has this share of its mass, also none at all.
+pub fn light_middle(share: f64) -> Result<Mechanism, Error> {
+    chain(Units::SI, &[1.0, share, 1.0], -1.0, 0.0)
+}
+
+/// A chain whose middle is a massless coordinate of one's own between two bodies.
+pub fn coordinate_without_inertia() -> Result<System, Error> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("chain", ["first", "middle", "last"]);
+    scene.kinetic_energy("ends", Ends, q, []);
+    scene.constraint("gears", Gears, q, []);
+    scene.compile()
+}
+
+/// T = ½ v₁² + ½ v₃²: the middle coordinate has none.
+struct Ends;
+
+impl KineticEnergy<3> for Ends {
+    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 3>, v: &SVector<S, 3>, _: &SVector<S, 0>) -> S {
+        (v[0] * v[0] + v[2] * v[2]) * 0.5
+    }
+}
+
+/// q₂ = 2 q₁.
+struct Gears;
+
+impl hamiltonian_adjoint::Constraint<3, 1> for Gears {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
+        SVector::from([q[1] - q[0] * 2.0])
+    }
+}
