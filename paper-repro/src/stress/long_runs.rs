@@ -16,7 +16,8 @@ pub fn trials(short: bool) -> Vec<Trial> {
             .open("multipliers grow with time, until a step has no solution"),
         Trial::new(GROUP, format!("the same, restarted from q and v at every step, {steps} steps"), move || {
             restarted(steps)
-        }),
+        })
+        .open("restarts are not symmetric in time, and their errors add up"),
     ]
 }
 

@@ -71,7 +71,7 @@ impl Measure {
         let what = &self.what;
         match (self.least, self.most) {
             (Some(least), Some(most)) => Some(format!("{what} in {least:?} … {most:?}")),
-            (None, Some(most)) if most >= 0.01 => Some(format!("{what} ≤ {most:?}")),
+            (None, Some(most)) if most >= 0.1 => Some(format!("{what} ≤ {most:?}")),
             (None, Some(most)) => Some(format!("{what} ≤ {most:.0e}")),
             (Some(least), None) => Some(format!("{what} ≥ {least:.0e}")),
             (None, None) => None,
