@@ -1,6 +1,6 @@
 //! Ranks of the constraint Jacobian and of the mass matrix, dense and free of units: for explanations, never for a step.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
 use crate::system::{At, Sums};
@@ -108,7 +108,7 @@ pub(crate) fn is_singular(system: &System, at: &At<f64>) -> Option<Error> {
         let mut phi = vec![0.0; system.m()];
         system.phi(&there, &mut phi);
         let values = DVector::from_vec(phi).component_mul(&scaled.row);
-        let back = scaled.phi_q.clone().pseudo_inverse(RANK).ok()? * values;
+        let back = decomposition(scaled.phi_q.clone())?.pseudo_inverse(RANK).ok()? * values;
         q -= back.component_mul(&scaled.column);
         nearby = Some(scaled);
     }
@@ -147,16 +147,42 @@ fn mass_matrix(system: &System, at: &At<f64>) -> DMatrix<f64> {
 /// An orthonormal basis of the null space, by columns.
 fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
     let columns = matrix.ncols();
-    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
-    if columns == 0 || !matrix.iter().all(|x| x.is_finite()) {
-        return DMatrix::zeros(columns, 0);
-    }
     // Squared up with zero rows, so that the decomposition holds all right singular vectors.
     let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
-    let svd = square.svd(false, true);
-    let largest = svd.singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
-    let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, columns));
-    let rows = directions.row_iter().zip(svd.singular_values.iter());
+    let Some(SVD { singular_values, v_t: Some(directions), .. }) = decomposition(square) else {
+        return DMatrix::zeros(columns, 0);
+    };
+    let largest = singular_values.iter().fold(0.0f64, |a, &b| a.max(b));
+    let rows = directions.row_iter().zip(singular_values.iter());
     let picked: Vec<_> = rows.filter(|(_, s)| **s <= tolerance * largest).map(|(row, _)| row.transpose()).collect();
     if picked.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&picked) }
+}
+
+/// The singular value decomposition of a matrix of entries about one, unless it is empty or not finite.
+fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
+    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
+    if matrix.is_empty() || !matrix.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    // Entries whose squares underflow keep its iteration from ending, or end it with NaN.
+    matrix.iter_mut().filter(|x| x.abs() < 1e-100).for_each(|x| *x = 0.0);
+    let iterations = 100 * (matrix.nrows() + matrix.ncols());
+    let svd = SVD::try_new_unordered(matrix, true, true, 5.0 * f64::EPSILON, iterations)?;
+    svd.singular_values.iter().all(|s| s.is_finite()).then_some(svd)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Φ̂ of a parallelogram with three cranks of 1e154 m.
+    #[test]
+    fn entries_whose_squares_underflow_do_not_keep_the_decomposition_from_ending() {
+        let (one, tiny) = (0.9999999999999999, 1.3220991182148473e-154);
+        let ones = [(2, 5), (8, 6), (8, 8), (10, 9), (10, 11), (12, 12), (12, 13)];
+        let mut matrix = DMatrix::zeros(14, 14);
+        ones.iter().for_each(|&(row, col)| matrix[(row, col)] = one);
+        [8, 11, 13].iter().for_each(|&col| matrix[(3, col)] = tiny);
+        assert_eq!(null_space(&matrix, RANK).ncols(), 10);
+    }
 }

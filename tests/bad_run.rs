@@ -5,8 +5,8 @@ mod common;
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Start, System,
-    scenes::CartPendulum, simulate,
+    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Start, Sum,
+    System, scenes::CartPendulum, simulate,
 };
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -243,4 +243,30 @@ fn the_cost_of_a_motion_that_failed_is_refused() {
     pushed.controls.fill(1e5);
     assert!(solver.simulate(&pushed).is_err());
     assert!(matches!(solver.cost(), Err(Error::Incomplete { .. })));
+}
+
+/// h = b v with a weight near the largest number there is.
+struct Heavy;
+impl Cost<1, 0, 0, 1> for Heavy {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+        b[0] * at.v[0]
+    }
+}
+
+#[test]
+#[ignore = "J and the entries of the gradient are sums over the nodes, which the adjoint sweep does not check for overflow"]
+fn a_gradient_that_overflows_is_an_error() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    // dJ/d(weight) = Σ v · 1e308 is beyond the numbers, though J is not.
+    let weight = scene.design("weight", 1e-308);
+    scene.cost("heavy", Heavy, Sum::Plain, [rod.coordinates[0]], [], [], [weight * 1e308]);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.1));
+    inputs.start.rate_mut()[0] = 1.0;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("motion");
+    assert!(solver.cost().is_ok_and(|j| (j - 10.0).abs() < 1e-12));
+    let gradient = solver.gradient();
+    assert!(gradient.is_err(), "{:?}", gradient.map(|gradient| gradient.design[0]));
 }

@@ -1,0 +1,157 @@
+//! What must hold for every scene: errors are typed, numbers are finite, and the adjoint gradient is that of complex step.
+
+use hamiltonian_adjoint::check::{Input, Random};
+use hamiltonian_adjoint::{Cx, Error, Gradient, Inputs, LiftedSolver, Solver, System, Trajectory};
+
+use crate::build;
+use crate::description::Description;
+
+/// Step of the complex step.
+const STEP: f64 = 1e-30;
+
+/// A motion and its gradient, all of it finite.
+pub struct Moved {
+    pub system: System,
+    pub inputs: Inputs,
+    pub gradient: Gradient,
+}
+
+/// Compiles, simulates and differentiates; `Ok(Err)` is a typed error.
+/// A step may be halved, so the motion may have more nodes than its description.
+///
+/// # Errors
+/// What is not finite.
+pub fn run(description: &Description) -> Result<Result<Moved, Error>, String> {
+    let built = build::scene(description);
+    let start = built.scene.compile().and_then(|system| {
+        let inputs = build::inputs(&description.run, &system, &built.inertia)?;
+        Ok((system, inputs))
+    });
+    let (system, inputs) = match start {
+        Ok(start) => start,
+        Err(error) => return Ok(Err(error)),
+    };
+    let mut solver = Solver::new(&system, description.run.settings);
+    let simulated = solver.simulate(&inputs).map(|_| ());
+    let computed = solver.trajectory().computed;
+    all_finite(solver.trajectory(), computed)?;
+    if let Err(error) = simulated {
+        return Ok(Err(error));
+    }
+    let motion = solver.trajectory();
+    match (motion.phi(&system, solver.inputs()), motion.phi_dot(&system, solver.inputs())) {
+        (Ok(phi), Ok(phi_dot)) => {
+            finite("Φ", phi.as_slice())?;
+            finite("dΦ/dt", phi_dot.as_slice())?;
+        }
+        (Err(error), _) | (_, Err(error)) => return Ok(Err(error)),
+    }
+    let gradient = match solver.gradient() {
+        Ok(gradient) => gradient.clone(),
+        Err(error) => return Ok(Err(error)),
+    };
+    finite("J", &[gradient.value])?;
+    finite("dJ/du", gradient.controls.as_slice())?;
+    finite("dJ/db", gradient.design.as_slice())?;
+    finite("dJ/dq0", gradient.start.q().as_slice())?;
+    finite("dJ/dv0 or dJ/dp*0", gradient.start.rate().as_slice())?;
+    finite("dJ/dΔt", &gradient.steps)?;
+    drop(solver);
+    Ok(Ok(Moved { system, inputs, gradient }))
+}
+
+/// Whether a defect is overflow that the adjoint sweep does not see: `a_gradient_that_overflows_is_an_error` in tests/bad_run.rs.
+pub fn is_known(defect: &str) -> bool {
+    defect.starts_with("J:") || defect.starts_with("dJ/")
+}
+
+fn all_finite(motion: &Trajectory, nodes: usize) -> Result<(), String> {
+    finite("t", &motion.times[..nodes])?;
+    for (name, matrix) in
+        [("q", &motion.q), ("v", &motion.v), ("p*", &motion.p_star), ("dp*/dt", &motion.p_star_dot), ("σ", &motion.sigma)]
+    {
+        finite(name, &matrix.as_slice()[..matrix.nrows() * nodes])?;
+    }
+    Ok(())
+}
+
+fn finite(what: &str, values: &[f64]) -> Result<(), String> {
+    match values.iter().position(|x| !x.is_finite()) {
+        Some(at) => Err(format!("{what}: entry {at} is {}", values[at])),
+        None => Ok(()),
+    }
+}
+
+type Belongs = fn(&Input) -> bool;
+
+/// The inputs of one kind, which a direction moves together.
+const KINDS: [(&str, Belongs); 5] = [
+    ("controls", |input| matches!(input, Input::Control { .. })),
+    ("design variables", |input| matches!(input, Input::Design(_))),
+    ("q0", |input| matches!(input, Input::Coordinate(_))),
+    ("v0 or p*0", |input| matches!(input, Input::Rate(_))),
+    ("step lengths", |input| matches!(input, Input::Step(_))),
+];
+
+/// Derivatives of one kind that are smaller than this share of all together are compared with this share …
+const SHARE: f64 = 1e-2;
+/// … and with this: the costs of the scenes are of order one, and what should be zero is their rounding.
+const SMALL: f64 = 1e-5;
+/// Where dependent constraints lock a mechanism, its derivatives are those of the compliance, about 1e-9, and rounding is a larger share.
+const SMALL_WITH_COMPLIANCE: f64 = 1e-4;
+
+/// Whether a motion moves smoothly with inputs of this kind. Initial coordinates and constants that make dependent constraints contradict
+/// each other change their multipliers by 1/μ of the change, see [`Trajectory::compliance`], and rounding by as much.
+fn is_smooth(kind: &str, description: &Description) -> bool {
+    description.redundant.is_empty() || !matches!(kind, "q0" | "design variables")
+}
+
+/// The largest difference of adjoint and complex step in random directions of every kind of input, relative to the gradient.
+///
+/// # Errors
+/// Those of the complex simulation.
+pub fn disagreement(description: &Description, moved: &Moved) -> Result<(f64, String), Error> {
+    let Moved { system, inputs, gradient } = moved;
+    let mut random = Random::new(description.run.seed as u64);
+    let mut solver = LiftedSolver::<Cx>::new(system, inputs, description.run.settings)?;
+    let all = Input::all(inputs);
+    let direction: Vec<f64> = all.iter().map(|&input| random.away_from_zero(size(input, inputs))).collect();
+    let terms = |belongs: Belongs| -> Vec<f64> {
+        let of_kind = all.iter().zip(&direction).filter(|(input, _)| belongs(input));
+        of_kind.map(|(input, d)| input.in_gradient(gradient) * d).collect()
+    };
+    let kinds = KINDS.into_iter().filter(|(name, _)| is_smooth(name, description));
+    let total: f64 = kinds.map(|(_, belongs)| sum_of_sizes(&terms(belongs))).sum();
+    let small = if description.redundant.is_empty() { SMALL } else { SMALL_WITH_COMPLIANCE };
+    let mut worst = (0.0, String::new());
+    for (name, belongs) in KINDS.into_iter().filter(|(name, _)| is_smooth(name, description)) {
+        let mut perturbed = inputs.lift::<Cx>();
+        for (input, d) in all.iter().zip(&direction).filter(|(input, _)| belongs(input)) {
+            *input.of(&mut perturbed) += Cx::new(0.0, d * STEP);
+        }
+        solver.simulate(&perturbed)?;
+        let reference = solver.cost()?.0.im / STEP;
+        let terms = terms(belongs);
+        let (adjoint, scale) = (terms.iter().sum::<f64>(), sum_of_sizes(&terms));
+        let relative = (adjoint - reference).abs() / (scale + SHARE * total + small);
+        if relative.is_nan() || relative > worst.0 {
+            let pivot = solver.real().report().worst_pivot;
+            let numbers = format!("adjoint {adjoint:e}, complex step {reference:e}, scale {scale:e} of {total:e}");
+            worst = (relative, format!("{name}: {numbers}; smallest pivot {pivot:.1e}"));
+        }
+    }
+    Ok(worst)
+}
+
+fn sum_of_sizes(terms: &[f64]) -> f64 {
+    terms.iter().map(|term| term.abs()).sum()
+}
+
+/// A change of an input that is neither large nor small.
+fn size(input: Input, inputs: &Inputs) -> f64 {
+    match input {
+        Input::Design(p) => inputs.design[p].abs(),
+        Input::Step(i) => inputs.grid.steps[i - 1].abs(),
+        _ => 1.0,
+    }
+}

@@ -1,0 +1,151 @@
+//! Random scenes: the gradient is exact, errors are typed, nothing panics, nothing is NaN.
+//!
+//! `RANDOM_SCENES=2000 cargo test --release --test random -- --nocapture` tries more of them and prints what became of them.
+
+#[path = "../common/bench.rs"]
+#[allow(dead_code)]
+mod bench;
+mod build;
+mod bytes;
+mod description;
+mod elements;
+mod exact;
+#[path = "../scenes/elements.rs"]
+#[allow(dead_code)]
+mod parts;
+mod regular;
+
+use bytes::Bytes;
+use description::Description;
+use hamiltonian_adjoint::Error;
+use proptest::strategy::Strategy;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+/// How many scenes a property is tried on, in units of what `RANDOM_SCENES` says.
+fn cases() -> u32 {
+    std::env::var("RANDOM_SCENES").ok().and_then(|count| count.parse().ok()).unwrap_or(150)
+}
+
+/// Tries a property on random values, the same ones in every run; a failure is shrunk.
+fn try_all<S: Strategy>(cases: u32, strategy: S, property: impl Fn(S::Value) -> Result<(), TestCaseError>) {
+    let config = Config { cases, failure_persistence: None, ..Config::default() };
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
+    if let Err(failure) = TestRunner::new_with_rng(config, rng).run(&strategy, property) {
+        panic!("{failure}");
+    }
+}
+
+/// What became of the scenes, and how exact the gradients were.
+#[derive(Default)]
+struct Tally {
+    counts: RefCell<BTreeMap<String, usize>>,
+    errors: RefCell<Vec<f64>>,
+}
+
+/// A gradient that agrees with complex step.
+const EXACT: &str = "simulated, gradient exact";
+/// A motion that cannot be compared, because the complex simulation does not converge.
+const NO_REFERENCE: &str = "simulated, without a reference";
+
+/// A gradient that is not finite.
+const OVERFLOW: &str = "simulated, gradient overflows";
+
+impl Tally {
+    fn count(&self, what: &str) {
+        *self.counts.borrow_mut().entry(what.to_string()).or_default() += 1;
+    }
+
+    fn count_error(&self, error: &Error) {
+        let whole = format!("{error:?}");
+        self.count(whole.split([' ', '{', '(']).next().unwrap_or_default());
+    }
+
+    fn share(&self, what: &str) -> f64 {
+        let counts = self.counts.borrow();
+        let all: usize = counts.values().sum();
+        counts.get(what).map_or(0.0, |&count| count as f64 / all as f64)
+    }
+
+    fn print(&self, title: &str) {
+        println!("{title}");
+        for (what, count) in self.counts.borrow().iter() {
+            println!("  {count:6} {what}");
+        }
+        let mut errors = self.errors.borrow().clone();
+        errors.sort_by(f64::total_cmp);
+        if let Some(last) = errors.len().checked_sub(1) {
+            let at = |share: f64| errors[(share * last as f64) as usize];
+            println!("  relative error: median {:.1e}, 99 % {:.1e}, largest {:.1e}", at(0.5), at(0.99), at(1.0));
+        }
+    }
+
+    /// Asserts of a scene that its gradient is exact, unless it is refused for one of the reasons that it may have.
+    fn try_one(&self, description: &Description, legitimate: fn(&Error) -> bool) -> Result<(), TestCaseError> {
+        let moved = match exact::run(description).map_err(TestCaseError::fail)? {
+            Ok(moved) => moved,
+            Err(error) if legitimate(&error) => {
+                self.count_error(&error);
+                return Ok(());
+            }
+            Err(error) => return Err(TestCaseError::fail(format!("{error:?}"))),
+        };
+        let Ok((error, what)) = exact::disagreement(description, &moved) else {
+            self.count(NO_REFERENCE);
+            return Ok(());
+        };
+        self.errors.borrow_mut().push(error);
+        if error > 1e-9 || error.is_nan() {
+            return Err(TestCaseError::fail(format!("{error:e}: {what}")));
+        }
+        self.count(EXACT);
+        Ok(())
+    }
+}
+
+/// Singular configurations and steps that are too long come up in any random motion.
+fn accident(error: &Error) -> bool {
+    matches!(error, Error::Newton { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. })
+}
+
+/// Dependent constraints may be too many, or be contradicted by the drift of positions.
+fn unsound(error: &Error) -> bool {
+    matches!(error, Error::DependentConstraints { .. } | Error::ContradictoryConstraints { .. })
+}
+
+#[test]
+fn gradients_of_random_scenes_are_exact() {
+    let tally = Tally::default();
+    try_all(cases(), regular::description(), |description| tally.try_one(&description, accident));
+    tally.print("random scenes");
+    assert!(tally.share(EXACT) >= 0.9, "too few of the scenes can be simulated");
+    assert!(tally.share(NO_REFERENCE) <= 0.01, "too few of the motions can be compared");
+}
+
+#[test]
+fn gradients_of_random_scenes_with_dependent_constraints_are_exact() {
+    let tally = Tally::default();
+    try_all(cases(), regular::redundant(), |description| {
+        tally.try_one(&description, |error| accident(error) || unsound(error))
+    });
+    tally.print("random scenes with dependent constraints");
+}
+
+#[test]
+fn no_scene_panics_or_gives_numbers_that_are_not_finite() {
+    let tally = Tally::default();
+    try_all(10 * cases(), proptest::collection::vec(proptest::num::u8::ANY, 0..700), |bytes| {
+        let description = Bytes(&bytes).description();
+        match exact::run(&description) {
+            Ok(Ok(_)) => tally.count("simulated"),
+            Ok(Err(error)) => tally.count_error(&error),
+            Err(defect) if exact::is_known(&defect) => tally.count(OVERFLOW),
+            Err(defect) => return Err(TestCaseError::fail(format!("{defect} in {description:#?}"))),
+        }
+        Ok(())
+    });
+    tally.print("scenes of random bytes");
+    assert!(tally.share("simulated") >= 0.1, "too few of the scenes get far");
+    assert!(tally.share(OVERFLOW) <= 0.01, "too many gradients overflow");
+}
