@@ -24,7 +24,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::lanes::dot_sum;
 use crate::linear::Breakdown;
 use crate::refinement::Refinement;
-use crate::restart::Restart;
+use crate::restart::{Restart, half_range};
 use crate::simulate::Forward;
 use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut};
@@ -88,6 +88,12 @@ pub(crate) struct Sweep {
     /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
     pub(crate) right: Vec<f64>,
     pub(crate) zeros: Pair,
+    /// What a restart adds to J_σ of the node before it.
+    pub(crate) carried: Vec<f64>,
+    /// ½ r of the restarts.
+    half_range: f64,
+    /// Whether the node after the one at hand is restarted.
+    restarted_next: bool,
     /// dJ/du of the node at hand.
     pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
@@ -113,6 +119,9 @@ impl Sweep {
             cost_is_zero: true,
             right: zeros(n + m),
             zeros: Pair::new(n, m),
+            carried: zeros(m),
+            half_range: 0.0,
+            restarted_next: false,
             u: zeros(system.k()),
             time: 0.0,
             refinement: Refinement::default(),
@@ -150,11 +159,16 @@ impl Sweep {
         let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
         let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
         self.cost_rows(system, forward, node)?;
+        if self.restarted_next {
+            self.cost.sigma.iter_mut().zip(&mut self.carried).for_each(|(sum, carried)| *sum += std::mem::take(carried));
+            self.cost_is_zero = false;
+        }
+        self.restarted_next = restart.is_some();
         let begins = restart.is_some() || node == 0;
         self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
         self.input_rows(system, &forward.newton, &forward.at(node));
         if let Some(restart) = restart {
-            let crossed = self.cross(system, forward, &restart, node);
+            let crossed = self.cross(system, forward, &restart, node, self.half_range);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
             self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
             let at = forward.at(node);
@@ -177,6 +191,9 @@ impl Sweep {
     pub(crate) fn begin(&mut self, system: &System, forward: &Forward, settings: &Settings) {
         let inputs = &forward.inputs;
         self.refinement = forward.refinement();
+        self.carried.fill(0.0);
+        self.restarted_next = false;
+        self.half_range = half_range(settings);
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;
         if gradient.controls.ncols() != nodes {

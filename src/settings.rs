@@ -18,9 +18,11 @@ pub struct Settings {
     pub max_halvings: usize,
     /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is above this, in m or rad; infinite for never, as in the paper.
     ///
-    /// There, and only there, the multipliers begin at zero again too (see [`restart`](crate::restart)).
+    /// The multipliers begin anew there too (see [`restart`](crate::restart)).
     pub drift_bound: f64,
-    /// The multipliers begin at zero again at every so-manieth node, so that long motions do not lose digits; 0 for never.
+    /// The multipliers begin anew at every so-manieth node, so that they do not grow without bound under a steady load; 0 for never.
+    ///
+    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
     pub rebase_every: usize,
     /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,

@@ -191,10 +191,10 @@ impl Forward {
         At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.trajectory.times[node - self.first], design }
     }
 
-    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64]) {
+    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
         self.start_q.copy_from_slice(q);
         self.start_p.copy_from_slice(p_star);
-        self.start_sigma.fill(0.0);
+        self.start_sigma.copy_from_slice(sigma);
     }
 
     /// Factors K(0) at the given state, before anything is solved with it.

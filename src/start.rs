@@ -39,7 +39,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
             time: forward.trajectory.times[0],
         });
     }
-    forward.set_start(&q, &p_star);
+    forward.set_start(&q, &p_star, &vec![0.0; m]);
     check_regular(forward, system, &q)?;
     forward.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);

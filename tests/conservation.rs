@@ -5,7 +5,7 @@ mod common;
 use common::{assert_order, largest_difference};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Start, System, Trajectory, simulate,
+    Grid, Inputs, KineticEnergy, LongSolver, PotentialEnergy, Scalar, Scene, Settings, Start, System, Trajectory, simulate,
 };
 use nalgebra::{DVector, SVector};
 
@@ -175,4 +175,39 @@ fn linear_momentum_is_kept_to_rounding() {
         println!("momentum along {axis}: {:.3} N s, drift {drift:.1e} N s", all[0]);
         assert!(drift < 1e-12, "drift {drift:.1e} N s");
     }
+}
+
+/// The largest energy error in the first and in the last tenth of a motion of 200 s.
+fn errors_early_and_late(system: &System, energy: &Energy, rebase_every: usize) -> (f64, f64) {
+    let steps = 20_000;
+    let inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.01));
+    let (mut start, mut early, mut late) = (0.0, 0.0f64, 0.0f64);
+    let settings = Settings { rebase_every, ..Settings::default() };
+    let run = LongSolver::new(system, settings, 10_000_000).simulate(&inputs, |state| {
+        let now = energy(state.q, state.v);
+        match state.node {
+            0 => start = now,
+            node if node <= steps / 10 => early = early.max((now - start).abs()),
+            node if node > steps - steps / 10 => late = late.max((now - start).abs()),
+            _ => (),
+        }
+    });
+    // Without rebasing a motion may stop: then there is no late error.
+    if run.is_ok() { (early, late) } else { (early, f64::INFINITY) }
+}
+
+#[test]
+fn the_energy_does_not_drift_if_the_multipliers_begin_anew_at_every_node() {
+    for (name, (system, energy)) in [("chain", boxed(chain(0.0))), ("slider-crank", boxed(slider_crank()))] {
+        let (plain, rebased) = (errors_early_and_late(&system, &energy, 0), errors_early_and_late(&system, &energy, 1));
+        println!("{name}: energy error early and late: {plain:.2?} J, rebased {rebased:.4?} J");
+        assert!(plain.1 > 2.0 * plain.0, "{name}: nothing to be seen without rebasing");
+        assert!(rebased.1 <= 1.05 * rebased.0, "{name}: {rebased:?}");
+    }
+}
+
+type Energy = Box<dyn Fn(&[f64], &[f64]) -> f64>;
+
+fn boxed((system, energy): (System, impl Fn(&[f64], &[f64]) -> f64 + 'static)) -> (System, Energy) {
+    (system, Box::new(energy))
 }

@@ -1,4 +1,4 @@
-//! Restarts inside a motion: the constraints are satisfied again, σ begins at zero again, and the gradient stays exact.
+//! Restarts inside a motion: the constraints are satisfied again, σ begins anew, and the gradient stays exact.
 
 mod common;
 
@@ -99,7 +99,7 @@ fn motions_with_restarts_are_of_order_two() {
 }
 
 #[test]
-fn multipliers_begin_at_zero_again_and_impulses_per_time_stay_the_forces() {
+fn multipliers_that_begin_anew_do_not_grow() {
     let system = CartPendulum::with_links(1).scene().compile().expect("scene");
     let inputs = Inputs::at_rest(&system, Grid::uniform(4000, 0.01));
     let sigma = |settings| {

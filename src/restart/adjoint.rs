@@ -7,6 +7,7 @@ use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::simulate::Forward;
 use crate::system::{At, Covector, InputRows};
+use crate::trajectory::column;
 
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
 const MOST_CORRECTIONS: usize = 30;
@@ -19,12 +20,13 @@ impl Sweep {
         forward: &mut Forward,
         restart: &Restart,
         node: usize,
+        half_range: f64,
     ) -> Result<(), Breakdown> {
         self.cost.clear();
         self.cost_is_zero = false;
         self.cost.q.iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
         self.node.b.iter_mut().for_each(|b| *b = -*b);
-        self.cross_momentum(system, forward, restart, node);
+        self.cross_momentum(system, forward, restart, node, half_range);
         if let Some(projection) = restart.projection {
             self.cross_projection(system, forward, (restart.q, projection), node)?;
         }
@@ -34,13 +36,24 @@ impl Sweep {
         Ok(())
     }
 
-    /// p* = T_v(q, v⁻).
-    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize) {
+    /// p* = 𝓛_v(q, v⁻, s) with s = ½ r (σ₋ − σ⁻), which is where σ begins.
+    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize, half_range: f64) {
         let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
         forward.newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
-        let at = At { v: restart.v, sigma: &self.zeros.sigma, ..forward.at(node) };
+        let here = forward.at(node);
+        let before = column(&forward.trajectory.sigma, node - 1 - forward.first);
+        // In the place of e₊, which has been used.
+        for (j, s) in self.next.e.iter_mut().enumerate() {
+            *s = half_range * (before[j] - restart.sigma[j]);
+            self.carried[j] = half_range * self.rows.sigma[j];
+        }
+        for &(j, mu) in &forward.trajectory.compliance {
+            self.carried[j] += half_range * mu * self.node.e[j];
+        }
+        self.cost.sigma.iter_mut().zip(&self.carried).for_each(|(j_sigma, carried)| *j_sigma = -carried);
+        let at = At { v: restart.v, sigma: &self.next.e, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));

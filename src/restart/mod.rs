@@ -5,15 +5,17 @@
 //!
 //! ```text
 //!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied)
-//!   rebasing     p* = T_v(q, v⁻),   then v and σ from Eq. (1a) and (1c)
+//!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c);    s = −½ r (σ⁻ − σ₋)
 //! ```
 //!
-//! which is a start as at node 0. Since a step from any (q, p*) is of order two, so is the motion. The projection is
-//! 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the same elements serve it, and the adjoint goes back through all of it:
-//! with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
+//! which is a start as at node 0. Without s, σ would run from 0 to r Δσ until the next restart, r nodes on; with it, from −½ r Δσ to ½ r Δσ, which
+//! looks the same forth and back in time, and so the energy of a conservative motion does not drift. Since a step from
+//! any (q, p*) is of order two, so is the motion. The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the
+//! same elements serve it, and the adjoint goes back through all of it: with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
 //!
 //! ```text
-//!   Ĵ_q += (T_v)_qᵀ π      dJ/dv⁻ = T_vvᵀ π      (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,  Φ_q c = 0      dJ/dq⁻ = −𝓛_vvᵀ c
+//!   Ĵ_q += 𝓛_vqᵀ π      dJ/dv⁻ = 𝓛_vvᵀ π      dJ/ds = Φ_q π      at (q, v⁻, s)
+//!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
 mod adjoint;
@@ -41,7 +43,7 @@ pub(crate) struct Restarts {
     p_star_dot: Vec<f64>,
     sigma: Vec<f64>,
     nu: Vec<f64>,
-    /// Second derivatives at the end of the step, at (q, v⁻, 0) and at (q, w, ν).
+    /// Second derivatives at the end of the step, at (q, v⁻, s) and at (q, w, ν).
     step_blocks: Vec<f64>,
     momentum_blocks: Vec<f64>,
     projection_blocks: Vec<f64>,
@@ -88,6 +90,11 @@ impl Restarts {
             projection: self.projected[which].then(|| (of(&self.nu), of(&self.projection_blocks))),
         })
     }
+}
+
+/// ½ r.
+pub(crate) fn half_range(settings: &Settings) -> f64 {
+    0.5 * settings.rebase_every.max(1) as f64
 }
 
 /// Restarts the motion at a node, if it is due there.
@@ -142,11 +149,14 @@ fn restart(
     }
     let done = projected.and_then(|()| {
         at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
-        at.x.sigma.fill(0.0);
+        let factor = half_range(settings);
+        for (j, s) in at.x.sigma.iter_mut().enumerate() {
+            *s = factor * (forward.trajectory.sigma[(j, k - 1)] - forward.trajectory.sigma[(j, k)]);
+        }
         l_v(forward, system, node, &mut at);
         forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
-        forward.set_start(&at.q, &at.left.v);
-        column_mut(&mut forward.trajectory.sigma, k).fill(0.0);
+        forward.set_start(&at.q, &at.left.v, &at.x.sigma);
+        column_mut(&mut forward.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
         forward.solve_node(system, node, 0.0, settings)
     });
     column_mut(&mut forward.trajectory.p_star, k).copy_from_slice(&at.left.v);
