@@ -21,7 +21,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::lanes::dot_sum;
+use crate::lanes::{all_finite, dot_sum, largest};
 use crate::linear::Breakdown;
 use crate::refinement::Refinement;
 use crate::restart::{Restart, half_range};
@@ -29,7 +29,10 @@ use crate::simulate::Forward;
 use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::Newton;
-use crate::{Error, Settings, Start, System, error};
+use crate::{Error, Settings, Start, System, Warning, error};
+
+/// The growth of the adjoint variables is looked at every so many nodes.
+const LOOK_EVERY: usize = 16;
 
 /// The cost and its derivatives with respect to everything a motion follows from.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +95,8 @@ pub(crate) struct Sweep {
     pub(crate) carried: Vec<f64>,
     /// ½ r of the restarts.
     half_range: f64,
+    /// The first |dJ/dp*| that was not zero.
+    first_size: f64,
     /// Whether the node after the one at hand is restarted.
     restarted_next: bool,
     /// dJ/du of the node at hand.
@@ -121,6 +126,7 @@ impl Sweep {
             zeros: Pair::new(n, m),
             carried: zeros(m),
             half_range: 0.0,
+            first_size: 0.0,
             restarted_next: false,
             u: zeros(system.k()),
             time: 0.0,
@@ -144,7 +150,40 @@ impl Sweep {
         let restarts = std::mem::take(&mut forward.restarts);
         let done = (0..nodes).rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
         forward.restarts = restarts;
-        done.map(|()| &self.gradient)
+        done?;
+        self.finish(system)
+    }
+
+    /// Refuses sums that overflowed, and says how far the gradient can be trusted.
+    pub(crate) fn finish(&mut self, system: &System) -> Result<&Gradient, Error> {
+        if self.report.adjoint_growth > Warning::GROWTH {
+            self.report.warn(Warning::AdjointGrowth { factor: self.report.adjoint_growth });
+        }
+        let Gradient { value, controls, design, start, steps } = &self.gradient;
+        let rate = if matches!(start, Start::Velocity { .. }) { "dJ/dv₀" } else { "dJ/dp*₀" };
+        let parts: [(&str, &[f64]); 6] = [
+            ("J", std::slice::from_ref(value)),
+            ("dJ/du", controls.as_slice()),
+            ("dJ/db", design.as_slice()),
+            ("dJ/dq₀", start.q().as_slice()),
+            (rate, start.rate().as_slice()),
+            ("dJ/dΔt", steps),
+        ];
+        let bad = parts.into_iter().find_map(|(name, values)| {
+            if all_finite(values) {
+                return None;
+            }
+            let k = values.iter().position(|x| !x.is_finite())?;
+            let what = match name {
+                "dJ/db" => format!("{name} of `{}`", system.design_name(k)),
+                "dJ/du" => format!("{name} at node {}", k / system.k().max(1)),
+                "dJ/dΔt" => format!("{name} of step {}", k + 1),
+                "J" => "J".into(),
+                _ => format!("{name} of `{}`", system.coordinate_name(k)),
+            };
+            Some(Error::Overflow { what, value: values[k] })
+        });
+        bad.map_or(Ok(&self.gradient), Err)
     }
 
     /// Goes back through one node, and through the step into it.
@@ -183,8 +222,21 @@ impl Sweep {
             self.start_rows(system, forward);
         }
         self.store(forward, node);
+        if node.is_multiple_of(LOOK_EVERY) {
+            self.watch_growth();
+        }
         std::mem::swap(&mut self.node, &mut self.next);
         Ok(())
+    }
+
+    /// Compares b = −dJ/dp* with the first that was not zero.
+    fn watch_growth(&mut self) {
+        let size = largest(&self.node.b);
+        if self.first_size == 0.0 {
+            self.first_size = size;
+        } else {
+            self.report.adjoint_growth = self.report.adjoint_growth.max(size / self.first_size);
+        }
     }
 
     /// Makes room for the gradient with respect to the given inputs and sets it to zero.
@@ -193,6 +245,7 @@ impl Sweep {
         self.refinement = forward.refinement();
         self.carried.fill(0.0);
         self.restarted_next = false;
+        self.first_size = 0.0;
         self.half_range = half_range(settings);
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;

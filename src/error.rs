@@ -166,6 +166,13 @@ pub enum Error {
         /// Its time, s.
         time: f64,
     },
+    /// J or a derivative of it that is infinite or NaN although every term of it is finite.
+    Overflow {
+        /// Which one.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
     /// A derivative was asked for with respect to something that a motion does not have.
     NoSuchInput {
         /// What was asked for.
@@ -277,6 +284,11 @@ impl fmt::Display for Error {
                 "{element} gave a value or derivative that is not finite at node {node} (t = {} s); check its formula \
                  (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
                 seconds(*time)
+            ),
+            Error::Overflow { what, value } => write!(
+                f,
+                "{what} is {value}: a sum over the nodes is beyond the range of numbers; scale the cost, or shorten a motion that \
+                 amplifies every change"
             ),
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is no input of this motion; `check::Input::all` lists them")

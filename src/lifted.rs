@@ -11,7 +11,7 @@ use crate::restart::{Restart, half_range};
 use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
-use crate::trapezoid::NOISE;
+use crate::trapezoid::{NOISE, SMALL};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
@@ -254,7 +254,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
             largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, 0.0));
-            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, 0.0);
+            // σ from rest is a difference of momenta, and its rounding is theirs.
+            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, SMALL * scale);
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }

@@ -124,7 +124,7 @@ impl<'s> LongSolver<'s> {
             self.checkpoints.pop();
             to = from;
         }
-        Ok(&self.sweep.gradient)
+        self.sweep.finish(self.system)
     }
 
     /// The inputs of the last motion, on the grid that was taken.

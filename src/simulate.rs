@@ -9,7 +9,7 @@ use crate::restart::{self, Point, Restarts};
 use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::{Given, Newton, StepFailure, StepStart, Unknowns};
-use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, rank, start};
+use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, rank, start};
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
 const CONTRADICTION: f64 = 1e-6;
@@ -164,9 +164,23 @@ impl Forward {
             sigma: column_mut(&mut self.trajectory.sigma, k),
             p_star_dot: column_mut(&mut self.trajectory.p_star_dot, k),
         };
+        let worst = self.report.worst_pivot;
         self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report)?;
+        self.warn_of_lost_digits(system, node, worst);
         column_mut(&mut self.blocks, k).copy_from_slice(&self.newton.evaluation.blocks);
         Ok(())
+    }
+
+    /// Keeps the worst of all warnings of this kind; compliances lose digits on purpose, of what moves nothing.
+    pub(crate) fn warn_of_lost_digits(&mut self, system: &System, node: usize, worst_before: f64) {
+        let is_new = self.report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
+        if !is_new || !self.trajectory.compliance.is_empty() {
+            return;
+        }
+        let unknown = system.unknown_name(self.newton.worst_unknown(system));
+        let (step, time) = (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
+        self.report.warnings.retain(|warning| !matches!(warning, Warning::LostDigits { .. }));
+        self.report.warn(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
     }
 
     /// What the costs of a node depend on.

@@ -41,6 +41,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     }
     forward.set_start(&q, &p_star, &vec![0.0; m]);
     check_regular(forward, system, &q)?;
+    forward.warn_of_lost_digits(system, 0, 1.0);
     forward.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;

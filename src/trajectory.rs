@@ -209,6 +209,8 @@ pub struct Report {
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,
+    /// How much larger dJ/dp* became on the way back than it was first, looked at every so many nodes (adjoint sweep only).
+    pub adjoint_growth: f64,
     /// Nodes at which the motion was started anew.
     pub restarts: usize,
     /// What the run has to say besides.
@@ -227,6 +229,7 @@ impl Default for Report {
             worst_residual: 0.0,
             worst_correction: 0.0,
             worst_pivot: 1.0,
+            adjoint_growth: 1.0,
             restarts: 0,
             warnings: Vec::new(),
         }

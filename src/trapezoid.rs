@@ -39,7 +39,7 @@ const STALLED: f64 = 1e-10;
 pub(crate) const NOISE: f64 = 1e-8;
 
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
-const SMALL: f64 = 1e-2;
+pub(crate) const SMALL: f64 = 1e-2;
 
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
 #[derive(Clone, Copy)]
@@ -217,6 +217,11 @@ impl Newton {
         let positions = system.positions();
         positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
         positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);
+    }
+
+    /// The unknown whose pivot lost most digits in the last factorisation.
+    pub(crate) fn worst_unknown(&self, system: &System) -> usize {
+        self.matrix.worst_unknown(system.symbolic())
     }
 
     /// Solves K x = r in place.

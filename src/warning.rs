@@ -15,6 +15,24 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// A pivot of a tangent matrix lost at least [`LOST_DIGITS`](Warning::LOST_DIGITS) of the numbers it is a difference of: masses far apart, a
+    /// configuration that is nearly singular, or a step that is too long.
+    LostDigits {
+        /// The step of the worst such pivot, counted from 1; 0 for the start.
+        step: usize,
+        /// When, s.
+        time: f64,
+        /// The unknown that was eliminated.
+        unknown: String,
+        /// The ratio of the pivot to its terms.
+        pivot: f64,
+    },
+    /// The adjoint variables grew by more than [`GROWTH`](Warning::GROWTH) on the way back: the motion amplifies changes, and
+    /// rounding with them, so that about 1e-16 times this is what the gradient is right to.
+    AdjointGrowth {
+        /// The largest dJ/dp* of all nodes looked at, relative to the first that was not zero.
+        factor: f64,
+    },
     /// Steps had no solution and were divided.
     HalvedSteps {
         /// The first of them, counted from 1.
@@ -28,6 +46,13 @@ pub enum Warning {
     },
 }
 
+impl Warning {
+    /// Pivots below this fraction of their terms are worth a warning: half of the digits are gone.
+    pub const LOST_DIGITS: f64 = 1e-8;
+    /// Growth beyond this is worth a warning: a gradient of ten digits at most.
+    pub const GROWTH: f64 = 1e6;
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -37,6 +62,18 @@ impl fmt::Display for Warning {
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
                 equations.join(", ")
+            ),
+            Warning::LostDigits { step, time, unknown, pivot } => write!(
+                f,
+                "digits are lost where {unknown} is eliminated in step {step} (t = {} s): the pivot is {pivot:.1e} of its terms; \
+                 masses may be far apart, or the configuration nearly singular",
+                seconds(*time)
+            ),
+            Warning::AdjointGrowth { factor } => write!(
+                f,
+                "changes grow by a factor of {factor:.1e} along this motion, and rounding with them: expect {:.0} digits of the \
+                 gradient",
+                (16.0 - factor.log10()).max(0.0)
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(
                 f,

@@ -145,6 +145,13 @@ impl BlockLu {
         self.worst.recip()
     }
 
+    /// The unknown whose pivot lost most, as far as the factors still tell.
+    pub(crate) fn worst_unknown(&self, symbolic: &Symbolic) -> usize {
+        let losses = self.reciprocal_pivots(symbolic).zip(&self.scale).map(|(reciprocal, scale)| scale * reciprocal.abs());
+        let worst = losses.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(position, _)| position);
+        symbolic.unknown(worst)
+    }
+
     /// The reciprocal pivots by positions.
     pub(crate) fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a {
         let diagonal = |node: &'a Node| (0..node.size).map(|k| self.values[node.start + k * (node.size + 1)]);

@@ -60,11 +60,6 @@ pub fn run(description: &Description) -> Result<Result<Moved, Error>, String> {
     Ok(Ok(Moved { system, inputs, gradient }))
 }
 
-/// Whether a defect is overflow that the adjoint sweep does not see: `a_gradient_that_overflows_is_an_error` in tests/bad_run.rs.
-pub fn is_known(defect: &str) -> bool {
-    defect.starts_with("J:") || defect.starts_with("dJ/")
-}
-
 fn all_finite(motion: &Trajectory, nodes: usize) -> Result<(), String> {
     finite("t", &motion.times[..nodes])?;
     for (name, matrix) in

@@ -50,7 +50,6 @@ const EXACT: &str = "simulated, gradient exact";
 const NO_REFERENCE: &str = "simulated, without a reference";
 
 /// A gradient that is not finite.
-const OVERFLOW: &str = "simulated, gradient overflows";
 
 impl Tally {
     fn count(&self, what: &str) {
@@ -140,12 +139,10 @@ fn no_scene_panics_or_gives_numbers_that_are_not_finite() {
         match exact::run(&description) {
             Ok(Ok(_)) => tally.count("simulated"),
             Ok(Err(error)) => tally.count_error(&error),
-            Err(defect) if exact::is_known(&defect) => tally.count(OVERFLOW),
             Err(defect) => return Err(TestCaseError::fail(format!("{defect} in {description:#?}"))),
         }
         Ok(())
     });
     tally.print("scenes of random bytes");
     assert!(tally.share("simulated") >= 0.1, "too few of the scenes get far");
-    assert!(tally.share(OVERFLOW) <= 0.01, "too many gradients overflow");
 }
