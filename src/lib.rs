@@ -60,6 +60,7 @@
 //! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint.rs` |
 //! | Section 4 | the example | `scenes.rs` |
+//! | | dependent constraints; restarts; halved steps; checkpoints | `redundancy.rs`, `restart/`, `refinement.rs`, `long.rs` |
 //! | Fig. 6 | complex step, tangents, differences | `check/`, `lifted.rs` |
 //!
 //! # Symbols
