@@ -205,19 +205,17 @@ impl Sweep {
         self.restarted_next = restart.is_some();
         let begins = restart.is_some() || node == 0;
         self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
-        self.input_rows(system, &forward.newton, &forward.at(node));
+        self.input_rows(system, &forward.newton, || forward.at(node));
         if let Some(restart) = restart {
             let crossed = self.cross(system, forward, &restart, node, self.half_range);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
             self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
-            let at = forward.at(node);
-            self.input_rows(system, &forward.newton, &At { q: restart.q, v: restart.v, sigma: restart.sigma, ..at });
+            let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
+            self.input_rows(system, &forward.newton, end);
         }
         self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
         if node > 0 {
-            let y = forward.trajectory.columns(node - forward.first);
-            let (v, p_star_dot) = restart.map_or((y.v, y.p_star_dot), |y| (y.v, y.p_star_dot));
-            self.step_row(forward, (v, p_star_dot), node);
+            self.step_row(forward, restart, node);
         } else {
             self.start_rows(system, forward);
         }
@@ -358,18 +356,19 @@ impl Sweep {
     }
 
     /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
-    fn input_rows(&mut self, system: &System, newton: &Newton, at: &At<f64>) {
+    fn input_rows<'a>(&mut self, system: &System, newton: &Newton, at: impl Fn() -> At<'a, f64>) {
         newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
         let design = self.gradient.design.as_mut_slice();
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time };
-        system.sensitive().for_each(|batch| batch.pull_back_inputs(at, &with, &mut rows));
+        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
     }
 
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes.
-    fn step_row(&mut self, forward: &Forward, (v, p_star_dot): (&[f64], &[f64]), i: usize) {
-        let before = forward.trajectory.columns(i - 1 - forward.first);
-        let own = dot_sum(&self.node.a, v, before.v) + dot_sum(&self.node.b, p_star_dot, before.p_star_dot);
+    fn step_row(&mut self, forward: &Forward, restart: Option<Restart>, i: usize) {
+        let (v, rate, k) = (&forward.trajectory.v, &forward.trajectory.p_star_dot, i - forward.first);
+        let (v_end, rate_end) = restart.map_or_else(|| (column(v, k), column(rate, k)), |end| (end.v, end.p_star_dot));
+        let own = dot_sum(&self.node.a, v_end, column(v, k - 1)) + dot_sum(&self.node.b, rate_end, column(rate, k - 1));
         self.refinement.add_step(i, self.time - 0.5 * own, &mut self.gradient.steps);
     }
 

@@ -74,6 +74,7 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
+    #[inline]
     pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
         Columns {
             q: column(&self.q, i),

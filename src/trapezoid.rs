@@ -374,6 +374,7 @@ impl Newton {
 }
 
 /// The largest weighted entries that belong to velocities and to multipliers.
+#[inline]
 fn sizes(weights: &[[f64; 2]], x: &[f64]) -> Sizes {
     let (chunks, rest) = x.as_chunks::<4>();
     let (weights, rest_weights) = weights.as_chunks::<4>();
