@@ -11,7 +11,8 @@
 //!
 //! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times.
 
-use crate::adjoint::{Gradient, Sweep};
+use crate::adjoint::Sweep;
+use crate::gradient::Gradient;
 use crate::predict::Predictor;
 use crate::simulate::Forward;
 use crate::trajectory::{Report, Trajectory, column_mut};

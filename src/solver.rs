@@ -1,6 +1,7 @@
 //! [`Solver`]: a system with all the memory that simulations and gradients need, to be used again and again.
 
-use crate::adjoint::{AdjointVariables, Gradient, Sweep};
+use crate::adjoint::Sweep;
+use crate::gradient::{AdjointVariables, Gradient};
 use crate::refinement::Refinement;
 use crate::simulate::Forward;
 use crate::trajectory::Report;

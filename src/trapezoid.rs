@@ -27,6 +27,7 @@
 use crate::evaluation::Evaluation;
 use crate::lanes::{all_finite, larger};
 use crate::linear::{BlockLu, Breakdown};
+use crate::sizes::{Sizes, sizes};
 use crate::system::{At, Pair};
 use crate::trajectory::Report;
 use crate::{Settings, System};
@@ -104,25 +105,6 @@ pub(crate) struct Newton {
     size: Sizes,
     /// What counts as small for them.
     floor: f64,
-}
-
-/// The largest velocity and the largest multiplier, or the largest residuals of their equations.
-#[derive(Clone, Copy, Default)]
-struct Sizes {
-    v: f64,
-    sigma: f64,
-}
-
-impl Sizes {
-    fn at_least(self, floor: f64) -> Sizes {
-        Sizes { v: larger(self.v, floor), sigma: larger(self.sigma, floor) }
-    }
-
-    /// This relative to another, the larger of the two ratios.
-    fn relative_to(self, other: Sizes) -> f64 {
-        let ratio = |x: f64, to: f64| if x == 0.0 { 0.0 } else { x / to };
-        ratio(self.v, other.v).max(ratio(self.sigma, other.sigma))
-    }
 }
 
 impl Newton {
@@ -371,26 +353,4 @@ impl Newton {
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
         StepFailure::Diverged { iterations, residual, unknown }
     }
-}
-
-/// The largest weighted entries that belong to velocities and to multipliers.
-#[inline]
-fn sizes(weights: &[[f64; 2]], x: &[f64]) -> Sizes {
-    let (chunks, rest) = x.as_chunks::<4>();
-    let (weights, rest_weights) = weights.as_chunks::<4>();
-    let update = |[v, sigma]: &mut [f64; 2], x: f64, [of_v, of_sigma]: &[f64; 2]| {
-        *v = larger(*v, x.abs() * of_v);
-        *sigma = larger(*sigma, x.abs() * of_sigma);
-    };
-    let mut lanes = [[0.0; 2]; 4];
-    for (x, weights) in chunks.iter().zip(weights) {
-        for k in 0..4 {
-            update(&mut lanes[k], x[k], &weights[k]);
-        }
-    }
-    for ((x, weight), lane) in rest.iter().zip(rest_weights).zip(&mut lanes) {
-        update(lane, *x, weight);
-    }
-    let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
-    Sizes { v: size(0), sigma: size(1) }
 }
