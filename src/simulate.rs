@@ -134,13 +134,28 @@ impl Forward {
         }
         let history = Predictor::MOST.min(k).min(node - self.smooth_from);
         self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
-        self.solve_node(system, node, h, settings)?;
+        if let Err(failure) = self.solve_node(system, node, h, settings) {
+            if history <= 1 || self.model_fault(system, node, &failure) {
+                return Err(failure);
+            }
+            // Where the motion is rough, the last node is a better guess than what was extrapolated.
+            self.guess_last(k);
+            self.solve_node(system, node, h, settings)?;
+        }
         let rates = column(&self.trajectory.p_star_dot, k);
         let now = column_mut(&mut self.trajectory.p_star, k);
         for ((p_star, start), rate) in now.iter_mut().zip(&self.start_p).zip(rates) {
             *p_star = start + h * rate;
         }
         Ok(())
+    }
+
+    /// The values before as the first guess of column k.
+    fn guess_last(&mut self, k: usize) {
+        for matrix in [&mut self.trajectory.v, &mut self.trajectory.sigma] {
+            let rows = matrix.nrows();
+            matrix.as_mut_slice().copy_within((k - 1) * rows..k * rows, k * rows);
+        }
     }
 
     /// Solves for (v, σ) of a node from the values in its columns, with q = start_q + h v.

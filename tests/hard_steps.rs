@@ -115,3 +115,14 @@ fn hard_starts_of_the_cart_have_a_motion_and_an_exact_gradient() {
         assert_gradient_is_exact(what, &system, &inputs);
     }
 }
+
+#[test]
+fn a_step_is_tried_from_the_last_node_before_it_is_halved() {
+    // Extrapolated through the jump of the controls the guess is too far away; what was before it is near enough.
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(32, 0.02));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = if i < 20 { 10.0 } else { -700.0 });
+    let mut solver = Solver::new(&system, Settings { max_iterations: 6, ..Settings::default() });
+    let motion = solver.simulate(&inputs).expect("motion");
+    assert!(motion.inserted.is_empty(), "{:?}", motion.inserted);
+}
