@@ -7,7 +7,7 @@ use hamiltonian_adjoint::{
 use nalgebra::SVector;
 
 use super::assembly::Units;
-use super::motion::{amplification, gradient_error};
+use super::motion::{March, amplification, gradient_error};
 use super::row::{Found, Measure, Trial};
 use super::scenes;
 
@@ -49,6 +49,8 @@ pub fn trials() -> Vec<Trial> {
         links(1000, 0.001),
         links(1000, 0.01),
         Trial::new(GROUP, "sled driven by v², two steps far too long", halved),
+        Trial::new(GROUP, "slider-crank spun up by 3 N m, Δt = 0.02 s for 2 s", spun_up)
+            .open("Newton's iteration ends at another solution of the step's equations, and nothing says so"),
     ]
 }
 
@@ -135,4 +137,18 @@ fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Found, Err
         Measure::told("nodes inserted by halving", motion.inserted.len() as f64),
     ]
     .into())
+}
+
+/// The energy is the work of the motor, but for what steps of up to half a radian cost.
+fn spun_up() -> Result<Found, Error> {
+    const TORQUE: f64 = 3.0;
+    let mechanism = scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?;
+    let (phi, mut first, mut imbalance, mut work) = (mechanism.angle(0), None, 0.0f64, 0.0f64);
+    March { control: |_| TORQUE, ..March::new(&mechanism.system, 100, 0.02) }.run(|at| {
+        let energy = mechanism.energy(at.q, at.v);
+        let (start, angle) = *first.get_or_insert((energy, at.q[phi]));
+        work = work.max(TORQUE * (at.q[phi] - angle));
+        imbalance = imbalance.max((energy - start - TORQUE * (at.q[phi] - angle)).abs());
+    })?;
+    Ok(vec![Measure::at_most("imbalance over the work done", imbalance / work, 0.1), Measure::told("work [J]", work)].into())
 }
