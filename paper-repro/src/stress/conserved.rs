@@ -29,7 +29,11 @@ pub fn trials(short: bool) -> Vec<Trial> {
                 found.curves.retain(|_| settings.rebase_every <= 1);
                 Ok(found)
             };
-            trials.push(unless_open(trial(format!("energy of a {}", named(what, how)), Box::new(run)), settings));
+            let trial = trial(format!("energy of a {}", named(what, how)), Box::new(run));
+            trials.push(match weakness(what, settings) {
+                Some(why) => trial.open(why),
+                None => trial,
+            });
         }
     }
     for (how, settings) in ways() {
@@ -60,12 +64,13 @@ fn named(what: &str, how: &str) -> String {
     if how.is_empty() { what.into() } else { format!("{what}, {how}") }
 }
 
-fn unless_open(trial: Trial, settings: Settings) -> Trial {
-    trial.open(if settings == Settings::default() {
-        "multipliers grow with time, and with them the error"
-    } else {
-        "restarts are not symmetric in time, and their errors add up"
-    })
+/// What does not hold yet.
+fn weakness(what: &str, settings: Settings) -> Option<&'static str> {
+    match (what, settings.rebase_every) {
+        _ if settings == Settings::default() => Some("multipliers grow with time, and with them the error"),
+        ("chain of three", 1) => None,
+        _ => Some("restarts are not symmetric in time, and their errors add up"),
+    }
 }
 
 /// What is judged of the energies at a step length and at half of it, relative to the work of 1 kg that falls by 1 m.
@@ -111,7 +116,7 @@ fn minimal(steps: usize) -> Result<Found, Error> {
 }
 
 /// Linear momentum is linear in the state, and kept to rounding. Angular momentum is quadratic, which the trapezoidal rule, other than the
-/// midpoint rule, keeps to O(Δt²) only: its order is judged, over 4 s, for the pairs on their springs do not repeat themselves.
+/// midpoint rule, keeps to O(Δt²) only: its order is judged, over 1 s, for the pairs on their springs do not repeat themselves.
 fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
     let mechanism = scenes::free_pairs()?;
     let n = mechanism.system.n();
@@ -126,13 +131,13 @@ fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
         })?;
         Ok(parts)
     };
-    let (all, coarse, fine) = (record(steps, 0.01)?, record(4000, 0.001)?, record(8000, 0.0005)?);
+    let (all, coarse, fine) = (record(steps, 0.01)?, record(1000, 0.001)?, record(2000, 0.0005)?);
     let most = |part: &[(f64, f64)]| deviation(part, (0.0, 1.0));
     let order = (most(&coarse[2]) / most(&fine[2])).log2();
     Ok(vec![
         Measure::at_most("linear [N s]", most(&all[0]).max(most(&all[1])), 1e-16 * steps as f64),
-        Measure::between("order of the angular, a quadratic invariant kept to O(Δt²) only, over 4 s", order, SECOND),
-        Measure::told("angular over 4 s at 1 ms [N m s]", most(&coarse[2])),
+        Measure::between("order of the angular, a quadratic invariant kept to O(Δt²) only, over 1 s", order, SECOND),
+        Measure::told("angular over 1 s at 1 ms [N m s]", most(&coarse[2])),
         Measure::told("over all steps at 10 ms", most(&all[2])),
     ]
     .into())
