@@ -16,11 +16,12 @@ const BY_QUADRATURE: &str = "positions follow velocities by quadrature, and noth
 const MOVING: &str = "paper's cart, kept moving";
 
 type Build = fn() -> Result<System, Error>;
+type Control = fn(f64) -> f64;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let (steps, many) = if short { (10_000, 100_000) } else { (100_000, 1_000_000) };
     let mut trials = vec![Trial::new(GROUP, "paper's cart, 2 s, over Δt", over_step)];
-    let moving: [(&str, Build, fn(f64) -> f64); 2] =
+    let moving: [(&str, Build, Control); 2] =
         [(MOVING, cart, |t| 5.0 * (2.2 * t).sin()), ("slider-crank without friction", crank, |_| 0.0)];
     for (name, build, control) in moving {
         let trial = |how: &str, settings: Settings, steps: usize, judge: fn(&str, &March) -> Found| {
