@@ -4,7 +4,7 @@ use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Settings, Start
 use nalgebra::{DVector, SVector};
 
 use super::assembly::{Mechanism, Units};
-use super::motion::{March, Record, deviation, envelope, in_figures, projected, rebased};
+use super::motion::{March, Record, deviation, envelope, in_figures, projected, rebased, refined};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use super::scenes::{self, DoublePendulum};
 
@@ -24,13 +24,16 @@ pub fn trials(short: bool) -> Vec<Trial> {
         for (how, settings) in ways() {
             let run = move |steps| {
                 let mechanism = build()?;
-                let run = |refine| energies(&mechanism, steps * refine, 0.01 / refine as f64, settings);
+                let run = |refine| {
+                    let settings = refined(settings, refine);
+                    energies(&mechanism, steps * refine, 0.01 / refine as f64, settings)
+                };
                 let mut found = energy(&named(what, how), run)?;
                 found.curves.retain(|_| settings.rebase_every <= 1);
                 Ok(found)
             };
             let trial = trial(format!("energy of a {}", named(what, how)), Box::new(run));
-            trials.push(match weakness(what, settings) {
+            trials.push(match weakness(settings) {
                 Some(why) => trial.open(why),
                 None => trial,
             });
@@ -65,11 +68,11 @@ fn named(what: &str, how: &str) -> String {
 }
 
 /// What does not hold yet.
-fn weakness(what: &str, settings: Settings) -> Option<&'static str> {
-    match (what, settings.rebase_every) {
+fn weakness(settings: Settings) -> Option<&'static str> {
+    match settings.rebase_every {
         _ if settings == Settings::default() => Some("multipliers grow with time, and with them the error"),
-        ("chain of three", 1) => None,
-        _ => Some("restarts are not symmetric in time, and their errors add up"),
+        1 => None,
+        _ => Some("restarts of this kind are not symmetric in time, and their errors add up"),
     }
 }
 
@@ -122,7 +125,7 @@ fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
     let n = mechanism.system.n();
     let p_star = DVector::from_fn(n, |i, _| 0.4 * (12.9 * (i + 1) as f64).sin());
     let start = Start::Momentum { q: mechanism.system.initial_coordinates(), p_star };
-    let record = |steps: usize, dt: f64| -> Result<[Vec<(f64, f64)>; 3], Error> {
+    let record = |settings: Settings, steps: usize, dt: f64| -> Result<[Vec<(f64, f64)>; 3], Error> {
         let mut parts: [Vec<(f64, f64)>; 3] = Default::default();
         let march = March { start: start.clone(), settings, ..March::new(&mechanism.system, steps, dt) };
         march.run(|at| {
@@ -131,7 +134,8 @@ fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
         })?;
         Ok(parts)
     };
-    let (all, coarse, fine) = (record(steps, 0.01)?, record(1000, 0.001)?, record(2000, 0.0005)?);
+    let (all, coarse, fine) =
+        (record(settings, steps, 0.01)?, record(settings, 1000, 0.001)?, record(refined(settings, 2), 2000, 0.0005)?);
     let most = |part: &[(f64, f64)]| deviation(part, (0.0, 1.0));
     let order = (most(&coarse[2]) / most(&fine[2])).log2();
     Ok(vec![

@@ -11,6 +11,7 @@ use super::scenes;
 use crate::statistics::relative_difference;
 
 const GROUP: &str = "long runs";
+const NOT_SYMMETRIC: &str = "restarts of this kind are not symmetric in time, and their errors add up";
 /// How often the cart is rebased.
 const EVERY: usize = 100;
 /// What a gradient of a million steps may take.
@@ -22,19 +23,19 @@ pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 20_000 } else { 1_000_000 };
     let energy = |how: &str, settings: Settings| {
         Trial::new(GROUP, format!("energy of a chain, {how}, {steps} steps"), move || energy(steps, settings))
-            .open("restarts are not symmetric in time, and their errors add up")
     };
     vec![
         Trial::new(GROUP, format!("paper's cart, hanging, rebased at every {EVERY}th node, {steps} steps"), move || {
             cart(steps)
-        }),
+        })
+        .open("‖dΦ/dt‖ is that of Newton's tolerance relative to σ, not to v, while v is small"),
         Trial::new(GROUP, format!("its gradient within 96 MB, {steps} steps"), move || gradient(steps)),
         Trial::new(GROUP, "its gradient within 2 MB against the stored one, 20000 steps", against_stored),
         Trial::new(GROUP, format!("chain under its weight, {steps} steps"), move || multipliers(steps))
             .open("multipliers grow with time, until a step has no solution"),
         energy("rebased at every node", rebased(1)),
-        energy("rebased at every 100th node", rebased(EVERY)),
-        energy("projected at every node", projected()),
+        energy("rebased at every 100th node", rebased(EVERY)).open(NOT_SYMMETRIC),
+        energy("projected at every node", projected()).open(NOT_SYMMETRIC),
     ]
 }
 

@@ -16,6 +16,14 @@ pub fn rebased(rebase_every: usize) -> Settings {
     Settings { rebase_every, ..Settings::default() }
 }
 
+/// For steps that are so many times shorter: what is not done at every node is done at the same times.
+pub fn refined(settings: Settings, by: usize) -> Settings {
+    match settings.rebase_every {
+        0 | 1 => settings,
+        every => Settings { rebase_every: by * every, ..settings },
+    }
+}
+
 /// Position constraints are satisfied again at every node.
 pub fn projected() -> Settings {
     Settings { drift_bound: 0.0, ..Settings::default() }
