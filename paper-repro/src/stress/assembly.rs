@@ -1,7 +1,7 @@
 //! Rods, joints and springs put together in any units, with the energy and the momenta of what comes out.
 
 use hamiltonian_adjoint::planar::{Body, Frame, Point};
-use hamiltonian_adjoint::{Error, Scene, System};
+use hamiltonian_adjoint::{Coordinate, Error, Scene, System};
 
 /// Gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -95,8 +95,13 @@ impl Assembly {
         part.map_or(Body::GROUND, |k| self.bodies[k].body.into())
     }
 
+    /// The coordinates (x, y, φ) of a part other than the ground.
+    pub fn coordinates(&self, part: Part) -> [Coordinate; 3] {
+        self.bodies[part.expect("a body")].body.coordinates
+    }
+
     /// Where in the frame of a part this place is at the start.
-    fn local(&self, part: Part, at: [f64; 2]) -> [f64; 2] {
+    pub fn local(&self, part: Part, at: [f64; 2]) -> [f64; 2] {
         let at = at.map(|x| x * self.units.length);
         let Some(k) = part else { return at };
         let [x, y, phi] = self.bodies[k].place;

@@ -13,7 +13,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 2_000 } else { 20_000 };
     let pivot = |what: &str, least: f64, build: fn() -> Result<System, Error>| {
         Trial::new(GROUP, format!("smallest pivot, {what}"), move || {
-            let report = March { control: |t| 2.0 * (3.0 * t).sin(), ..March::new(&build()?, 200, 0.01) }.run(|_, _| {})?;
+            let report = March { control: |t| 2.0 * (3.0 * t).sin(), ..March::new(&build()?, 200, 0.01) }.run(|_| ())?;
             Ok(vec![Measure::between("pivot over its summands", report.worst_pivot, (least, 1.0))].into())
         })
     };

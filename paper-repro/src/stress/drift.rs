@@ -1,33 +1,62 @@
-//! How far positions drift from their constraints: velocities satisfy dΦ/dt = 0 exactly, positions follow by quadrature.
+//! How far positions drift from their constraints: velocities satisfy dΦ/dt = 0 exactly, positions follow by quadrature or by projection.
 
-use hamiltonian_adjoint::{Error, System};
+use std::time::Instant;
+
+use hamiltonian_adjoint::{Error, Report, Settings, System};
 
 use super::assembly::Units;
-use super::motion::{March, Record, deviation, envelope};
+use super::motion::{March, Node, Record, deviation, envelope, gradient_error, in_figures, projected, rebased};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use super::scenes;
 
 const GROUP: &str = "drift";
 const GROWS: &str = "multipliers grow with time, until a step has no solution";
+const BY_QUADRATURE: &str = "positions follow velocities by quadrature, and nothing but projection bounds their drift";
+
+const MOVING: &str = "paper's cart, kept moving";
+
+type Build = fn() -> Result<System, Error>;
+type Control = fn(f64) -> f64;
 
 pub fn trials(short: bool) -> Vec<Trial> {
-    let steps = if short { 10_000 } else { 100_000 };
-    vec![
-        Trial::new(GROUP, "paper's cart, 2 s, over Δt", over_step),
-        Trial::new(GROUP, format!("paper's cart, kept moving, {steps} steps"), move || long_cart(steps, false)).open(GROWS),
-        Trial::new(
-            GROUP,
-            format!("paper's cart, kept moving, restarted from q and v at every step, {steps} steps"),
-            move || long_cart(steps, true),
-        ),
-        Trial::new(GROUP, format!("slider-crank without friction, {steps} steps"), move || long_crank(steps, false))
-            .open(GROWS),
-        Trial::new(
-            GROUP,
-            format!("slider-crank without friction, restarted from q and v at every step, {steps} steps"),
-            move || long_crank(steps, true),
-        ),
-    ]
+    let (steps, many) = if short { (10_000, 100_000) } else { (100_000, 1_000_000) };
+    let mut trials = vec![Trial::new(GROUP, "paper's cart, 2 s, over Δt", over_step)];
+    let moving: [(&str, Build, Control); 2] =
+        [(MOVING, cart, |t| 5.0 * (2.2 * t).sin()), ("slider-crank without friction", crank, |_| 0.0)];
+    for (name, build, control) in moving {
+        let trial = |how: &str, settings: Settings, steps: usize, judge: fn(&str, &March) -> Found| {
+            let name = format!("{name}{how}");
+            Trial::new(GROUP, format!("{name}, {steps} steps"), move || {
+                let mut found = judge(&name, &March { control, settings, ..March::new(&build()?, steps, 0.01) });
+                found.curves.retain(|_| settings.rebase_every <= 1);
+                Ok(found)
+            })
+        };
+        trials.push(trial("", Settings::default(), steps, does_not_grow).open(GROWS));
+        let rebased = [
+            trial(", rebased at every node", rebased(1), steps, does_not_grow),
+            trial(", rebased at every 100th node", rebased(100), steps, does_not_grow),
+        ];
+        let projected = trial(", projected at every node", projected(), many, is_rounding);
+        if name == MOVING {
+            trials.extend(rebased.map(|trial| trial.open(BY_QUADRATURE)));
+            trials.push(projected.open("coordinates grow, and Φ with their rounding"));
+        } else {
+            trials.extend(rebased);
+            trials.push(projected);
+        }
+    }
+    trials.push(Trial::new(GROUP, "gradient of the paper's cart, 100 steps, projected and rebased, over Δt", gradients));
+    trials.push(Trial::new(GROUP, "cost of projection at every node, paper's cart, 10000 steps", cost));
+    trials
+}
+
+fn cart() -> Result<System, Error> {
+    scenes::cart(Units::SI, 3).scene().compile()
+}
+
+fn crank() -> Result<System, Error> {
+    Ok(scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?.system)
 }
 
 /// The largest violation, at the first node too.
@@ -36,54 +65,96 @@ fn most(record: &[(f64, f64)]) -> f64 {
 }
 
 fn over_step() -> Result<Found, Error> {
-    let system = scenes::cart(Units::SI, 3).scene().compile()?;
-    let violation = |steps: usize| -> Result<(f64, f64), Error> {
-        let dt = 2.0 / steps as f64;
-        Ok((dt, most(&March { control: |_| 10.0, ..March::new(&system, steps, dt) }.violations().complete()?)))
+    let system = cart()?;
+    let violations = |settings| -> Result<Vec<(f64, f64)>, Error> {
+        let at = |steps: usize| {
+            let dt = 2.0 / steps as f64;
+            Ok((dt, most(&March { control: |_| 10.0, settings, ..March::new(&system, steps, dt) }.violations().complete()?)))
+        };
+        [50, 100, 200, 400, 800, 1600].into_iter().map(at).collect()
     };
-    let points: Vec<(f64, f64)> = [50, 100, 200, 400, 800, 1600].map(violation).into_iter().collect::<Result<_, _>>()?;
-    let order = (points[4].1 / points[5].1).log2();
-    let (paper, curve) = (
-        points[1].1,
-        Curve { of: Quantity::Drift, over_time: false, name: "paper's cart, 2 s".into(), points: points.clone() },
-    );
+    let (plain, rebased, projected) = (violations(Settings::default())?, violations(rebased(1))?, violations(projected())?);
+    let order = |points: &[(f64, f64)]| (points[4].1 / points[5].1).log2();
     Ok(Found {
         // The paper's Fig. 4 has 3e-4 m at its largest.
         measures: vec![
-            Measure::at_most("‖Φ‖ at the paper's 0.02 s", paper, 3.5e-4),
-            Measure::between("order", order, (1.9, 2.1)),
+            Measure::at_most("‖Φ‖ at the paper's 0.02 s", plain[1].1, 3.5e-4),
+            Measure::between("order", order(&plain), (1.9, 2.1)),
+            Measure::between("order, rebased at every node", order(&rebased), (1.9, 2.1)),
+            Measure::at_most("projected", most(&projected), 1e-14),
         ],
-        curves: vec![curve],
+        curves: [("paper's cart", plain), ("paper's cart, rebased", rebased), ("paper's cart, projected", projected)]
+            .map(|(name, points)| Curve { of: Quantity::Drift, over_time: false, name: name.into(), points })
+            .into(),
         stopped: None,
     })
 }
 
+fn found(name: &str, Record { points, stopped }: Record, judged: Measure) -> Found {
+    let curve = Curve { of: Quantity::Drift, over_time: true, name: in_figures(name), points: envelope(&points) };
+    let told = Measure::told("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01)));
+    Found { measures: vec![told, Measure::told("‖Φ‖ in all", most(&points)), judged], curves: vec![curve], stopped }
+}
+
 /// The growth of the violations, last half over first.
-fn long(name: &str, march: &March) -> Found {
-    let Record { points, stopped } = march.violations();
-    let growth = deviation(&points, (0.5, 1.0)) / deviation(&points, (0.0, 0.5));
-    let curve = Curve { of: Quantity::Drift, over_time: true, name: name.into(), points: envelope(&points) };
-    Found {
-        measures: vec![
-            Measure::told("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01))),
-            Measure::told("‖Φ‖ in all", most(&points)),
-            // In proportion to time it would be 2, as a random walk 1.4; the first half may miss the largest swings of a motion.
-            Measure::at_most("last half over first", growth, 1.7),
-        ],
-        curves: vec![curve],
-        stopped,
-    }
+fn does_not_grow(name: &str, march: &March) -> Found {
+    let record = march.violations();
+    let growth = deviation(&record.points, (0.5, 1.0)) / deviation(&record.points, (0.0, 0.5));
+    // In proportion to time it would be 2, as a random walk 1.4; the first half may miss the largest swings of a motion.
+    found(name, record, Measure::at_most("last half over first", growth, 1.7))
 }
 
-fn long_cart(steps: usize, rebased: bool) -> Result<Found, Error> {
-    let system: System = scenes::cart(Units::SI, 3).scene().compile()?;
-    let name = if rebased { "paper's cart, restarted" } else { "paper's cart" };
-    let control = |t: f64| 5.0 * (2.2 * t).sin();
-    Ok(long(name, &March { control, rebased, ..March::new(&system, steps, 0.01) }))
+/// Constraints that are satisfied at every node.
+fn is_rounding(name: &str, march: &March) -> Found {
+    let (mut node, mut place) = (Node::new(march.system), 0.0f64);
+    let record = march.record(|at| {
+        place = at.q.iter().fold(place, |most, q| most.max(q.abs()));
+        node.at(at).phi()
+    });
+    let largest = most(&record.points);
+    let mut found = found(name, record, Measure::at_most("‖Φ‖", largest, 1e-12));
+    found.measures.push(Measure::told("‖q‖", place));
+    found
 }
 
-fn long_crank(steps: usize, rebased: bool) -> Result<Found, Error> {
-    let mechanism = scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?;
-    let name = if rebased { "slider-crank, restarted" } else { "slider-crank" };
-    Ok(long(name, &March { rebased, ..March::new(&mechanism.system, steps, 0.01) }))
+fn gradients() -> Result<Found, Error> {
+    let system = cart()?;
+    let errors = |settings| -> Result<Vec<(f64, f64)>, Error> {
+        let at = |dt: f64| {
+            let march = March { control: |_| 10.0, ..March::new(&system, ((2.0 / dt) as usize).min(100), dt) };
+            Ok((dt, gradient_error(&system, &march.inputs(), settings, 12)?))
+        };
+        [1e-5, 1e-4, 1e-3, 0.01, 0.02, 0.05].into_iter().map(at).collect()
+    };
+    let curves = [("cart, projected", errors(projected())?), ("cart, rebased", errors(rebased(1))?)];
+    Ok(Found {
+        measures: curves
+            .iter()
+            .map(|(name, points)| Measure::at_most(format!("gradient error, {name}"), most(points), 1e-11))
+            .collect(),
+        curves: curves
+            .map(|(name, points)| Curve { of: Quantity::Gradient, over_time: false, name: name.into(), points })
+            .into(),
+        stopped: None,
+    })
+}
+
+/// What projection adds, by counters and by the clock; only that it does not change the number of Newton's iterations much is judged.
+fn cost() -> Result<Found, Error> {
+    let system = cart()?;
+    let run = |settings| -> Result<(Report, f64), Error> {
+        let march = March { control: |t| 5.0 * (2.2 * t).sin(), settings, ..March::new(&system, 10_000, 0.01) };
+        let start = Instant::now();
+        Ok((march.run(|_| ())?, start.elapsed().as_secs_f64()))
+    };
+    let ((plain, plain_time), (projected, time)) = (run(Settings::default())?, run(projected())?);
+    let ratio = |of: fn(&Report) -> usize| of(&projected) as f64 / of(&plain) as f64;
+    Ok(vec![
+        Measure::between("restarts per step", projected.restarts as f64 / 1e4, (0.5, 1.0)),
+        Measure::told("factorisations, over those without", ratio(|report| report.factorisations)),
+        Measure::told("Newton iterations", ratio(|report| report.newton_iterations)),
+        Measure::told("element evaluations", ratio(|report| report.element_evaluations + report.sine_evaluations)),
+        Measure::told("time", time / plain_time),
+    ]
+    .into())
 }

@@ -1,9 +1,13 @@
 //! Steps that are too long, forces that jump, chains that are very long.
 
-use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System};
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System,
+    Warning,
+};
+use nalgebra::SVector;
 
 use super::assembly::Units;
-use super::motion::{amplification, gradient_error};
+use super::motion::{March, amplification, gradient_error};
 use super::row::{Found, Measure, Trial};
 use super::scenes;
 
@@ -16,7 +20,7 @@ pub fn trials() -> Vec<Trial> {
             let system = cart(3)?;
             judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, |_| 10.0), 20)
         })
-        .or_refused(TOO_LONG)
+        .or_refused(TOO_LONG, motion_has_no_solution)
     };
     let jumps = |force: f64, dt: f64| {
         Trial::new(GROUP, format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), move || {
@@ -24,14 +28,14 @@ pub fn trials() -> Vec<Trial> {
             let turns = move |i: usize| if (i / 5).is_multiple_of(2) { force } else { -force };
             judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, turns), 20)
         })
-        .or_refused(TOO_LONG)
+        .or_refused(TOO_LONG, motion_has_no_solution)
     };
     let links = |links: usize, dt: f64| {
         Trial::new(GROUP, format!("cart with {links} links, u = 10 N, Δt = {dt} s, 100 steps"), move || {
             let system = cart(links)?;
             judged(&system, &pushed(&system, 100, dt, |_| 10.0), 3)
         })
-        .or_refused(TOO_LONG)
+        .or_refused(TOO_LONG, motion_has_no_solution)
     };
     vec![
         swing_up(0.1),
@@ -39,12 +43,70 @@ pub fn trials() -> Vec<Trial> {
         swing_up(0.5),
         swing_up(1.0),
         jumps(1e2, 0.02),
-        jumps(1e4, 0.02),
+        jumps(1e4, 0.02).open("complex step does not converge where the motion does, so that the gradient has no reference"),
         jumps(1e4, 0.002),
         links(100, 0.01),
         links(1000, 0.001),
         links(1000, 0.01),
+        Trial::new(GROUP, "sled driven by v², two steps far too long", halved),
+        Trial::new(GROUP, "slider-crank spun up by 3 N m, Δt = 0.02 s for 2 s", spun_up)
+            .open("Newton's iteration ends at another solution of the step's equations, and nothing says so"),
     ]
+}
+
+/// A mass that is driven by b v² + u: without a control its speed is v₀/(1 − b v₀ t), and long steps have no solution.
+struct Runaway;
+
+impl KineticEnergy<1> for Runaway {
+    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 1>, v: &SVector<S, 1>, _: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+
+impl Force<1, 1, 1> for Runaway {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([b[0] * at.v[0] * at.v[0] + at.u[0]])
+    }
+}
+
+impl Cost<1, 0, 1> for Runaway {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _: &SVector<S, 0>) -> S {
+        at.q[0] * at.v[0] + at.v[0] * at.u[0] * at.t + at.u[0] * at.u[0]
+    }
+}
+
+/// Six easy steps, two that must be halved, and one more: the warning says where, and the gradient is that of the grid that was taken.
+fn halved() -> Result<Found, Error> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    let (u, b) = (scene.control("push"), scene.design("gain", 1.0));
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("drive", Runaway, q, [u], [b.into()]);
+    scene.cost("on the way", Runaway, Sum::Trapezoidal, q, [], [u], []);
+    let system = scene.compile()?;
+    let mut inputs = pushed(&system, 9, 0.02, |i| 0.01 * (i as f64).sin());
+    inputs.grid.steps[6..].copy_from_slice(&[0.5, 0.15, 0.01]);
+    inputs.start.rate_mut()[0] = 1.0;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs)?;
+    let found = solver.report().warnings.iter().find_map(|warning| match warning {
+        Warning::HalvedSteps { step, inserted, shortest, .. } => Some((*step as f64, *inserted as f64, *shortest)),
+        _ => None,
+    });
+    let (step, inserted, shortest) = found.unwrap_or((f64::NAN, 0.0, f64::NAN));
+    let error = gradient_error(&system, &inputs, Settings::default(), 20)?;
+    Ok(vec![
+        Measure::at_most("gradient error", error, 1e-11),
+        Measure::between("first halved step", step, (7.0, 7.0)),
+        Measure::between("inserted nodes", inserted, (2.0, 100.0)),
+        Measure::told("shortest part [s]", shortest),
+    ]
+    .into())
+}
+
+/// Of the motion, not of a complex step through it.
+fn motion_has_no_solution(error: &Error) -> bool {
+    matches!(error, Error::Newton { equation, .. } if !equation.contains("complex"))
 }
 
 fn cart(links: usize) -> Result<System, Error> {
@@ -59,10 +121,10 @@ fn pushed(system: &System, steps: usize, dt: f64, force: impl Fn(usize) -> f64) 
 
 fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Found, Error> {
     let mut solver = Solver::new(system, Settings::default());
-    let motion = solver.simulate(inputs)?;
+    solver.simulate(inputs)?;
+    let (motion, report) = (solver.trajectory(), solver.report());
     let speed = motion.v.amax();
-    let rate = motion.phi_dot(system, inputs)?.amax() / speed;
-    let report = solver.report().clone();
+    let rate = motion.phi_dot(system, solver.inputs())?.amax() / speed;
     let error = gradient_error(system, inputs, Settings::default(), samples)?;
     // See `chaos`.
     let amplified = amplification(system, inputs)?.max(1.0);
@@ -72,6 +134,21 @@ fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Found, Err
         Measure::at_most("‖dΦ/dt‖/‖v‖", rate, 1e-11),
         Measure::told("largest v", speed),
         Measure::told("most iterations", report.most_iterations as f64),
+        Measure::told("nodes inserted by halving", motion.inserted.len() as f64),
     ]
     .into())
+}
+
+/// The energy is the work of the motor, but for what steps of up to half a radian cost.
+fn spun_up() -> Result<Found, Error> {
+    const TORQUE: f64 = 3.0;
+    let mechanism = scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?;
+    let (phi, mut first, mut imbalance, mut work) = (mechanism.angle(0), None, 0.0f64, 0.0f64);
+    March { control: |_| TORQUE, ..March::new(&mechanism.system, 100, 0.02) }.run(|at| {
+        let energy = mechanism.energy(at.q, at.v);
+        let (start, angle) = *first.get_or_insert((energy, at.q[phi]));
+        work = work.max(TORQUE * (at.q[phi] - angle));
+        imbalance = imbalance.max((energy - start - TORQUE * (at.q[phi] - angle)).abs());
+    })?;
+    Ok(vec![Measure::at_most("imbalance over the work done", imbalance / work, 0.1), Measure::told("work [J]", work)].into())
 }

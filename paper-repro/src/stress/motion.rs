@@ -1,13 +1,38 @@
-//! Motions of any length, piece by piece, and how exact their gradients are.
+//! Motions of any length, and how exact their gradients are.
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation, no_change};
-use hamiltonian_adjoint::{Error, Gradient, Grid, Inputs, Report, Settings, Solver, Start, System, Trajectory, gradient};
-use nalgebra::DVector;
+use hamiltonian_adjoint::{
+    Error, Gradient, Grid, Inputs, LongSolver, Report, Settings, Start, State, System, Trajectory, gradient,
+};
+use nalgebra::{DMatrix, DVector};
 
-use crate::statistics::{largest, relative_difference};
+use crate::statistics::largest;
 
-/// Steps to a piece: a piece of a long motion is dropped when it has been seen.
-const PIECE: usize = 2000;
+/// Bytes for a motion that is shown and forgotten: inputs of two million steps and a window.
+const MEMORY: usize = 80_000_000;
+
+/// The multipliers begin at zero again at every so-manieth node.
+pub fn rebased(rebase_every: usize) -> Settings {
+    Settings { rebase_every, ..Settings::default() }
+}
+
+/// For steps that are so many times shorter: what is not done at every node is done at the same times.
+pub fn refined(settings: Settings, by: usize) -> Settings {
+    match settings.rebase_every {
+        0 | 1 => settings,
+        every => Settings { rebase_every: by * every, ..settings },
+    }
+}
+
+/// Position constraints are satisfied again at every node.
+pub fn projected() -> Settings {
+    Settings { drift_bound: 0.0, ..Settings::default() }
+}
+
+/// The name of a row's curve in short.
+pub fn in_figures(name: &str) -> String {
+    name.replace(" at every node", "").replace(", kept moving", "").replace(" without friction", "")
+}
 
 /// A motion with equal steps and the same force in all controls.
 pub struct March<'a> {
@@ -17,72 +42,89 @@ pub struct March<'a> {
     pub dt: f64,
     pub control: fn(f64) -> f64,
     pub settings: Settings,
-    /// Every step starts from q and v, with σ = 0: what belongs to σ leaves p*.
-    pub rebased: bool,
 }
 
 impl<'a> March<'a> {
     /// From rest, without controls.
     pub fn new(system: &'a System, steps: usize, dt: f64) -> Self {
         let start = Start::Velocity { q: system.initial_coordinates(), v: DVector::zeros(system.n()) };
-        // A piece starts where the one before has drifted to.
-        let settings = Settings { position_tolerance: f64::INFINITY, ..Settings::default() };
-        March { system, start, steps, dt, control: |_| 0.0, settings, rebased: false }
+        March { system, start, steps, dt, control: |_| 0.0, settings: Settings::default() }
     }
 
-    /// Simulates piece by piece and shows each; a piece starts with the last node of the one before, from its q and p*
-    /// unless it is rebased.
+    pub fn inputs(&self) -> Inputs {
+        let mut inputs = Inputs::at_rest(self.system, Grid::uniform(self.steps, self.dt));
+        inputs.start = self.start.clone();
+        let times = inputs.grid.times();
+        inputs.controls = DMatrix::from_fn(self.system.k(), times.len(), |_, i| (self.control)(times[i]));
+        inputs
+    }
+
+    /// Simulates and shows each node.
     ///
     /// # Errors
     /// A step without a solution.
-    pub fn run(&self, mut see: impl FnMut(&Trajectory, &Inputs)) -> Result<Report, Error> {
-        let mut solver = Solver::new(self.system, self.settings);
-        let mut inputs = Inputs::at_rest(self.system, Grid::uniform(0, self.dt));
-        inputs.start = self.start.clone();
-        let mut all = Report::default();
-        let piece = if self.rebased { 1 } else { PIECE };
-        for first in (0..self.steps).step_by(piece) {
-            let count = piece.min(self.steps - first);
-            inputs.grid = Grid { start: first as f64 * self.dt, steps: vec![self.dt; count] };
-            let times = inputs.grid.times();
-            inputs.controls = nalgebra::DMatrix::from_fn(self.system.k(), count + 1, |_, i| (self.control)(times[i]));
-            let motion = solver.simulate(&inputs)?;
-            see(motion, &inputs);
-            let (q, v) = (motion.q.column(count).into_owned(), motion.v.column(count).into_owned());
-            inputs.start = match self.rebased {
-                true => Start::Velocity { q, v },
-                false => Start::Momentum { q, p_star: motion.p_star.column(count).into_owned() },
-            };
-            let report = solver.report();
-            all.worst_pivot = all.worst_pivot.min(report.worst_pivot);
-            all.most_iterations = all.most_iterations.max(report.most_iterations);
-            all.newton_iterations += report.newton_iterations;
-        }
-        Ok(all)
+    pub fn run(&self, see: impl FnMut(&State)) -> Result<Report, Error> {
+        let mut solver = LongSolver::new(self.system, self.settings, MEMORY);
+        solver.simulate(&self.inputs(), see)?;
+        Ok(solver.report().clone())
     }
 
     /// A number of each node and its time, up to where a step has no solution.
-    pub fn record(&self, mut number: impl FnMut(&[f64], &[f64]) -> f64) -> Record {
+    pub fn record(&self, mut number: impl FnMut(&State) -> f64) -> Record {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
-        let result = self.run(|motion, _| {
-            points.pop();
-            for i in 0..motion.computed {
-                let (q, v) = (motion.q.column(i), motion.v.column(i));
-                points.push((motion.times[i], number(q.as_slice(), v.as_slice())));
-            }
-        });
+        let result = self.run(|state| points.push((state.time, number(state))));
         Record { points, stopped: result.err() }
     }
 
     /// ‖Φ‖∞ of each node and its time, up to where a step has no solution.
     pub fn violations(&self) -> Record {
-        let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
-        let result = self.run(|motion, inputs| {
-            points.pop();
-            let phi = motion.phi(self.system, inputs).expect("the inputs of this piece");
-            points.extend(phi.column_iter().zip(&motion.times).map(|(phi, &time)| (time, phi.amax())));
-        });
-        Record { points, stopped: result.err() }
+        let mut node = Node::new(self.system);
+        self.record(|state| node.at(state).phi())
+    }
+}
+
+/// The equations of a scene without explicit time dependence of its controls, at one node.
+pub struct Node<'a> {
+    system: &'a System,
+    inputs: Inputs,
+    motion: Trajectory,
+}
+
+impl<'a> Node<'a> {
+    pub fn new(system: &'a System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let state = || DMatrix::zeros(n, 1);
+        let motion = Trajectory {
+            computed: 1,
+            times: vec![0.0],
+            q: state(),
+            v: state(),
+            p_star: state(),
+            p_star_dot: state(),
+            sigma: DMatrix::zeros(m, 1),
+            compliance: Vec::new(),
+            inserted: Vec::new(),
+            restarted: Vec::new(),
+        };
+        Node { system, inputs: Inputs::at_rest(system, Grid::uniform(0, 1.0)), motion }
+    }
+
+    /// At the place, speed and time of a state.
+    pub fn at(&mut self, state: &State) -> &Self {
+        self.motion.times[0] = state.time;
+        self.motion.q.as_mut_slice().copy_from_slice(state.q);
+        self.motion.v.as_mut_slice().copy_from_slice(state.v);
+        self
+    }
+
+    /// ‖Φ‖∞.
+    pub fn phi(&self) -> f64 {
+        self.motion.phi(self.system, &self.inputs).expect("the sizes of the scene").amax()
+    }
+
+    /// ‖dΦ/dt‖∞.
+    pub fn phi_dot(&self) -> f64 {
+        self.motion.phi_dot(self.system, &self.inputs).expect("the sizes of the scene").amax()
     }
 }
 
@@ -132,37 +174,64 @@ pub fn shaken(system: &System, steps: usize, dt: f64, amplitude: f64) -> Inputs 
     inputs
 }
 
-/// The relative differences of the adjoint from complex step with respect to controls, design variables, q₀, v₀ or p*₀, and step
-/// lengths, each relative to the largest derivative of its kind; of each kind up to `most` inputs are looked at.
+/// A kind of inputs.
+pub type Kind = fn(&Input) -> bool;
+
+pub const CONTROLS: Kind = |input| matches!(input, Input::Control { .. });
+pub const DESIGN: Kind = |input| matches!(input, Input::Design(_));
+pub const COORDINATES: Kind = |input| matches!(input, Input::Coordinate(_));
+pub const RATES: Kind = |input| matches!(input, Input::Rate(_));
+pub const STEPS: Kind = |input| matches!(input, Input::Step(_));
+
+/// The relative differences of the adjoint from complex step with respect to inputs of these kinds, each relative to the largest derivative
+/// of its kind; of each kind up to `most` inputs are looked at.
 ///
 /// # Errors
 /// A step without a solution.
-pub fn gradient_errors(system: &System, inputs: &Inputs, settings: Settings, most: usize) -> Result<[f64; 5], Error> {
+pub fn gradient_errors<const K: usize>(
+    system: &System,
+    inputs: &Inputs,
+    settings: Settings,
+    most: usize,
+    kinds: [Kind; K],
+) -> Result<[f64; K], Error> {
     let gradient = gradient(system, inputs, settings)?;
-    let kinds: [fn(&Input) -> bool; 5] = [
-        |input| matches!(input, Input::Control { .. }),
-        |input| matches!(input, Input::Design(_)),
-        |input| matches!(input, Input::Coordinate(_)),
-        |input| matches!(input, Input::Rate(_)),
-        |input| matches!(input, Input::Step(_)),
-    ];
     let all = Input::all(inputs);
-    let mut errors = [0.0; 5];
+    let mut errors = [0.0; K];
     for (error, kind) in errors.iter_mut().zip(kinds) {
         let of_kind: Vec<Input> = all.iter().filter(|input| kind(input)).copied().collect();
+        let adjoint: Vec<f64> = of_kind.iter().map(|input| input.in_gradient(&gradient)).collect();
         let stride = of_kind.len().div_ceil(most).max(1);
         let sample: Vec<Input> = of_kind.into_iter().step_by(stride).collect();
-        *error = difference(system, inputs, settings, &gradient, &sample)?;
+        let reference = complex_step(system, inputs, settings, &sample)?;
+        let differences: Vec<f64> = adjoint.iter().step_by(stride).zip(&reference).map(|(a, b)| (a - b).abs()).collect();
+        let size = adjoint.iter().fold(0.0, |most, a| f64::max(most, a.abs()));
+        *error = if largest(&differences) == 0.0 { 0.0 } else { largest(&differences) / size };
     }
     Ok(errors)
 }
 
-/// The worst of them.
+/// The worst of all kinds.
 ///
 /// # Errors
 /// A step without a solution.
 pub fn gradient_error(system: &System, inputs: &Inputs, settings: Settings, most: usize) -> Result<f64, Error> {
-    Ok(largest(&gradient_errors(system, inputs, settings, most)?))
+    let kinds = [CONTROLS, DESIGN, COORDINATES, RATES, STEPS];
+    Ok(largest(&gradient_errors(system, inputs, settings, most, kinds)?))
+}
+
+/// The worst of the kinds that leave all constraints satisfied: controls, p*₀ and steps. Constraints that depend on each other, or are about
+/// to, contradict each other when q₀ is changed.
+///
+/// # Errors
+/// A step without a solution.
+pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usize) -> Result<f64, Error> {
+    let start = match &inputs.start {
+        Start::Velocity { q, .. } => Start::Momentum { q: q.clone(), p_star: DVector::zeros(system.n()) },
+        momentum => momentum.clone(),
+    };
+    let inputs = Inputs { start, ..inputs.clone() };
+    Ok(largest(&gradient_errors(system, &inputs, Settings::default(), most, [CONTROLS, RATES, STEPS])?))
 }
 
 /// By how much a motion amplifies a change of its start: the largest |δq| that follows from one in all v₀ or p*₀ of size 1.
@@ -176,18 +245,6 @@ pub fn amplification(system: &System, inputs: &Inputs) -> Result<f64, Error> {
     direction.start.rate_mut().fill(1.0);
     let settings = Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, ..Settings::default() };
     Ok(direct_differentiation(system, inputs, settings, &direction)?.motion.q.amax())
-}
-
-fn difference(
-    system: &System,
-    inputs: &Inputs,
-    settings: Settings,
-    gradient: &Gradient,
-    sample: &[Input],
-) -> Result<f64, Error> {
-    let reference = complex_step(system, inputs, settings, sample)?;
-    let ours: Vec<f64> = sample.iter().map(|input| input.in_gradient(gradient)).collect();
-    Ok(if ours == reference { 0.0 } else { relative_difference(&ours, &reference) })
 }
 
 /// The largest |derivative| with respect to a control.

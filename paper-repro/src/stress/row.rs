@@ -117,11 +117,19 @@ impl From<Vec<Measure>> for Found {
     }
 }
 
+/// Errors that are an answer.
+struct Refusal {
+    why: &'static str,
+    is: Box<dyn Fn(&Error) -> bool>,
+    /// Nothing else is.
+    must: bool,
+}
+
 /// Something to be tried.
 pub struct Trial {
     group: &'static str,
     tried: String,
-    refusal: Option<&'static str>,
+    refusal: Option<Refusal>,
     weakness: Option<&'static str>,
     run: Box<dyn Fn() -> Result<Found, Error>>,
 }
@@ -131,9 +139,14 @@ impl Trial {
         Trial { group, tried: tried.into(), refusal: None, weakness: None, run: Box::new(run) }
     }
 
-    /// An error of the library is an answer too, for this reason.
-    pub fn or_refused(self, why: &'static str) -> Self {
-        Trial { refusal: Some(why), ..self }
+    /// Such an error of the library is an answer too, for this reason.
+    pub fn or_refused(self, why: &'static str, is: impl Fn(&Error) -> bool + 'static) -> Self {
+        Trial { refusal: Some(Refusal { why, is: Box::new(is), must: false }), ..self }
+    }
+
+    /// Such an error of the library, for this reason, is the only answer.
+    pub fn must_refuse(self, why: &'static str, is: impl Fn(&Error) -> bool + 'static) -> Self {
+        Trial { refusal: Some(Refusal { why, is: Box::new(is), must: true }), ..self }
     }
 
     /// It does not hold yet, for this reason; once it does, this mark goes.
@@ -156,9 +169,9 @@ impl Trial {
         let row = |expected: String, got: String, verdict, measures| Row {
             group: self.group,
             tried: self.tried.clone(),
-            expected: match self.refusal {
-                Some(why) if expected.is_empty() => format!("an error: {why}"),
-                Some(why) => format!("{expected}; or an error: {why}"),
+            expected: match &self.refusal {
+                Some(Refusal { why, must, .. }) if *must || expected.is_empty() => format!("an error: {why}"),
+                Some(Refusal { why, .. }) => format!("{expected}; or an error: {why}"),
                 None => expected,
             },
             got: match self.weakness.filter(|_| verdict == Verdict::Open) {
@@ -169,15 +182,16 @@ impl Trial {
             measures,
             seconds,
         };
-        let stopped = |error: Error| match self.refusal {
-            Some(_) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
-            None => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
+        let must_refuse = self.refusal.as_ref().is_some_and(|refusal| refusal.must);
+        let stopped = |error: Error| match &self.refusal {
+            Some(refusal) if (refusal.is)(&error) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
+            _ => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
         };
         match result {
             Ok(Ok(Found { measures, curves, stopped: None })) => {
                 let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
                 let got: Vec<String> = measures.iter().map(Measure::got).collect();
-                let held = measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
+                let held = !must_refuse && measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
                 let verdict = if held { Verdict::Held } else { unmet };
                 (row(expected.join(", "), got.join(", "), verdict, measures), curves)
             }
@@ -240,12 +254,16 @@ mod tests {
     fn an_error_fails_unless_it_is_an_answer_and_a_panic_always() {
         let stops = || Trial::new("group", "tried", || Err(Error::EmptyScene));
         assert_eq!(verdict(stops()), Verdict::Failed);
-        let row = stops().or_refused("nothing there").judge().0;
+        let row = stops().or_refused("nothing there", |_| true).judge().0;
         assert_eq!(row.verdict, Verdict::Refused);
         assert_eq!((row.got, row.expected), (Error::EmptyScene.to_string(), "an error: nothing there".to_owned()));
+        let only = |is: fn(&Error) -> bool| stops().must_refuse("nothing there", is).judge().0.verdict;
+        assert_eq!(only(|error| *error == Error::EmptyScene), Verdict::Refused);
+        assert_eq!(only(|error| *error != Error::EmptyScene), Verdict::Failed, "another error");
+        assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).must_refuse("why", |_| true)), Verdict::Failed);
         let out_of_range: Vec<f64> = Vec::new();
         let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])].into()));
-        assert_eq!(verdict(panics.or_refused("any").open("any")), Verdict::Failed);
+        assert_eq!(verdict(panics.or_refused("any", |_| true).open("any")), Verdict::Failed);
     }
 
     #[test]

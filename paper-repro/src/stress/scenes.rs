@@ -2,9 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use hamiltonian_adjoint::planar::ConstantSpeed;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum, System};
+use hamiltonian_adjoint::{Constraint, Error, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum, System};
 use nalgebra::SVector;
 
 use super::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
@@ -70,12 +69,22 @@ pub fn parallelogram(cranks: usize, angle: f64) -> Result<Mechanism, Error> {
     cranks_on_coupler(cranks, cranks, angle)
 }
 
-/// The same with three cranks, of which the middle one is carried along by an angle that equals the first's, and nothing is redundant.
-pub fn parallelogram_with_idle(angle: f64) -> Result<Mechanism, Error> {
+/// The same with three cranks, of which the middle one is joined to the coupler by half a hinge, and nothing is redundant.
+pub fn parallelogram_with_half_a_hinge(angle: f64) -> Result<Mechanism, Error> {
     cranks_on_coupler(3, 2, angle)
 }
 
-/// Cranks of which the outer ones carry the coupler; the others do too if that is asked for, else they have a hinge and the first's angle.
+/// Half of a hinge: the abscissas of the points (along, across) of two bodies are the same.
+struct SameAbscissa;
+
+impl Constraint<6, 1, 4> for SameAbscissa {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 4>, _: S) -> SVector<S, 1> {
+        let abscissa = |k: usize, along: S, across: S| q[k] + q[k + 2].cos() * along - q[k + 2].sin() * across;
+        SVector::from([abscissa(0, b[0], b[1]) - abscissa(3, b[2], b[3])])
+    }
+}
+
+/// Cranks of which the outer ones are hinged to the coupler; the others are too if that is asked for, else by half of a hinge.
 fn cranks_on_coupler(cranks: usize, carrying: usize, angle: f64) -> Result<Mechanism, Error> {
     let mut assembly = Assembly::new(Units::SI, GRAVITY);
     let foot = |k: usize| [2.0 * k as f64 / (cranks - 1) as f64, 0.0];
@@ -87,9 +96,10 @@ fn cranks_on_coupler(cranks: usize, carrying: usize, angle: f64) -> Result<Mecha
         if carrying == cranks || k == 0 || k == cranks - 1 {
             assembly.hinge(crank, coupler, head(k));
         } else {
-            let (name, first, this) = (assembly.name("gear"), assembly.frame(all[0]), assembly.frame(crank));
-            let parameters = [0.0.into(), 0.0.into()];
-            assembly.scene.driven_angle(&name, first, this, ConstantSpeed, parameters);
+            let ends = [crank, coupler].map(|part| (assembly.coordinates(part), assembly.local(part, head(k))));
+            let [([x, y, phi], [along, across]), (q, [other_along, other_across])] = ends;
+            let constants = [along, across, other_along, other_across].map(Into::into);
+            assembly.scene.constraint("half a hinge", SameAbscissa, [x, y, phi, q[0], q[1], q[2]], constants);
         }
     }
     motor(&mut assembly, GROUND, all[0]);
@@ -114,12 +124,16 @@ pub fn rhombus(angle: f64) -> Result<Mechanism, Error> {
 
 /// A double pendulum whose elbow is hinged so many times.
 pub fn doubled_hinge(hinges: usize) -> Result<Mechanism, Error> {
+    elbow(|assembly, [upper, lower]| (1..hinges).for_each(|_| assembly.hinge(upper, lower, [1.0, 0.0])))
+}
+
+/// A double pendulum with more constraints on its rods.
+pub fn elbow(add: impl FnOnce(&mut Assembly, [Part; 2])) -> Result<Mechanism, Error> {
     let mut assembly = Assembly::new(Units::SI, GRAVITY);
     let (upper, lower) = (assembly.rod(1.0, [0.0; 2], [1.0, 0.0]), assembly.rod(1.0, [1.0, 0.0], [1.6, 0.8]));
     assembly.hinge(GROUND, upper, [0.0; 2]);
-    for _ in 0..hinges {
-        assembly.hinge(upper, lower, [1.0, 0.0]);
-    }
+    assembly.hinge(upper, lower, [1.0, 0.0]);
+    add(&mut assembly, [upper, lower]);
     motor(&mut assembly, GROUND, upper);
     aim(&mut assembly);
     assembly.finish()
@@ -278,7 +292,7 @@ impl KineticEnergy<3> for Ends {
 /// q₂ = 2 q₁.
 struct Gears;
 
-impl hamiltonian_adjoint::Constraint<3, 1> for Gears {
+impl Constraint<3, 1> for Gears {
     fn phi<S: Scalar>(&self, q: &SVector<S, 3>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
         SVector::from([q[1] - q[0] * 2.0])
     }

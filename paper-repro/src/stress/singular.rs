@@ -1,42 +1,67 @@
 //! Motions through configurations where the constraints lose rank.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, simulate};
 use nalgebra::DVector;
 
 use super::assembly::{Mechanism, Units};
-use super::motion::{March, deviation, gradient_error};
+use super::motion::{March, Node, deviation, gradient_error_on_constraints};
 use super::row::{Found, Measure, Trial};
 use super::scenes;
 
 const GROUP: &str = "singular";
 const SINGULAR: &str = "the configuration is singular";
+const NO_REFERENCE: &str = "complex step does not converge beside dead centre where the motion does";
+const CRANK: &str = "slider-crank of equal lengths through dead centre";
+const PARALLELOGRAM: &str = "parallelogram that passes flat";
+const FOUR_BAR: &str = "four-bar of equal lengths through the meeting of its branches";
 
 pub fn trials() -> Vec<Trial> {
-    let through = |what: &str, build: fn() -> Result<Mechanism, Error>, speed: f64| {
+    type Build = fn() -> Result<Mechanism, Error>;
+    let through = |what: &str, build: Build, speed: f64| {
         Trial::new(GROUP, what, move || {
             let mechanism = build()?;
             passes(&mechanism, turned(&mechanism, speed)?)
         })
-        .or_refused(SINGULAR)
+    };
+    let gradient = |what: &str, build: Build, speed: f64| {
+        Trial::new(GROUP, format!("{what}, gradient"), move || {
+            let mechanism = build()?;
+            is_exact(&mechanism, turned(&mechanism, speed)?)
+        })
+    };
+    let started = |what: &str, build: Build| {
+        Trial::new(GROUP, what, move || {
+            let mechanism = build()?;
+            passes(&mechanism, March::new(&mechanism.system, 1, 1.0).start)
+        })
+        .must_refuse(SINGULAR, |error| matches!(error, Error::SingularConfiguration { step: 0, .. }))
     };
     vec![
-        through("slider-crank of equal lengths through dead centre", || scenes::slider_crank(Units::SI, 0.6, 0.6, 1.0), 6.0)
+        through(CRANK, || equal_slider_crank(1.0), 6.0)
             .open("steps across the singular configuration do not keep the energy"),
-        through("parallelogram that passes flat", || scenes::parallelogram(2, 1.0), -6.0),
-        through("rhombus through the meeting of its branches", || scenes::rhombus(1.0), -4.0),
+        gradient(CRANK, || equal_slider_crank(1.0), 6.0).open(NO_REFERENCE),
+        through(PARALLELOGRAM, || scenes::parallelogram(2, 1.0), -6.0),
+        gradient(PARALLELOGRAM, || scenes::parallelogram(2, 1.0), -6.0),
+        through(FOUR_BAR, || scenes::rhombus(1.0), -4.0),
+        gradient(FOUR_BAR, || scenes::rhombus(1.0), -4.0),
+        started("slider-crank of equal lengths, started at dead centre", || equal_slider_crank(FRAC_PI_2)),
+        started("parallelogram, started flat", || scenes::parallelogram(2, 0.0)),
+        started("parallelogram, started flat at half a turn", || scenes::parallelogram(2, PI)),
+        started("four-bar of equal lengths, started at the meeting of its branches", || scenes::rhombus(0.0)),
         through(
-            "slider-crank of equal lengths, at dead centre",
-            || scenes::slider_crank(Units::SI, 0.6, 0.6, std::f64::consts::FRAC_PI_2),
-            6.0,
-        ),
-        through("parallelogram, started flat", || scenes::parallelogram(2, 0.0), 0.0),
-        through("rhombus, started flat", || scenes::rhombus(0.0), 0.0),
-        through(
-            "slider-crank of equal lengths, 1e-6 rad beside dead centre",
-            || scenes::slider_crank(Units::SI, 0.6, 0.6, std::f64::consts::FRAC_PI_2 - 1e-6),
+            "slider-crank of equal lengths, at rest 1e-6 rad beside dead centre",
+            || equal_slider_crank(FRAC_PI_2 - 1e-6),
             0.0,
-        ),
+        )
+        .or_refused(SINGULAR, |error| matches!(error, Error::SingularConfiguration { .. }))
+        .open("a compliance that is as large as the softest motion is taken for a contradiction"),
     ]
+}
+
+fn equal_slider_crank(angle: f64) -> Result<Mechanism, Error> {
+    scenes::slider_crank(Units::SI, 0.6, 0.6, angle)
 }
 
 /// The start at which the first body turns at this speed (rad/s) and all else follows.
@@ -51,21 +76,33 @@ fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
     Ok(Start::Momentum { q: system.initial_coordinates(), p_star: push * (speed / response) })
 }
 
-/// 3 s with energy kept, constraints kept, and the exact gradient.
+/// 3 s that start with this.
+fn march(mechanism: &Mechanism, start: Start) -> March<'_> {
+    March { start, ..March::new(&mechanism.system, 600, 0.005) }
+}
+
+/// Energy kept, constraints kept.
 fn passes(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
-    let march = March { start: start.clone(), ..March::new(&mechanism.system, 600, 0.005) };
-    let record = march.record(|q, v| mechanism.energy(q, v)).complete()?;
-    let drift = march.violations().complete()?.iter().fold(0.0, |most, (_, violation)| f64::max(most, *violation));
-    let report = march.run(|_, _| {})?;
-    let mut inputs = super::motion::shaken(&mechanism.system, 600, 0.005, 0.0);
-    inputs.start = start;
-    let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 6)?;
+    let (mut node, mut drift, mut record) = (Node::new(&mechanism.system), 0.0f64, Vec::new());
+    let (phi, mut least, mut most) = (mechanism.angle(0), f64::INFINITY, f64::NEG_INFINITY);
+    let report = march(mechanism, start).run(|at| {
+        drift = drift.max(node.at(at).phi());
+        (least, most) = (least.min(at.q[phi]), most.max(at.q[phi]));
+        record.push((at.time, mechanism.energy(at.q, at.v)));
+    })?;
     Ok(vec![
         Measure::at_most("energy error [J]", deviation(&record, (0.0, 1.0)), 0.1),
         Measure::at_most("‖Φ‖ [m]", drift, 1e-2),
-        // A solve loses the digits of a pivot, and a derivative is the product of two.
-        Measure::at_most("gradient error", error, (1e-13 / report.worst_pivot.powi(2)).min(1e-4)),
+        Measure::told("turned by [rad]", most - least),
         Measure::told("smallest pivot", report.worst_pivot),
     ]
     .into())
+}
+
+/// A solve loses the digits of a pivot, and a derivative is the product of two.
+fn is_exact(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
+    let march = march(mechanism, start);
+    let pivot = march.run(|_| ())?.worst_pivot;
+    let error = gradient_error_on_constraints(&mechanism.system, &march.inputs(), 6)?;
+    Ok(vec![Measure::at_most("gradient error", error, (1e-13 / pivot.powi(2)).min(1e-4))].into())
 }

@@ -43,7 +43,7 @@ fn slider_crank(units: Units) -> Result<Found, Error> {
 
 /// The coordinates in m and rad, u dJ/du, and the smallest pivot.
 fn numbers((system, control): (&System, f64), units: Units) -> Result<(Vec<f64>, Vec<f64>, f64), Error> {
-    let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.02 * units.time));
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.01 * units.time));
     inputs.controls.fill(control);
     let settings = Settings {
         position_tolerance: 1e-9 * units.length,
