@@ -122,11 +122,14 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     let design = forward.inputs.design.as_slice().to_vec();
     let at = At { q, v: &v, sigma: &sigma, u: &[], t: time, design: &design };
     forward.report.worst_pivot = 1.0;
-    if let Some(warning) = redundancy::relax(forward, system, &at) {
+    let scaled = Scaled::at(system, &at);
+    // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
+    let may_depend = scaled.as_ref().is_none_or(|scaled| scaled.explain(system, time).is_some());
+    if let Some(warning) = may_depend.then(|| redundancy::relax(forward, system, &at)).flatten() {
         forward.report.warn(warning);
         return Ok(());
     }
-    match (Scaled::at(system, &point(forward, q)).and_then(|scaled| scaled.explain(system, time)), result) {
+    match (scaled.and_then(|scaled| scaled.explain(system, time)), result) {
         (Some(error), _) => Err(error),
         (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
         (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),

@@ -42,6 +42,9 @@ pub(crate) const NOISE: f64 = 1e-8;
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
 pub(crate) const SMALL: f64 = 1e-2;
 
+/// Near a solution corrections shrink; one that is larger than the first by this factor has left the neighbourhood of the guess.
+const WANDERING: f64 = 8.0;
+
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
 #[derive(Clone, Copy)]
 pub(crate) struct StepStart<'a> {
@@ -228,8 +231,15 @@ impl Newton {
         let mut sizes = self.size_of_residual(&self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
+        let mut first = 0.0;
         for iteration in 1..=settings.max_iterations {
             let correction = self.correct(system, from.h, reuse, report)?;
+            if iteration == 1 {
+                first = correction;
+            } else if correction > WANDERING * first.max(SMALL) {
+                // What would be found from here belongs to another motion.
+                return Err(self.diverged(system, iteration, correction));
+            }
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
