@@ -181,16 +181,19 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
         if !self.plan.constant {
+            *rows.evaluations += K;
             for (k, &channel) in self.u.iter().enumerate() {
                 rows.u[channel] += self.directional(at, with, |local, _| local.u[k].eps = 1.0);
             }
         }
         if self.plan.timed {
+            *rows.evaluations += 1;
             *rows.time += self.directional(at, with, |local, _| local.t.eps = 1.0);
         }
         if self.plan.bound {
             for (p, b) in self.b.iter().enumerate() {
                 if let Some((design, factor)) = b.design() {
+                    *rows.evaluations += 1;
                     rows.design[design] += factor * self.directional(at, with, |_, b| b[p].eps = 1.0);
                 }
             }
@@ -206,10 +209,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         };
         let b = self.b(at.design).map(Dual64::from_re);
         if self.plan.timed {
+            *rows.evaluations += 1;
             *rows.time += directional(Dual64::new(at.t, 1.0), &b);
         }
         for (p, constant) in self.b.iter().enumerate() {
             if let Some((design, factor)) = constant.design() {
+                *rows.evaluations += 1;
                 let mut moved = b;
                 moved[p].eps = 1.0;
                 rows.design[design] += factor * directional(Dual64::from_re(at.t), &moved);
