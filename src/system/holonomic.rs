@@ -56,14 +56,14 @@ where
 
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &[usize; A],
         at: &Local<f64, N, M, 0>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, M>,
         blocks: &mut [f64],
     ) {
         let mut q: SVector<Dual2SVec<Dual64, A>, N> = at.q.map(|q| Dual2SVec::from_re(Dual64::from_re(q)));
-        for (k, &i) in active.iter().enumerate() {
+        for (k, &i) in seeds.iter().enumerate() {
             q[i] = Dual2SVec::from_re(Dual64::new(at.q[i], at.v[i])).derivative(k);
         }
         let phi = self.0.phi(&q, &b.map(From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
@@ -76,7 +76,7 @@ where
             let sigma = at.sigma[j];
             first.phi_dot[j] += phi.re.eps;
             if let Some(gradient) = phi.v1.0 {
-                for (k, &i) in active.iter().enumerate() {
+                for (k, &i) in seeds.iter().enumerate() {
                     first.l_v[i] += gradient[k].re * sigma;
                     first.force[i] += gradient[k].eps * sigma;
                     phi_q[j * A + k] = gradient[k].re;

@@ -10,6 +10,7 @@ mod holonomic;
 mod item;
 mod jet;
 mod names;
+mod plan;
 mod sines;
 mod size;
 mod structure;
@@ -23,8 +24,9 @@ pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
-pub(crate) use item::{Item, Plan};
+pub(crate) use item::Item;
 pub(crate) use jet::Jet;
+pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
 
 // Named in the signature of the sealed trait `Real`.
