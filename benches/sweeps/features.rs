@@ -36,13 +36,16 @@ pub fn memory(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A string of bars with every hinge there twice.
+/// A string of bars with every hinge there twice. A motion of one step shows what finding the dependencies costs at every start.
 pub fn redundancy(criterion: &mut Criterion) {
-    let mut group = group(criterion, "dependent constraints, 100 steps");
+    let mut group = group(criterion, "dependent constraints");
     for bars in [3, 30] {
         for (what, hinges) in [("plain", 1), ("doubled hinges", 2)] {
-            let row = Row::new(structures::string(bars, hinges), 100, 0.01, 1.0);
-            row.both(&mut group, "value + gradient", &mark(format!("{bars} bars, {what}"), bars == 3));
+            for steps in [1, 100] {
+                let row = Row::new(structures::string(bars, hinges), steps, 0.01, 1.0);
+                let name = mark(format!("{bars} bars, {what}, N = {steps}"), bars == 3);
+                row.both(&mut group, "value + gradient", &name);
+            }
         }
     }
     group.finish();

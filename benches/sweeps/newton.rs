@@ -3,7 +3,7 @@
 //! | choice | how it is switched |
 //! |---|---|
 //! | first guess extrapolated through 1 … 5 nodes | the j-th step after a start has j nodes behind it: motions of j steps from many states |
-//! | stop by the estimated next correction | a tolerance of zero, which leaves "the residual is rounding" as the criterion |
+//! | stop by the estimated next correction | a tolerance of zero, which leaves "the residual is rounding" as the criterion; an ordinary one, "the last correction is below the tolerance", takes one more correction a step and cannot be had |
 //! | constants of several half steps kept | seven stages of four lengths, against seven that differ in their last digits |
 //! | old factors for the last correction | no switch: the counter tells how many factorisations it saves |
 
@@ -27,19 +27,16 @@ pub fn first_guess(criterion: &mut Criterion) {
         let mut row = cart(links);
         // The states of a motion have drifted off their position constraints.
         row.settings = Settings { position_tolerance: 0.1, ..row.settings };
-        let mut corrections_before = 0;
+        let mut before = Work::of(&row, &from_every_state(&row, 0));
         for steps in 1..=5 {
             let motions = from_every_state(&row, steps);
+            let work = Work::of(&row, &motions);
+            let [corrections, factorisations] = work.since(before).map(|count| count as f64 / motions.len() as f64);
+            println!(
+                "{links} links, guess through {steps} nodes: {corrections:.2} corrections a step, {factorisations:.2} factorisations"
+            );
+            before = work;
             let mut solver = Solver::new(&row.system, row.settings);
-            let mut corrections = 0;
-            for inputs in &motions {
-                solver.simulate(inputs).expect("a motion");
-                corrections += solver.report().newton_iterations;
-            }
-            let at_start: usize = if steps == 1 { starts(&row, &motions) } else { 0 };
-            let of_step = (corrections - corrections_before - at_start) as f64 / motions.len() as f64;
-            println!("{links} links, guess through {steps} nodes: {of_step:.2} corrections a step");
-            corrections_before = corrections;
             let name = mark(format!("{links} links, j = {steps}"), links == 3);
             group.bench_function(BenchmarkId::new("simulate", name), |bencher| {
                 bencher
@@ -64,19 +61,28 @@ fn from_every_state(row: &Row, steps: usize) -> Vec<Inputs> {
     (STEPS - 90..STEPS).map(start).collect()
 }
 
-/// The corrections at node 0 of these motions.
-fn starts(row: &Row, motions: &[Inputs]) -> usize {
-    let mut solver = Solver::new(&row.system, row.settings);
-    let start_alone = |inputs: &Inputs| Inputs {
-        grid: Grid { start: 0.0, steps: Vec::new() },
-        controls: inputs.controls.columns(0, 1).into_owned(),
-        ..inputs.clone()
-    };
-    let corrections = motions.iter().map(|inputs| {
-        solver.simulate(&start_alone(inputs)).expect("a start");
-        solver.report().newton_iterations
-    });
-    corrections.sum()
+/// What Newton's method did in some motions.
+#[derive(Clone, Copy)]
+struct Work {
+    corrections: usize,
+    factorisations: usize,
+}
+
+impl Work {
+    fn of(row: &Row, motions: &[Inputs]) -> Self {
+        let mut solver = Solver::new(&row.system, row.settings);
+        let mut work = Work { corrections: 0, factorisations: 0 };
+        for inputs in motions {
+            solver.simulate(inputs).expect("a motion");
+            work.corrections += solver.report().newton_iterations;
+            work.factorisations += solver.report().factorisations;
+        }
+        work
+    }
+
+    fn since(self, before: Work) -> [usize; 2] {
+        [self.corrections - before.corrections, self.factorisations - before.factorisations]
+    }
 }
 
 /// The criterion, smooth and rough controls, and step lengths that let fewer nodes be used.
@@ -89,12 +95,19 @@ pub fn iterations(criterion: &mut Criterion) {
         row.settings = Settings { tolerance: 0.0, ..row.settings };
         row.simulate_and_count(&mut group, "criterion", &name("the residual is rounding"));
 
+        // Short steps, where the first guess is nearly right.
+        for (what, tolerance) in [("short steps, by its estimate", 1e-14), ("short steps, the residual is rounding", 0.0)] {
+            row = Row::new(structures::chain(links), STEPS, 0.1 * step_length(links), 10.0);
+            row.settings = Settings { tolerance, ..row.settings };
+            row.simulate_and_count(&mut group, "criterion", &name(what));
+        }
+
         row = cart(links);
         let dt = row.inputs.grid.steps[0];
-        row.inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 10.0 * (i as f64 * dt).cos());
+        row.inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 10.0 + 5.0 * (i as f64 * dt).cos());
         row.simulate_and_count(&mut group, "controls", &name("smooth"));
-        row.inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = if i % 2 == 0 { 10.0 } else { -10.0 });
-        row.simulate_and_count(&mut group, "controls", &name("another sign at every node"));
+        row.inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = if i % 2 == 0 { 15.0 } else { 5.0 });
+        row.simulate_and_count(&mut group, "controls", &name("up and down at every node"));
 
         row = cart(links);
         row.inputs.grid.steps.iter_mut().enumerate().for_each(|(i, dt)| *dt *= if i % 2 == 0 { 1.5 } else { 0.5 });

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::jet::{First, Form, Jet, Local};
+use super::jet::{First, Form, Jet, Local, Seeds};
 use crate::element::ForcePoint;
 use crate::scalar::Real;
 use crate::trace::{Structure, Trace};
@@ -44,7 +44,7 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
 
     fn blocks<const A: usize>(
         &self,
-        seeds: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, K>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, 0>,
@@ -52,20 +52,28 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
     ) {
         let seeded = |x: &SVector<f64, N>| {
             let mut x: SVector<DualSVec64<A>, N> = x.map(DualSVec64::from_re);
-            seeds.iter().enumerate().for_each(|(k, &i)| x[i] = x[i].derivative(k));
+            seeds.of.iter().enumerate().for_each(|(k, &i)| x[i] = x[i].derivative(k));
             x
         };
-        let by_v = self.force(at.q.map(From::from), seeded(&at.v), at, b);
-        let by_q = self.force(seeded(&at.q), at.v.map(From::from), at, b);
         blocks.fill(0.0);
         let (q_v, q_q) = blocks.split_at_mut(N * A);
-        for (block, by) in [(q_v, &by_v), (q_q, &by_q)] {
-            for (i, component) in by.iter().enumerate() {
-                if let Some(gradient) = component.eps.0 {
-                    block[i * A..][..A].copy_from_slice(gradient.as_slice());
-                }
-            }
+        let mut force = None;
+        if seeds.by_v {
+            force = Some(put(&self.force(at.q.map(From::from), seeded(&at.v), at, b), q_v));
         }
-        by_q.iter().zip(first.force.iter_mut()).for_each(|(component, force)| *force += component.re);
+        if seeds.by_q {
+            force = Some(put(&self.force(seeded(&at.q), at.v.map(From::from), at, b), q_q));
+        }
+        first.force += force.unwrap_or_else(|| self.force(at.q, at.v, at, b));
     }
+}
+
+/// Writes the gradients by rows; returns the values.
+fn put<const N: usize, const A: usize>(force: &SVector<DualSVec64<A>, N>, rows: &mut [f64]) -> SVector<f64, N> {
+    for (i, component) in force.iter().enumerate() {
+        if let Some(gradient) = component.eps.0 {
+            rows[i * A..][..A].copy_from_slice(gradient.as_slice());
+        }
+    }
+    force.map(|component| component.re)
 }

@@ -43,20 +43,25 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// Derivatives with `A` seeded coordinates.
     fn blocks<const A: usize>(&self, at: &At<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
-        let seeds = std::array::from_fn::<usize, A, _>(|k| self.plan.seeds[k]);
+        let seeds = self.plan.seeds();
         let mut local = self.local(at);
         if J::FORM == Form::Holonomic {
             self.plan.gather_velocities(&mut local.v);
         }
         let len = self.plan.seeded_len(J::FORM, M);
-        self.jet.blocks(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
+        self.jet.blocks::<A>(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
     }
 
     /// The second derivatives with all coordinates active.
     pub fn all_blocks(&self, at: &At<f64>) -> Vec<f64> {
         let mut blocks = vec![0.0; J::FORM.length(N, M)];
-        let active = std::array::from_fn::<usize, N, _>(|i| i);
-        self.jet.blocks(&active, &self.local(at), &self.b(at.design), &mut First::zero(), &mut blocks);
+        self.jet.blocks::<N>(
+            &Plan::<N>::default().seeds(),
+            &self.local(at),
+            &self.b(at.design),
+            &mut First::zero(),
+            &mut blocks,
+        );
         blocks
     }
 
@@ -188,7 +193,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let mut first = First::zero();
         let mut blocks = vec![0.0; J::FORM.length(n, M)];
         let local: Local<f64, N, M, K> = self.local(zero);
-        self.jet.blocks(&std::array::from_fn::<usize, N, _>(|i| i), &local, &self.b(zero.design), &mut first, &mut blocks);
+        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &self.b(zero.design), &mut first, &mut blocks);
         into.add_squares(J::FORM, &self.q, &blocks);
         into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
         for (k, &channel) in self.u.iter().enumerate() {

@@ -58,6 +58,16 @@ impl Form {
     }
 }
 
+/// What is differentiated.
+#[derive(Clone, Copy)]
+pub struct Seeds<const A: usize> {
+    /// Local numbers of the coordinates.
+    pub of: [usize; A],
+    /// Whether the formula depends on any q and on any v: a force that does not has no Q_q or no Q_v.
+    pub by_q: bool,
+    pub by_v: bool,
+}
+
 /// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
 ///
 /// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
@@ -81,7 +91,7 @@ pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: S
     /// Of a force, `first` gets all, and the blocks have a row for each component.
     fn blocks<const A: usize>(
         &self,
-        seeds: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, M, K>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, M>,

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use super::item::Item;
-use super::jet::{First, Form, Jet, Local, time_input};
+use super::jet::{First, Form, Jet, Local, Seeds, time_input};
 use crate::trace::{Structure, Trace};
 
 /// The sizes of dual numbers that are made; beyond this, all coordinates are seeded.
@@ -25,8 +25,10 @@ pub struct Plan<const N: usize> {
     pub active: [usize; N],
     pub count: usize,
     /// Local numbers of the coordinates that are seeded; the first `seeded` are valid.
-    pub seeds: [usize; N],
+    seeds: [usize; N],
     pub seeded: usize,
+    by_q: bool,
+    by_v: bool,
     /// Of each active coordinate, the seed that its derivatives come from, and their sign: 0 where there are none.
     sources: [(usize, f64); N],
     /// Coordinates that enter only in the difference to another, which is seeded; the first `mirrored` are valid.
@@ -55,6 +57,8 @@ impl<const N: usize> Default for Plan<N> {
             count: N,
             seeds: all,
             seeded: N,
+            by_q: true,
+            by_v: true,
             sources: std::array::from_fn(|i| (i, 1.0)),
             mirrors: [Mirror::default(); N],
             mirrored: 0,
@@ -114,6 +118,9 @@ impl<const N: usize> Plan<N> {
 
     /// Chooses what is seeded: what the formula depends on (or is other than linear in, for a constraint), one of each difference.
     fn seed(&mut self, form: Form, structure: &Structure, difference: impl Fn(usize, usize) -> bool) {
+        if *structure == Structure::UNKNOWN {
+            return;
+        }
         let is_used = |&i: &usize| match form {
             Form::Kinetic => true,
             Form::Potential => structure.depends_on(i),
@@ -121,6 +128,8 @@ impl<const N: usize> Plan<N> {
             Form::Holonomic => structure.is_bent_in(i),
         };
         let used: Vec<usize> = (0..N).filter(is_used).collect();
+        self.by_q = (0..N).any(|i| structure.depends_on(i));
+        self.by_v = (N..2 * N).any(|i| structure.depends_on(i));
         let mirrors = mirrors(&used, difference);
         let seeds: Vec<usize> = used.iter().copied().filter(|&k| mirrors.iter().all(|mirror| mirror.i != k)).collect();
         if seeds.len() > MOST_SEEDS {
@@ -143,6 +152,11 @@ impl<const N: usize> Plan<N> {
                 (None, None) => (0, 0.0),
             };
         }
+    }
+
+    /// What is seeded, if it is `A` coordinates.
+    pub fn seeds<const A: usize>(&self) -> Seeds<A> {
+        Seeds { of: std::array::from_fn(|k| self.seeds[k]), by_q: self.by_q, by_v: self.by_v }
     }
 
     fn mirrors(&self) -> &[Mirror] {
@@ -278,6 +292,14 @@ mod tests {
         }
     }
 
+    /// Depends on a velocity alone.
+    struct Dragged;
+    impl Force<2, 1> for Dragged {
+        fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 1>, _b: &SVector<S, 0>) -> SVector<S, 2> {
+            SVector::from([-at.v[1] * at.v[1] * at.u[0], at.t])
+        }
+    }
+
     /// More equations than coordinates, and one coordinate that is linear.
     struct Many;
     impl Constraint<4, 5> for Many {
@@ -297,6 +319,7 @@ mod tests {
         assert_same(Applied(Damper), params::<5>(), &[2, 3, 4, 5]);
         assert_same(Applied(Actuator), params::<5>(), &[2, 3, 4, 5]);
         assert_same(Applied(Crossed), [], &[2]);
+        assert_same(Applied(Dragged), [], &[1]);
         assert_same(Holonomic(Many), [], &[2, 3]);
     }
 }

@@ -43,7 +43,14 @@ impl System {
     ///   8 (4 n + m + 1 + B),    B second derivatives that vary along the motion,
     /// ```
     ///
-    /// which for a cart with k links is 152 k + 120. Restarts need up to 16 (3 n + 2 m + 3 B + 2) more, kept adjoint variables
+    /// which is
+    ///
+    /// | mechanism | bytes a node |
+    /// |---|---|
+    /// | cart with k links | 152 k + 120 |
+    /// | ladder of l closed loops, each of three bars | 472 l + 8 |
+    ///
+    /// and so grows with the number of bodies. Restarts need up to 16 (3 n + 2 m + 3 B + 2) more, kept adjoint variables
     /// 16 (4 n + m); inputs and gradient are not counted.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n, self.m, self.block_len());
