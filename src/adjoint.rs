@@ -228,6 +228,7 @@ impl Sweep {
         let at = forward.cost_at(i);
         system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
         self.cost_is_zero = false;
+        self.report.cost_evaluations += self.cost.evaluations;
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
         self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
@@ -305,7 +306,8 @@ impl Sweep {
         newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
         let design = self.gradient.design.as_mut_slice();
-        let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time };
+        let evaluations = &mut self.report.input_evaluations;
+        let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
     }
 
@@ -358,7 +360,8 @@ impl Sweep {
             let blocks = column(&forward.blocks, 0);
             forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
-            let mut rows = InputRows { u: &mut u, design: self.gradient.design.as_mut_slice(), time: &mut time };
+            let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
+            let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
             system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
             v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
             q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);

@@ -126,7 +126,7 @@ pub use scalar::{Arithmetic, Real, Scalar};
 pub use scene::{Control, Coordinate, Design, Multiplier, Param, Scene};
 pub use settings::Settings;
 pub use solver::{Solver, gradient, simulate};
-pub use system::System;
+pub use system::{Elimination, EliminationNode, System};
 pub use trajectory::{Report, Trajectory};
 pub use warning::Warning;
 

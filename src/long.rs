@@ -169,7 +169,7 @@ impl<'s> LongSolver<'s> {
     /// The fewest levels that reach the end of the grid with so many bytes.
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
         let number = size_of::<f64>();
-        let stored = self.forward.bytes_per_node(self.system, &self.settings);
+        let stored = self.system.bytes_per_node(&self.settings);
         let checkpoint = HISTORY * Trajectory::<f64>::len_of_node(self.system) * number + size_of::<Checkpoint>();
         // Inputs and gradient of the whole grid.
         let whole = nodes * number * 2 * (1 + self.system.k());
@@ -263,14 +263,6 @@ impl<'s> LongSolver<'s> {
 }
 
 impl Forward {
-    fn bytes_per_node(&self, system: &System, settings: &Settings) -> usize {
-        let (n, m, blocks) = (system.n(), system.m(), system.block_len());
-        let restart = 3 * n + 2 * m + 3 * blocks + 2;
-        let may_restart = settings.rebase_every > 0 || settings.drift_bound < f64::INFINITY;
-        let numbers = Trajectory::<f64>::len_of_node(system) + blocks + if may_restart { 2 * restart } else { 0 };
-        numbers * size_of::<f64>()
-    }
-
     fn state(&self, node: usize) -> State<'_> {
         let k = node - self.first;
         let y = self.trajectory.columns(k);

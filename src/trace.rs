@@ -33,6 +33,8 @@ pub struct Trace {
     sinusoidal: bool,
     /// One input with the factor 1 or −1, plus a constant.
     angle: bool,
+    /// Its rate of change when all shifted inputs grow at the rate 1; not a number where that is no constant.
+    rate: f64,
 }
 
 /// What a formula depends on.
@@ -46,6 +48,8 @@ pub struct Structure {
     pub degree: u8,
     /// Whether it is a sum of multiples of x_i, sin x_i and cos x_i over its inputs x_i.
     pub sinusoidal: bool,
+    /// Whether it stays the same if all [shifted](Trace::shifted) inputs grow by the same amount.
+    pub unmoved: bool,
 }
 
 impl Structure {
@@ -53,7 +57,8 @@ impl Structure {
     pub const MOST_INPUTS: usize = 128;
 
     /// What is assumed of a formula that could not be traced: everything.
-    pub const UNKNOWN: Structure = Structure { inputs: u128::MAX, bent: u128::MAX, degree: BEYOND, sinusoidal: false };
+    pub const UNKNOWN: Structure =
+        Structure { inputs: u128::MAX, bent: u128::MAX, degree: BEYOND, sinusoidal: false, unmoved: false };
 
     /// Whether it depends on input `i`.
     pub fn depends_on(&self, i: usize) -> bool {
@@ -70,12 +75,13 @@ impl Structure {
     /// If the formula branches on a traced value, nothing is known of the branch it did not take: [`Structure::UNKNOWN`].
     pub fn of<I: IntoIterator<Item = Trace>>(formula: impl FnOnce() -> I) -> Structure {
         LOOKED.set(false);
-        let none = Structure { inputs: 0, bent: 0, degree: 0, sinusoidal: true };
+        let none = Structure { inputs: 0, bent: 0, degree: 0, sinusoidal: true, unmoved: true };
         let found = formula().into_iter().fold(none, |all, x| Structure {
             inputs: all.inputs | x.inputs,
             bent: all.bent | x.bent,
             degree: all.degree.max(x.degree),
             sinusoidal: all.sinusoidal && x.sinusoidal,
+            unmoved: all.unmoved && x.rate == 0.0,
         });
         if LOOKED.take() { Structure::UNKNOWN } else { found }
     }
@@ -85,7 +91,12 @@ impl Trace {
     /// Input number `index`, with a value for formulas that look at it.
     pub fn input(value: f64, index: usize) -> Self {
         let bit = 1u128.checked_shl(index as u32).unwrap_or(u128::MAX);
-        Trace { value, known: false, inputs: bit, bent: 0, degree: 1, sinusoidal: true, angle: true }
+        Trace { value, known: false, inputs: bit, bent: 0, degree: 1, sinusoidal: true, angle: true, rate: 0.0 }
+    }
+
+    /// An input as one of those that are shifted together.
+    pub fn shifted(self) -> Self {
+        Trace { rate: 1.0, ..self }
     }
 
     /// A constant of the run whose value may be another in the next run (a design variable).
@@ -108,7 +119,8 @@ impl Trace {
     fn beyond(self, f: impl Fn(f64) -> f64) -> Self {
         let constant = self.degree == 0;
         let degree = if constant { 0 } else { BEYOND };
-        Trace { value: f(self.value), degree, bent: self.inputs, sinusoidal: constant, angle: false, ..self }
+        let rate = if self.rate == 0.0 { 0.0 } else { f64::NAN };
+        Trace { value: f(self.value), degree, bent: self.inputs, sinusoidal: constant, angle: false, rate, ..self }
     }
 
     /// Sine or cosine.
@@ -119,6 +131,15 @@ impl Trace {
     /// Whether it is a constant whose value is always 1 or −1.
     fn keeps_angle(&self) -> bool {
         self.known && self.value.abs() == 1.0
+    }
+
+    /// The rate of the product with a number of this rate: a constant that is not known may be any.
+    fn times_rate(&self, rate: f64) -> f64 {
+        match (self.known, rate == 0.0) {
+            (_, true) => 0.0,
+            (true, false) => self.value * rate,
+            (false, false) => f64::NAN,
+        }
     }
 }
 
@@ -133,6 +154,7 @@ impl Add for Trace {
             degree: self.degree.max(other.degree),
             sinusoidal: self.sinusoidal && other.sinusoidal,
             angle: self.angle && other.degree == 0 || self.degree == 0 && other.angle,
+            rate: self.rate + other.rate,
         }
     }
 }
@@ -154,6 +176,7 @@ impl Mul for Trace {
             degree: (self.degree + other.degree).min(BEYOND),
             sinusoidal: !product && self.sinusoidal && other.sinusoidal,
             angle: self.angle && other.keeps_angle() || self.keeps_angle() && other.angle,
+            rate: self.times_rate(other.rate) + other.times_rate(self.rate),
         }
     }
 }
@@ -161,7 +184,7 @@ impl Mul for Trace {
 impl Neg for Trace {
     type Output = Trace;
     fn neg(self) -> Trace {
-        Trace { value: -self.value, ..self }
+        Trace { value: -self.value, rate: -self.rate, ..self }
     }
 }
 
@@ -205,7 +228,7 @@ with_constants! {
 
 impl From<f64> for Trace {
     fn from(value: f64) -> Self {
-        Trace { value, known: true, inputs: 0, bent: 0, degree: 0, sinusoidal: true, angle: false }
+        Trace { value, known: true, inputs: 0, bent: 0, degree: 0, sinusoidal: true, angle: false, rate: 0.0 }
     }
 }
 
@@ -301,7 +324,9 @@ impl Scalar for Trace {
         self.beyond(f64::tanh)
     }
     fn atan2(&self, x: Self) -> Self {
-        let both = *self + x;
+        // Rates that cancel in a sum do not cancel here.
+        let rate = if self.rate == 0.0 && x.rate == 0.0 { 0.0 } else { f64::NAN };
+        let both = Trace { rate, ..*self + x };
         both.beyond(|_| self.value.atan2(x.value))
     }
 }
@@ -351,6 +376,23 @@ mod tests {
         assert_eq!(parts(|x, y| x.cos() * 0.0 + y), (2, 0, 1));
         let bound = Trace::unknown_constant(0.0);
         assert_eq!(parts(|x, y| x.cos() * bound + y), (3, 1, BEYOND));
+    }
+
+    #[test]
+    fn what_depends_on_differences_alone_is_unmoved_and_nothing_else() {
+        let unmoved = |formula: fn(Trace, Trace) -> Trace| {
+            Structure::of(|| [formula(Trace::input(0.3, 0).shifted(), Trace::input(0.7, 1).shifted())]).unmoved
+        };
+        assert!(unmoved(|x, y| (x - y).sin() + (y * 2.0 - x * 2.0).exp()));
+        assert!(unmoved(|x, y| (y - x) * (y - x) * Trace::unknown_constant(0.4)));
+        assert!(!unmoved(|x, y| x + y));
+        assert!(!unmoved(|x, y| x * 2.0 - y));
+        assert!(!unmoved(|x, y| x * x - y * y));
+        assert!(!unmoved(|x, y| x.sin() - x.sin() + y - y.cos()));
+        assert!(!unmoved(|x, y| x * Trace::unknown_constant(1.0) - y));
+        assert!(!unmoved(|x, y| x * (x - y)));
+        assert!(!unmoved(|x, y| x.atan2(-y)));
+        assert!(!unmoved(|x, y| if x.re() > y.re() { x - y } else { y - x }));
     }
 
     #[test]

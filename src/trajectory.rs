@@ -204,6 +204,10 @@ pub struct Report {
     pub element_evaluations: usize,
     /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
     pub sine_evaluations: usize,
+    /// Evaluations of single elements by dual numbers for their derivatives with respect to one control, design variable or time.
+    pub input_evaluations: usize,
+    /// Evaluations of single costs: for the value, and for each part of their arguments (q, v, …, a design variable) with a derivative.
+    pub cost_evaluations: usize,
     /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
     pub worst_residual: f64,
     /// The largest relative Newton correction that was left undone, as estimated.
@@ -227,6 +231,8 @@ impl Default for Report {
             reused_factors: 0,
             element_evaluations: 0,
             sine_evaluations: 0,
+            input_evaluations: 0,
+            cost_evaluations: 0,
             worst_residual: 0.0,
             worst_correction: 0.0,
             worst_pivot: 1.0,

@@ -121,9 +121,15 @@ fn third<F: Formula>(formula: &F, x: &[f64], b: &[f64], i: usize) -> Vec<Dual3_6
 
 /// Traced as a scene does it: a constant is known if it is a number, and only then.
 fn trace<F: Formula>(formula: &F, b: &[f64], bound: bool) -> Structure {
+    trace_shifted(formula, b, bound, &[])
+}
+
+/// The same with some inputs that grow together.
+fn trace_shifted<F: Formula>(formula: &F, b: &[f64], bound: bool, shifted: &[usize]) -> Structure {
     let number = |b: &f64| if bound { Trace::unknown_constant(*b) } else { Trace::from(*b) };
     let b: Vec<Trace> = b.iter().map(number).collect();
-    let x: Vec<Trace> = (0..formula.inputs()).map(|i| Trace::input(0.3, i)).collect();
+    let input = |i| if shifted.contains(&i) { Trace::input(0.3, i).shifted() } else { Trace::input(0.3, i) };
+    let x: Vec<Trace> = (0..formula.inputs()).map(input).collect();
     Structure::of(|| formula.values(&x, &b))
 }
 
@@ -160,6 +166,26 @@ fn assert_holds<F: Formula>(name: &str, formula: &F, structure: &Structure, b: &
     }
 }
 
+/// What a formula changes by if two of its inputs grow by the same amount, at random points, held against what its trace says.
+fn assert_unmoved<F: Formula>(name: &str, formula: &F, b: &[f64], bound: bool, random: &mut Random) -> usize {
+    let inputs = formula.inputs();
+    let mut count = 0;
+    for (i, j) in (0..inputs).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        if !trace_shifted(formula, b, bound, &[i, j]).unmoved {
+            continue;
+        }
+        count += 1;
+        for _ in 0..POINTS {
+            let x = random.points(inputs);
+            for values in second(formula, &x, b, i, j) {
+                let size = 1.0 + values.eps1.abs();
+                assert!((values.eps1 + values.eps2).abs() <= 1e-12 * size, "{name}: inputs {i} and {j}: {values:?}");
+            }
+        }
+    }
+    count
+}
+
 /// Traces a formula with numbers, with zeros among them, and with bound constants, and holds each against derivatives.
 fn check<F: Formula>(name: &str, formula: F) {
     let mut random = Random(name.bytes().fold(1, |seed, byte| seed.wrapping_mul(31).wrapping_add(byte.into())));
@@ -170,6 +196,7 @@ fn check<F: Formula>(name: &str, formula: F) {
         let x = random.points(formula.inputs());
         if formula.values(&x, &b).iter().all(|y| y.is_finite()) {
             assert_holds(name, &formula, &trace(&formula, &b, false), &b, &mut random);
+            assert_unmoved(name, &formula, &b, false, &mut random);
         }
     }
     // Bound: the structure must hold for any other value, zero and one included.
@@ -177,6 +204,7 @@ fn check<F: Formula>(name: &str, formula: F) {
     for _ in 0..POINTS {
         let b: Vec<f64> = numbers.iter().map(|_| random.between(0.3, 1.5)).collect();
         assert_holds(name, &formula, &structure, &b, &mut random);
+        assert_unmoved(name, &formula, &b, true, &mut random);
     }
     assert_holds(name, &formula, &structure, &vec![1.0; numbers.len()], &mut random);
 }
@@ -290,6 +318,19 @@ fn a_wrong_structure_is_found_out() {
     assert!(wrong.is_err());
 }
 
+#[test]
+fn what_acts_between_two_bodies_is_seen_to_depend_on_the_differences_of_their_positions() {
+    let mut random = Random(7);
+    let b = [0.4, -0.2, 0.3, 0.5, 0.7, 0.6];
+    // x and y, among the coordinates alone (and the time that a joint does not depend on) or among the velocities too.
+    let pairs = |depends: usize, count: usize, name: &str| assert!(count >= depends, "{name}: {count} pairs");
+    pairs(2, assert_unmoved("spring", &Potential::<_, 6, 6>(LinearSpring), &b, true, &mut random), "spring");
+    pairs(2, assert_unmoved("rod", &Holonomic::<_, 6, 1, 5>(Distance), &b[..5], true, &mut random), "rod");
+    pairs(2, assert_unmoved("slider", &Holonomic::<_, 6, 2, 6>(Prismatic), &b, true, &mut random), "slider");
+    pairs(4, assert_unmoved("damper", &Applied::<_, 6, 0, 5>(Damper), &b[..5], true, &mut random), "damper");
+    pairs(4, assert_unmoved("friction", &Applied::<_, 6, 0, 6>(SlidingFriction), &b, true, &mut random), "friction");
+}
+
 /// The largest difference in SI units, relative to the largest number where that is above 1.
 fn difference(plain: &DMatrix<Dual64>, ours: &DMatrix<f64>) -> f64 {
     let worst = plain.iter().zip(ours.iter()).fold(0.0f64, |worst, (a, b)| worst.max((a.re - b).abs()));
@@ -314,8 +355,10 @@ fn against_plain(name: &str, scene: Scene) {
         ("dp*/dt", difference(&motion.p_star_dot, &ours.p_star_dot)),
         ("sigma", difference(&motion.sigma, &ours.sigma)),
     ];
-    for (what, difference) in differences {
-        assert!(difference <= 1e-11, "{name}: {what} differs by {difference:.1e}");
+    // Where constraints depend on each other, σ is rounding but for what Φ_qᵀσ, and so p*, has of it.
+    let determined = if ours.compliance.is_empty() { &differences[..] } else { &differences[..4] };
+    for (what, difference) in determined {
+        assert!(*difference <= 1e-11, "{name}: {what} differs by {difference:.1e}");
     }
 
     let ours = gradient(&system, &inputs, settings).expect("a gradient");
@@ -353,5 +396,6 @@ fn chains_trees_and_ladders_move_as_their_plain_formulas() {
     against_plain("chain", structures::chain(30));
     against_plain("tree", structures::binary_tree(5));
     against_plain("ladder", structures::ladder(10));
+    against_plain("doubled hinges", structures::string(5, 2));
     against_plain("open ladder", structures::open_ladder(10));
 }

@@ -8,7 +8,7 @@ mod pairs;
 mod structures;
 
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Grid, Inputs, Report, Scene, Settings, Solver};
+use hamiltonian_adjoint::{Elimination, EliminationNode, Grid, Inputs, Report, Scene, Settings, Solver};
 
 const STEPS: usize = 100;
 
@@ -91,9 +91,10 @@ fn every_kind_of_element_costs_what_its_formula_asks_for() {
 fn a_thing_that_a_scene_lacks_costs_nothing() {
     let links = pairs::LINKS;
     // Elements by dual numbers, and angles, of every row.
-    let expected: [(&str, &[(usize, usize)]); 10] = [
+    let expected: [(&str, &[(usize, usize)]); 11] = [
         ("constraints", &[(0, 0), (0, links)]),
         ("loops", &[(0, 12), (0, 12)]),
+        ("coordinates of a joint", &[(0, links), (0, links), (links / 2, links), (links / 2, links)]),
         ("mass that depends on q", &[(1, 0), (2, 0)]),
         ("forces of v", &[(0, links), (0, links), (links, links)]),
         ("forces of q", &[(0, links), (0, links), (links - 1, links)]),
@@ -113,6 +114,43 @@ fn a_thing_that_a_scene_lacks_costs_nothing() {
     }
 }
 
+/// The scene called so among the rows of a thing that a scene may lack.
+fn pair(thing: &str, row: &str) -> Scene {
+    let comparison = pairs::all().into_iter().find(|comparison| comparison.thing == thing).expect("a thing");
+    comparison.rows.into_iter().find(|(name, _)| *name == row).expect("a row").1
+}
+
+#[test]
+fn the_sweep_back_evaluates_costs_where_they_count_and_elements_for_inputs_that_ask_for_it() {
+    const NODES: usize = STEPS + 1;
+    // Costs at the end on all angles, each for its value and its derivative with respect to q.
+    let end = 2 * pairs::LINKS;
+    // At every node, and once more for p*₀ = T_v(q₀, v₀; b).
+    let each = NODES + 1;
+    let expected = [
+        ("running cost", "without", end, 0),
+        ("running cost", "of u", end + 2 * NODES, 0),
+        ("running cost", "of all angles", end + end * NODES, 0),
+        ("design variables", "unused", end, 0),
+        ("design variables", "one stiffness", end, each),
+        // The inertia and the weight of every link.
+        ("design variables", "all masses", end, 2 * pairs::LINKS * each),
+        ("time", "in a force", end, each),
+        ("time", "in a constraint", end, each),
+        ("ten more controls", "used", end, 0),
+        ("forces of v", "nonlinear", end, 0),
+    ];
+    for (thing, row, costs, inputs) in expected {
+        let (forward, adjoint) = reports(pair(thing, row), 0.01, 1.0);
+        assert_eq!((forward.cost_evaluations, forward.input_evaluations), (0, 0), "{thing}: {row}");
+        assert_eq!((adjoint.cost_evaluations, adjoint.input_evaluations), (costs, inputs), "{thing}: {row}");
+    }
+    // One control that acts along an axis that turns: Q_u is not constant.
+    let actuator = elements::all().into_iter().find(|(name, _)| *name == "actuator on a moving body").expect("an actuator");
+    let (_, adjoint) = reports(actuator.1, 0.01, 1.0);
+    assert_eq!((adjoint.cost_evaluations, adjoint.input_evaluations), (2, each));
+}
+
 #[test]
 fn a_linear_mechanism_without_constraints_is_solved_by_one_correction_a_step_with_constant_factors() {
     let Some(free) = pairs::all().into_iter().next().and_then(|comparison| comparison.rows.into_iter().next()) else {
@@ -121,7 +159,7 @@ fn a_linear_mechanism_without_constraints_is_solved_by_one_correction_a_step_wit
     let system = free.1.compile().expect("a scene");
     assert_eq!((system.n(), system.m()), (33, 0));
     // Every unknown is condensed: nothing is left to be factored at an iteration.
-    assert_eq!(system.elimination(), (system.n(), vec![]));
+    assert_eq!(system.elimination(), Elimination { condensed: system.n(), nodes: vec![] });
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, 0.01));
     inputs.controls.fill(1.0);
     let mut solver = Solver::new(&system, Settings::default());
@@ -145,52 +183,59 @@ fn a_second_run_does_the_same_work_as_the_first() {
     assert_eq!(run(), run());
 }
 
-/// The condensed unknowns and how many nodes there are of each size.
-fn elimination(scene: Scene) -> (usize, Vec<(usize, usize)>) {
+/// The condensed unknowns, and of each size of node how many there are and how wide the widest is.
+fn elimination(scene: Scene) -> (usize, Vec<(usize, usize, usize)>) {
     let system = scene.compile().expect("a scene");
-    let (condensed, sizes) = system.elimination();
-    assert_eq!(condensed + sizes.iter().sum::<usize>(), system.n() + system.m());
-    let mut counts = std::collections::BTreeMap::new();
-    sizes.iter().for_each(|&size| *counts.entry(size).or_insert(0) += 1);
-    (condensed, counts.into_iter().collect())
+    let Elimination { condensed, nodes } = system.elimination();
+    assert_eq!(condensed + nodes.iter().map(|node| node.size).sum::<usize>(), system.n() + system.m());
+    let mut kinds = std::collections::BTreeMap::new();
+    for node in nodes {
+        let (count, widest) = kinds.entry(node.size).or_insert((0, 0));
+        (*count, *widest) = (*count + 1, node.width.max(*widest));
+    }
+    (condensed, kinds.into_iter().map(|(size, (count, widest))| (size, count, widest)).collect())
 }
 
 #[test]
 fn a_link_of_a_chain_keeps_its_angle_and_the_two_multipliers_of_its_hinge() {
-    for links in [1, 2, 3, 10, 100, 1000] {
-        // x and y of the links, and all of the cart and its rail: 3 + 2.
-        assert_eq!(elimination(structures::chain(links)), (2 * links + 5, vec![(3, links)]));
+    for links in [2, 3, 10, 100, 1000] {
+        // x and y of the links, and all of the cart and its rail: 3 + 2. Each but the last has one neighbour left.
+        assert_eq!(elimination(structures::chain(links)), (2 * links + 5, vec![(3, links, 3)]));
     }
 }
 
 #[test]
 fn a_body_of_a_tree_keeps_x_and_y_only_where_it_branches() {
-    assert_eq!(elimination(structures::binary_tree(1)), (2, vec![(3, 1)]));
-    for levels in [2, 3, 7, 10] {
+    assert_eq!(elimination(structures::binary_tree(1)), (2, vec![(3, 1, 0)]));
+    for levels in [3, 7, 10] {
         let leaves = 2usize.pow(levels - 1);
-        assert_eq!(elimination(structures::binary_tree(levels)), (2 * leaves, vec![(3, leaves), (5, leaves - 1)]));
+        let nodes = vec![(3, leaves, 5), (5, leaves - 1, 5)];
+        assert_eq!(elimination(structures::binary_tree(levels)), (2 * leaves, nodes));
     }
 }
 
 #[test]
-fn a_closed_loop_adds_one_small_node() {
-    for loops in [2, 3, 10, 300] {
+fn a_closed_loop_adds_one_small_node_and_the_widths_stay_bounded() {
+    for loops in [2, 3, 10, 30, 300] {
+        let (condensed, nodes) = elimination(structures::ladder(loops));
         // The hinge that closes a loop; the rungs and the last bar of each string; the other bars, where three hinges meet.
-        let nodes = vec![(2, loops), (3, loops + 2), (5, 2 * loops - 2)];
-        assert_eq!(elimination(structures::ladder(loops)), (2 * loops + 4, nodes));
+        let counts: Vec<_> = nodes.iter().map(|&(size, count, _)| (size, count)).collect();
+        assert_eq!((condensed, counts), (2 * loops + 4, vec![(2, loops), (3, loops + 2), (5, 2 * loops - 2)]));
+        let widest = nodes.iter().map(|&(_, _, width)| width).max();
+        println!("{loops} loops: nodes of (size, count, width) {nodes:?}");
+        assert!(widest <= Some(13), "{nodes:?}");
     }
 }
 
-/// Σ s³ over the nodes: the work of one factorisation, but for the couplings between nodes.
+/// The multiplications of one factorisation.
 fn factorisation_work(scene: Scene) -> usize {
-    let (_, sizes) = scene.compile().expect("a scene").elimination();
-    sizes.iter().map(|size| size.pow(3)).sum()
+    scene.compile().expect("a scene").elimination().nodes.iter().map(EliminationNode::work).sum()
 }
 
 /// Asserts that every body or loop more costs the same.
 fn assert_linear(name: &str, scene: impl Fn(usize) -> Scene, sizes: &[usize]) {
     let work: Vec<usize> = sizes.iter().map(|&size| factorisation_work(scene(size))).collect();
-    let slope = |i: usize| (work[i + 1] - work[i]) / (sizes[i + 1] - sizes[i]);
+    let slope = |i: usize| (work[i + 1] - work[i]) as f64 / (sizes[i + 1] - sizes[i]) as f64;
     println!("{name}: {work:?} for {sizes:?}");
     for i in 1..sizes.len() - 1 {
         assert_eq!(slope(i), slope(0), "{name}: {work:?} for {sizes:?}");
@@ -200,10 +245,26 @@ fn assert_linear(name: &str, scene: impl Fn(usize) -> Scene, sizes: &[usize]) {
 #[test]
 fn the_work_of_a_factorisation_grows_linearly() {
     assert_linear("chain", structures::chain, &[10, 30, 100, 300, 1000]);
-    assert_linear("ladder", structures::ladder, &[3, 10, 30, 100, 300]);
+    assert_linear("ladder", structures::ladder, &[10, 30, 100, 300]);
     assert_linear("open ladder", structures::open_ladder, &[3, 10, 30, 100, 300]);
+    assert_linear("doubled hinges", |bars| structures::string(bars, 2), &[3, 10, 30, 100, 300]);
     let levels = |bodies: usize| (bodies + 1).ilog2();
     assert_linear("tree", |bodies| structures::binary_tree(levels(bodies)), &[15, 127, 1023]);
+}
+
+#[test]
+fn the_memory_of_a_node_grows_linearly() {
+    let bytes = |scene: Scene, settings| scene.compile().expect("a scene").bytes_per_node(&settings);
+    let plain = Settings::default();
+    for links in [1, 3, 10, 100, 1000] {
+        assert_eq!(bytes(structures::chain(links), plain), 152 * links + 120);
+    }
+    for loops in [3, 30, 300] {
+        assert_eq!(bytes(structures::ladder(loops), plain), 472 * loops + 8);
+    }
+    let chain = |settings| bytes(structures::chain(3), settings);
+    assert_eq!(chain(Settings { keep_adjoint: true, ..plain }) - chain(plain), 16 * (4 * 12 + 8));
+    assert_eq!(chain(Settings { rebase_every: 9, ..plain }) - chain(plain), 16 * (3 * 12 + 2 * 8 + 3 * 15 + 2));
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Wall time of simulations and gradients, by size, element, feature and structure of a scene.
 //!
 //! `cargo bench` runs everything (some minutes), `cargo bench -- quick` one row of each group, `cargo bench -- element` a group.
-//! The times are those of one thread, after the scene was compiled and everything allocated.
+//! The times are those of one thread, after the scene was compiled and everything allocated; `--features rayon` adds a group with all threads.
 
 #[path = "../../tests/scenes/elements.rs"]
 mod elements;
+mod features;
+mod newton;
 #[path = "../../tests/scenes/pairs.rs"]
 mod pairs;
 mod rows;
@@ -116,5 +118,20 @@ fn compile(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(all, links, steps, elements, pairs, structure, compile);
+criterion_group!(
+    all,
+    links,
+    steps,
+    elements,
+    pairs,
+    structure,
+    compile,
+    newton::first_guess,
+    newton::iterations,
+    newton::half_steps,
+    features::restarts,
+    features::memory,
+    features::redundancy,
+    features::threads
+);
 criterion_main!(all);

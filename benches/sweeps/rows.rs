@@ -2,12 +2,13 @@
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId};
-use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, System};
+use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Scene, Settings, Solver, System};
 
 /// A compiled scene at rest with constant controls.
 pub struct Row {
-    system: System,
-    inputs: Inputs,
+    pub system: System,
+    pub inputs: Inputs,
+    pub settings: Settings,
 }
 
 impl Row {
@@ -15,7 +16,7 @@ impl Row {
         let system = scene.compile().expect("a scene");
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
         inputs.controls.fill(control);
-        Row { system, inputs }
+        Row { system, inputs, settings: Settings::default() }
     }
 
     /// The number of planar bodies.
@@ -24,15 +25,28 @@ impl Row {
     }
 
     pub fn simulate(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
-        let mut solver = Solver::new(&self.system, Settings::default());
+        let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
             bencher.iter(|| solver.simulate(&self.inputs).expect("a motion").computed)
         });
     }
 
+    /// The same, and the corrections and factorisations that a step takes.
+    pub fn simulate_and_count(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
+        let mut solver = Solver::new(&self.system, self.settings);
+        solver.simulate(&self.inputs).expect("a motion");
+        let (report, steps) = (solver.report(), self.inputs.grid.steps.len() as f64);
+        let [iterations, factorisations, reused] =
+            [report.newton_iterations, report.factorisations, report.reused_factors].map(|count| count as f64 / steps);
+        println!(
+            "{function}, {name}: {iterations:.2} corrections a step, {reused:.2} with old factors, {factorisations:.2} factorisations"
+        );
+        self.simulate(group, function, name);
+    }
+
     /// The adjoint sweep alone, after one simulation.
     pub fn gradient(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
-        let mut solver = Solver::new(&self.system, Settings::default());
+        let mut solver = Solver::new(&self.system, self.settings);
         solver.simulate(&self.inputs).expect("a motion");
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
             bencher.iter(|| solver.gradient().expect("a gradient").value)
@@ -40,12 +54,20 @@ impl Row {
     }
 
     pub fn both(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
-        let mut solver = Solver::new(&self.system, Settings::default());
+        let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
             bencher.iter(|| {
                 solver.simulate(&self.inputs).expect("a motion");
                 solver.gradient().expect("a gradient").value
             })
+        });
+    }
+
+    /// Both within so many bytes.
+    pub fn both_within(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str, bytes: usize) {
+        let mut solver = LongSolver::new(&self.system, self.settings, bytes);
+        group.bench_function(BenchmarkId::new(function, name), |bencher| {
+            bencher.iter(|| solver.gradient(&self.inputs).expect("a gradient").value)
         });
     }
 }

@@ -102,9 +102,9 @@ impl Symbolic {
         self.steps.len()
     }
 
-    /// Sizes of the nodes in elimination order.
-    pub(crate) fn node_sizes(&self) -> impl Iterator<Item = usize> {
-        self.nodes.iter().map(|node| node.size)
+    /// Sizes and widths of the nodes in elimination order.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.nodes.iter().map(|node| (node.size, node.width))
     }
 
     /// Number of values in the panels, Σ s² + 2 s r over the nodes.

@@ -5,7 +5,7 @@
 use nalgebra::SVector;
 
 use super::body::{Frame, Point};
-use super::geometry::Link;
+use super::geometry::{Link, turned};
 use super::ground::{FromGround, ToGround};
 use super::joints::{axis, pair, points};
 use crate::element::ForcePoint;
@@ -29,9 +29,10 @@ pub struct Damper;
 
 impl Force<6, 0, 5> for Damper {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 5>) -> SVector<S, 6> {
-        let (_, gradient) = Link::new(&at.q, b.as_slice()).length();
-        let speed = gradient.dot(&at.v);
-        gradient * -(b[4] * speed)
+        let link = Link::new(&at.q, b.as_slice());
+        let direction = link.direction();
+        let speed = direction.dot(&link.velocity(&at.v));
+        link.along(&direction) * -(b[4] * speed)
     }
 }
 
@@ -62,9 +63,9 @@ pub struct SlidingFriction;
 
 impl Force<6, 0, 6> for SlidingFriction {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 6>) -> SVector<S, 6> {
-        let gradient = Link::new(&at.q, b.as_slice()).along_axis(&axis(&at.q, b[4]));
-        let speed = gradient.dot(&at.v);
-        gradient * -(b[5] * speed)
+        let (link, axis) = (Link::new(&at.q, b.as_slice()), axis(&at.q, b[4]));
+        let speed = axis.dot(&link.velocity(&at.v)) + turned(&axis).dot(&link.between) * at.v[2];
+        link.along_axis(&axis) * -(b[5] * speed)
     }
 }
 

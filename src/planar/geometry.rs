@@ -31,6 +31,11 @@ impl<S: Scalar> Link<S> {
         Link { arm_a, arm_b, between }
     }
 
+    /// The velocity of the vector between, in the plane: written with differences, so that a trace sees that nothing else matters.
+    pub(super) fn velocity(&self, v: &SVector<S, 6>) -> SVector<S, 2> {
+        SVector::from([v[3] - v[0], v[4] - v[1]]) + turned(&self.arm_b) * v[5] - turned(&self.arm_a) * v[2]
+    }
+
     /// The gradient with respect to q of e · between for a direction e that does not change.
     pub(super) fn along(&self, e: &SVector<S, 2>) -> SVector<S, 6> {
         let turn_a = -e.dot(&turned(&self.arm_a));
@@ -45,9 +50,8 @@ impl<S: Scalar> Link<S> {
         gradient
     }
 
-    /// The distance of the points and its gradient.
-    pub(super) fn length(&self) -> (S, SVector<S, 6>) {
-        let length = self.between.dot(&self.between).sqrt();
-        (length, self.along(&(self.between / length)))
+    /// The unit vector from one point to the other.
+    pub(super) fn direction(&self) -> SVector<S, 2> {
+        self.between / self.between.dot(&self.between).sqrt()
     }
 }

@@ -55,7 +55,7 @@ impl Sweep {
         self.cost.sigma.iter_mut().zip(&self.carried).for_each(|(j_sigma, carried)| *j_sigma = -carried);
         let at = At { v: restart.v, sigma: &self.next.e, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
-        let mut rows = InputRows { u, design, time: &mut self.time };
+        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
     }
 
@@ -96,7 +96,7 @@ impl Sweep {
         let at = At { v: &self.node.d, sigma: nu, ..here };
         let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
-        let mut rows = InputRows { u, design, time: &mut self.time };
+        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         for batch in system.sensitive() {
             batch.pull_back_inputs(&at, &with, &mut rows);
             batch.pull_back_phi(&at, &self.node.e, &mut rows);

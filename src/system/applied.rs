@@ -1,9 +1,9 @@
 //! Generalized forces Q(q, v, u, t) and their tangents Q_q, Q_v.
 
-use nalgebra::{SMatrix, SVector};
-use num_dual::jacobian;
+use nalgebra::SVector;
+use num_dual::DualSVec64;
 
-use super::jet::{First, Form, Jet, Local};
+use super::jet::{First, Form, Jet, Local, Seeds};
 use crate::element::ForcePoint;
 use crate::scalar::Real;
 use crate::trace::{Structure, Trace};
@@ -44,21 +44,36 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
 
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, K>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let (force, q_v): (SVector<f64, N>, SMatrix<f64, N, N>) =
-            jacobian(|v| self.force(at.q.map(From::from), v, at, b), &at.v);
-        let (_, q_q): (SVector<f64, N>, SMatrix<f64, N, N>) =
-            jacobian(|q| self.force(q, at.v.map(From::from), at, b), &at.q);
-        first.force += force;
-        for (block, tangent) in blocks.chunks_exact_mut((A * A).max(1)).zip([q_v, q_q]) {
-            for (k, entry) in block.iter_mut().enumerate() {
-                *entry = tangent[(active[k / A], active[k % A])];
-            }
+        let seeded = |x: &SVector<f64, N>| {
+            let mut x: SVector<DualSVec64<A>, N> = x.map(DualSVec64::from_re);
+            seeds.of.iter().enumerate().for_each(|(k, &i)| x[i] = x[i].derivative(k));
+            x
+        };
+        blocks.fill(0.0);
+        let (q_v, q_q) = blocks.split_at_mut(N * A);
+        let mut force = None;
+        if seeds.by_v {
+            force = Some(put(&self.force(at.q.map(From::from), seeded(&at.v), at, b), q_v));
+        }
+        if seeds.by_q {
+            force = Some(put(&self.force(seeded(&at.q), at.v.map(From::from), at, b), q_q));
+        }
+        first.force += force.unwrap_or_else(|| self.force(at.q, at.v, at, b));
+    }
+}
+
+/// Writes the gradients by rows; returns the values.
+fn put<const N: usize, const A: usize>(force: &SVector<DualSVec64<A>, N>, rows: &mut [f64]) -> SVector<f64, N> {
+    for (i, component) in force.iter().enumerate() {
+        if let Some(gradient) = component.eps.0 {
+            rows[i * A..][..A].copy_from_slice(gradient.as_slice());
         }
     }
+    force.map(|component| component.re)
 }

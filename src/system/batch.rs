@@ -110,6 +110,8 @@ pub struct InputRows<'a> {
     pub u: &'a mut [f64],
     pub design: &'a mut [f64],
     pub time: &'a mut f64,
+    /// How many single derivatives were evaluated.
+    pub evaluations: &'a mut usize,
 }
 
 /// What an element depends on, in the scene's numbering.

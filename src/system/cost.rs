@@ -70,6 +70,8 @@ pub struct CostRows {
     /// Derivatives with respect to the length of the step before the node and of the one after it.
     pub step_before: f64,
     pub step_after: f64,
+    /// How often a cost was evaluated.
+    pub evaluations: usize,
 }
 
 impl CostRows {
@@ -97,6 +99,7 @@ impl CostRows {
         let lists = [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot];
         lists.into_iter().chain([&mut self.sigma, &mut self.u, &mut self.design]).for_each(|list| list.fill(0.0));
         (self.value, self.time, self.step_before, self.step_after) = (0.0, 0.0, 0.0, 0.0);
+        self.evaluations = 0;
     }
 }
 
@@ -253,6 +256,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         let (p, b) = (self.local(at), self.b(at.design));
         let value = self.cost.cost(&p, &b);
         rows.value += weight * value;
+        rows.evaluations += 1;
         match self.sum {
             Sum::Rectangle => rows.step_after += value,
             Sum::Trapezoidal => {
@@ -267,33 +271,41 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
 
     fn state_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
         if self.uses(0, N) {
+            rows.evaluations += 1;
             add(&mut rows.q, &self.q, weight, &self.part(&p.q, p, b, |point, x| point.q = x));
         }
         if self.uses(input::v(N), N) {
+            rows.evaluations += 1;
             add(&mut rows.v, &self.q, weight, &self.part(&p.v, p, b, |point, x| point.v = x));
         }
         if self.uses(input::p_star(N), N) {
+            rows.evaluations += 1;
             add(&mut rows.p_star, &self.q, weight, &self.part(&p.p_star, p, b, |point, x| point.p_star = x));
         }
         if self.uses(input::p_star_dot(N), N) {
+            rows.evaluations += 1;
             add(&mut rows.p_star_dot, &self.q, weight, &self.part(&p.p_star_dot, p, b, |point, x| point.p_star_dot = x));
         }
         if self.uses(input::sigma(N), M) {
+            rows.evaluations += 1;
             add(&mut rows.sigma, &self.sigma, weight, &self.part(&p.sigma, p, b, |point, x| point.sigma = x));
         }
     }
 
     fn input_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
         if self.uses(input::u(N, M), K) {
+            rows.evaluations += 1;
             add(&mut rows.u, &self.u, weight, &self.part(&p.u, p, b, |point, x| point.u = x));
         }
         if self.uses(input::t(N, M, K), 1) {
+            rows.evaluations += 1;
             let t = SVector::from([p.t]);
             rows.time += weight * self.part(&t, p, b, |point, x| point.t = x[0])[0];
         }
         for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
             let mut b = b.map(Dual64::from_re);
             b[i].eps = 1.0;
+            rows.evaluations += 1;
             rows.design[design] += weight * factor * self.cost.cost(&lift(p), &b).eps;
         }
     }

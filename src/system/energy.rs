@@ -1,9 +1,9 @@
 //! Kinetic and potential energy as parts of 𝓛 = T − V + σᵀ dΦ/dt.
 
 use nalgebra::SVector;
-use num_dual::{DualSVec, gradient, hessian, partial_hessian};
+use num_dual::{Dual2SVec64, DualSVec, gradient, hessian, partial_hessian};
 
-use super::jet::{First, Form, Jet, Local};
+use super::jet::{First, Form, Jet, Local, Seeds};
 use crate::scalar::Real;
 use crate::trace::{Structure, Trace};
 use crate::{KineticEnergy, PotentialEnergy};
@@ -34,7 +34,7 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
 
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, 0>,
@@ -47,7 +47,7 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
         first.force += t_q;
         for (block, second) in blocks.chunks_exact_mut((A * A).max(1)).zip([t_vv, t_vq, t_qq]) {
             for (k, entry) in block.iter_mut().enumerate() {
-                *entry = second[(active[k / A], active[k % A])];
+                *entry = second[(seeds.of[k / A], seeds.of[k % A])];
             }
         }
     }
@@ -68,16 +68,21 @@ impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> f
 
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let (_, v_q, v_qq) = hessian(|q| self.0.potential_energy(&q, &b.map(From::from), at.t.into()), &at.q);
-        first.force -= v_q;
-        for (k, entry) in blocks.iter_mut().enumerate() {
-            *entry = -v_qq[(active[k / A], active[k % A])];
+        let mut q: SVector<Dual2SVec64<A>, N> = at.q.map(Dual2SVec64::from_re);
+        seeds.of.iter().enumerate().for_each(|(k, &i)| q[i] = q[i].derivative(k));
+        let energy = self.0.potential_energy(&q, &b.map(From::from), at.t.into());
+        blocks.fill(0.0);
+        if let Some(v_q) = energy.v1.0 {
+            seeds.of.iter().enumerate().for_each(|(k, &i)| first.force[i] -= v_q[k]);
+        }
+        if let Some(v_qq) = energy.v2.0 {
+            blocks.iter_mut().zip(v_qq.iter()).for_each(|(entry, second)| *entry = -second);
         }
     }
 }

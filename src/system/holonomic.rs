@@ -12,7 +12,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
 
-use super::jet::{First, Form, Jet, Local};
+use super::jet::{First, Form, Jet, Local, Seeds};
 use crate::Constraint;
 use crate::scalar::Real;
 use crate::trace::{Structure, Trace};
@@ -56,14 +56,14 @@ where
 
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, M, 0>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, M>,
         blocks: &mut [f64],
     ) {
         let mut q: SVector<Dual2SVec<Dual64, A>, N> = at.q.map(|q| Dual2SVec::from_re(Dual64::from_re(q)));
-        for (k, &i) in active.iter().enumerate() {
+        for (k, &i) in seeds.of.iter().enumerate() {
             q[i] = Dual2SVec::from_re(Dual64::new(at.q[i], at.v[i])).derivative(k);
         }
         let phi = self.0.phi(&q, &b.map(From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
@@ -76,7 +76,7 @@ where
             let sigma = at.sigma[j];
             first.phi_dot[j] += phi.re.eps;
             if let Some(gradient) = phi.v1.0 {
-                for (k, &i) in active.iter().enumerate() {
+                for (k, &i) in seeds.of.iter().enumerate() {
                     first.l_v[i] += gradient[k].re * sigma;
                     first.force[i] += gradient[k].eps * sigma;
                     phi_q[j * A + k] = gradient[k].re;
@@ -114,7 +114,7 @@ mod tests {
         let jet = Holonomic(Sample);
         let mut first = First::zero();
         let mut blocks = [0.0; 16];
-        jet.blocks(&[0, 1], &at, &SVector::zeros(), &mut first, &mut blocks);
+        jet.blocks(&Seeds { of: [0, 1], by_q: true, by_v: true }, &at, &SVector::zeros(), &mut first, &mut blocks);
         let plain = jet.first(&at, &SVector::zeros());
         assert!((first.l_v - plain.l_v).norm() < 1e-15 && (first.force - plain.force).norm() < 1e-15);
         assert!((first.phi_dot - plain.phi_dot).norm() < 1e-15);

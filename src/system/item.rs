@@ -7,11 +7,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::batch::{At, Covector, InputRows, Sums};
 use super::constants::{Constants, Entry};
-use super::jet::{First, Form, Jet, Local, time_input};
+use super::jet::{First, Form, Jet, Local};
+use super::plan::{MOST_SEEDS, Plan};
 use super::sines::Wave;
 use crate::scalar::Real;
 use crate::scene::Param;
-use crate::trace::{Structure, Trace};
+use crate::trace::Trace;
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
 pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usize> {
@@ -23,35 +24,6 @@ pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usiz
     pub u: [usize; K],
     pub b: [Param; P],
     pub plan: Plan<N>,
-}
-
-/// What the trace of an element decided.
-#[derive(Clone, Copy)]
-pub struct Plan<const N: usize> {
-    pub constant: bool,
-    /// A constraint that is a sum of q_i, sin q_i, cos q_i.
-    pub sinusoidal: bool,
-    timed: bool,
-    bound: bool,
-    /// Local numbers of the active coordinates; the first `count` are valid.
-    pub active: [usize; N],
-    pub count: usize,
-    /// Where its slots begin in the batch's list.
-    pub slots: usize,
-}
-
-impl<const N: usize> Default for Plan<N> {
-    fn default() -> Self {
-        Plan {
-            constant: false,
-            sinusoidal: false,
-            timed: true,
-            bound: true,
-            active: std::array::from_fn(|i| i),
-            count: N,
-            slots: 0,
-        }
-    }
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
@@ -69,30 +41,42 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         SVector::from_fn(|p, _| self.b[p].value(design))
     }
 
-    /// Derivatives with `A` active coordinates.
+    /// Derivatives with `A` seeded coordinates.
     fn blocks<const A: usize>(&self, at: &At<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
-        let active = std::array::from_fn::<usize, A, _>(|k| self.plan.active[k]);
-        self.jet.blocks(&active, &self.local(at), &self.b(at.design), first, blocks);
+        let seeds = self.plan.seeds();
+        let mut local = self.local(at);
+        if J::FORM == Form::Holonomic {
+            self.plan.gather_velocities(&mut local.v);
+        }
+        let len = self.plan.seeded_len(J::FORM, M);
+        self.jet.blocks::<A>(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
     }
 
     /// The second derivatives with all coordinates active.
     pub fn all_blocks(&self, at: &At<f64>) -> Vec<f64> {
         let mut blocks = vec![0.0; J::FORM.length(N, M)];
-        let active = std::array::from_fn::<usize, N, _>(|i| i);
-        self.jet.blocks(&active, &self.local(at), &self.b(at.design), &mut First::zero(), &mut blocks);
+        self.jet.blocks::<N>(
+            &Plan::<N>::default().seeds(),
+            &self.local(at),
+            &self.b(at.design),
+            &mut First::zero(),
+            &mut blocks,
+        );
         blocks
     }
 
-    /// Value and derivatives: the number of active coordinates selects the size of the dual numbers.
+    /// Value and derivatives: the number of seeds selects the size of the dual numbers.
     pub fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
         let mut first = First::zero();
-        match self.plan.count {
-            count if count == N => self.blocks::<N>(at, &mut first, blocks),
+        match self.plan.seeded {
+            seeded if seeded == N => self.blocks::<N>(at, &mut first, blocks),
             0 => self.blocks::<0>(at, &mut first, blocks),
             1 => self.blocks::<1>(at, &mut first, blocks),
             2 => self.blocks::<2>(at, &mut first, blocks),
-            _ => self.blocks::<3>(at, &mut first, blocks),
+            3 => self.blocks::<3>(at, &mut first, blocks),
+            _ => self.blocks::<MOST_SEEDS>(at, &mut first, blocks),
         }
+        self.plan.spread(J::FORM, &mut first, blocks);
         self.scatter_first(&first, sums);
     }
 
@@ -106,38 +90,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    pub fn trace(&mut self) {
-        let b = SVector::from_fn(|p, _| match self.b[p].constant() {
+    /// Its constants, as far as they are known.
+    pub fn traced_constants(&self) -> SVector<Trace, P> {
+        SVector::from_fn(|p, _| match self.b[p].constant() {
             Some(value) => Trace::from(value),
             None => Trace::unknown_constant(0.7),
-        });
-        let time = time_input(N, K);
-        let at = Local {
-            q: SVector::from_fn(|i, _| Trace::input(0.3, i)),
-            v: SVector::from_fn(|i, _| Trace::input(0.4, N + i)),
-            sigma: SVector::from_fn(|_, _| Trace::from(1.0)),
-            u: SVector::from_fn(|k, _| Trace::input(0.6, 2 * N + k)),
-            t: Trace::input(0.2, time),
-        };
-        let structure = if time < Structure::MOST_INPUTS { self.jet.structure(&at, &b) } else { Structure::UNKNOWN };
-        self.plan = Self::plan(&structure, self.b.iter().any(|b| b.constant().is_none()));
-    }
-
-    fn plan(structure: &Structure, bound: bool) -> Plan<N> {
-        let timed = structure.depends_on(time_input(N, K).min(Structure::MOST_INPUTS - 1));
-        let highest = if matches!(J::FORM, Form::Kinetic | Form::Potential) { 2 } else { 1 };
-        let constant = structure.degree <= highest && !timed;
-        let mut plan = Plan { constant, timed, bound, ..Plan::default() };
-        if matches!(J::FORM, Form::Holonomic) {
-            plan.sinusoidal = structure.sinusoidal && !timed && !constant;
-            let bent: Vec<usize> = (0..N).filter(|&i| structure.is_bent_in(i)).collect();
-            // For dual numbers, sizes that are not made are rounded up to all coordinates.
-            if plan.sinusoidal || bent.len() <= 3 {
-                plan.count = bent.len();
-                plan.active[..bent.len()].copy_from_slice(&bent);
-            }
-        }
-        plan
+        })
     }
 
     /// Whether its derivatives with respect to inputs must be asked for at every node.
@@ -181,16 +139,19 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
         if !self.plan.constant {
+            *rows.evaluations += K;
             for (k, &channel) in self.u.iter().enumerate() {
                 rows.u[channel] += self.directional(at, with, |local, _| local.u[k].eps = 1.0);
             }
         }
         if self.plan.timed {
+            *rows.evaluations += 1;
             *rows.time += self.directional(at, with, |local, _| local.t.eps = 1.0);
         }
         if self.plan.bound {
             for (p, b) in self.b.iter().enumerate() {
                 if let Some((design, factor)) = b.design() {
+                    *rows.evaluations += 1;
                     rows.design[design] += factor * self.directional(at, with, |_, b| b[p].eps = 1.0);
                 }
             }
@@ -206,10 +167,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         };
         let b = self.b(at.design).map(Dual64::from_re);
         if self.plan.timed {
+            *rows.evaluations += 1;
             *rows.time += directional(Dual64::new(at.t, 1.0), &b);
         }
         for (p, constant) in self.b.iter().enumerate() {
             if let Some((design, factor)) = constant.design() {
+                *rows.evaluations += 1;
                 let mut moved = b;
                 moved[p].eps = 1.0;
                 rows.design[design] += factor * directional(Dual64::from_re(at.t), &moved);
@@ -230,7 +193,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let mut first = First::zero();
         let mut blocks = vec![0.0; J::FORM.length(n, M)];
         let local: Local<f64, N, M, K> = self.local(zero);
-        self.jet.blocks(&std::array::from_fn::<usize, N, _>(|i| i), &local, &self.b(zero.design), &mut first, &mut blocks);
+        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &self.b(zero.design), &mut first, &mut blocks);
         into.add_squares(J::FORM, &self.q, &blocks);
         into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
         for (k, &channel) in self.u.iter().enumerate() {

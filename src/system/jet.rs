@@ -58,10 +58,20 @@ impl Form {
     }
 }
 
+/// What is differentiated.
+#[derive(Clone, Copy)]
+pub struct Seeds<const A: usize> {
+    /// Local numbers of the coordinates.
+    pub of: [usize; A],
+    /// Whether the formula depends on any q and on any v: a force that does not has no Q_q or no Q_v.
+    pub by_q: bool,
+    pub by_v: bool,
+}
+
 /// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
 ///
 /// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
-/// all second derivatives, in real numbers, for the coordinates that are active: that enter nonlinearly.
+/// all second derivatives, in real numbers, with respect to the coordinates that are seeded.
 pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
     const FORM: Form;
 
@@ -75,12 +85,13 @@ pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: S
     /// What the formula depends on; inputs are numbered q, v, u, t.
     fn structure(&self, at: &Local<Trace, N, M, K>, b: &SVector<Trace, P>) -> Structure;
 
-    /// Adds to `first` what the active coordinates contribute and writes the second derivatives to `blocks`.
+    /// Adds to `first` what the seeded coordinates contribute and writes the second derivatives with respect to them to `blocks`.
     ///
     /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
+    /// Of a force, `first` gets all, and the blocks have a row for each component.
     fn blocks<const A: usize>(
         &self,
-        active: &[usize; A],
+        seeds: &Seeds<A>,
         at: &Local<f64, N, M, K>,
         b: &SVector<f64, P>,
         first: &mut First<f64, N, M>,

@@ -10,7 +10,9 @@ mod holonomic;
 mod item;
 mod jet;
 mod names;
+mod plan;
 mod sines;
+mod size;
 mod structure;
 mod tangent;
 
@@ -22,13 +24,15 @@ pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
-pub(crate) use item::{Item, Plan};
+pub(crate) use item::Item;
 pub(crate) use jet::Jet;
+pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
 
 // Named in the signature of the sealed trait `Real`.
 pub use batch::{AnyBatch, PlainBatch};
 pub use cost::{AnyCosts, PlainCosts};
+pub use size::{Elimination, EliminationNode};
 
 use crate::linear::{Breakdown, Symbolic};
 use crate::scalar::Real;
@@ -152,11 +156,6 @@ impl System {
     /// The name of a design variable.
     pub fn design_name(&self, p: usize) -> &str {
         &self.names.designs[p]
-    }
-
-    /// How the tangent matrix of a step is solved: unknowns condensed once per step length, then nodes of these sizes.
-    pub fn elimination(&self) -> (usize, Vec<usize>) {
-        (self.symbolic.condensed(), self.symbolic.node_sizes().collect())
     }
 
     pub(crate) fn symbolic(&self) -> &Symbolic {

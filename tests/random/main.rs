@@ -49,8 +49,6 @@ const EXACT: &str = "simulated, gradient exact";
 /// A motion that cannot be compared, because the complex simulation does not converge.
 const NO_REFERENCE: &str = "simulated, without a reference";
 
-/// A gradient that is not finite.
-
 impl Tally {
     fn count(&self, what: &str) {
         *self.counts.borrow_mut().entry(what.to_string()).or_default() += 1;

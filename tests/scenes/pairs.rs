@@ -24,6 +24,15 @@ pub fn all() -> Vec<Comparison> {
     vec![
         compare("constraints", vec![("without", free_bodies()), ("with", cart(|_| {}))]),
         compare("loops", vec![("without", open_ladder(4)), ("with", ladder(4))]),
+        compare(
+            "coordinates of a joint",
+            vec![
+                ("all linear", cart(|cart| rails(cart, 0.0, 0.0))),
+                ("a sine", cart(|cart| rails(cart, 0.5, 0.0))),
+                ("one nonlinear", cart(|cart| rails(cart, 0.0, 0.1))),
+                ("two nonlinear", cart(|cart| rails(cart, 0.5, 0.1))),
+            ],
+        ),
         compare("mass that depends on q", vec![("without", minimal(ConstantMass)), ("with", minimal(CoupledArms))]),
         compare("forces of v", vec![("without", cart(|_| {})), ("linear", cart(friction)), ("nonlinear", cart(air_drag))]),
         compare("forces of q", vec![("without", cart(|_| {})), ("linear", cart(twists)), ("nonlinear", cart(springs))]),
@@ -159,6 +168,15 @@ fn springs(cart: &mut Cart) {
     }
 }
 
+/// Every other link keeps a point of it on a curve x + c y² = const.
+fn rails(cart: &mut Cart, arm: f64, curvature: f64) {
+    for (j, link) in cart.links.iter().enumerate().skip(1).step_by(2) {
+        let height = -0.5 - j as f64 - arm;
+        let constants = [arm, curvature, -curvature * height * height].map(Param::from);
+        cart.scene.constraint(&format!("rail {j}"), CurvedRail, link.coordinates, constants);
+    }
+}
+
 fn idle_controls(cart: &mut Cart) {
     controls(cart);
 }
@@ -199,6 +217,16 @@ fn angles(cart: &mut Cart) {
 fn gusts(cart: &mut Cart) {
     let [x, ..] = cart.cart.coordinates;
     cart.scene.force("gusts", Gusts, [x], [], [0.5.into(), PI.into()]);
+}
+
+/// Φ = x + s cos φ + c (y + s sin φ)² + d, b = [s, c, d].
+struct CurvedRail;
+
+impl Constraint<3, 1, 3> for CurvedRail {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 3>, _t: S) -> Vector1<S> {
+        let height = q[1] + b[0] * q[2].sin();
+        Vector1::new(q[0] + b[0] * q[2].cos() + b[1] * height * height + b[2])
+    }
 }
 
 /// h = ½ u².

@@ -1,4 +1,4 @@
-//! Mechanisms of any size: a chain, a binary tree, a ladder of closed loops.
+//! Mechanisms of any size: a chain, a binary tree, a ladder of closed loops, a string whose hinges are there several times.
 
 use hamiltonian_adjoint::planar::{Body, Point};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
@@ -29,6 +29,21 @@ pub fn ladder(loops: usize) -> Scene {
 /// A ladder whose rungs hang from the left string alone: no loop.
 pub fn open_ladder(loops: usize) -> Scene {
     string_of_loops(loops, false)
+}
+
+/// A string of bars whose hinges are all there so many times: twice, and every other constraint depends on the one before.
+pub fn string(length: usize, hinges: usize) -> Scene {
+    let mut bars = Bars::default();
+    let mut string: Vec<Bar> = Vec::new();
+    for i in 0..length {
+        let hook = string.last().map_or(Hook::ground(0.0), Bar::end);
+        let bar = bars.hang(hook, -1.2);
+        for again in 1..hinges {
+            bars.scene.revolute(&format!("hinge {again} of bar {i}"), hook.point, bar.body.at(-0.5, 0.0));
+        }
+        string.push(bar);
+    }
+    bars.finish(string[0], string[length - 1])
 }
 
 fn string_of_loops(loops: usize, closed: bool) -> Scene {

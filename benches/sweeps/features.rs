@@ -1,0 +1,84 @@
+//! What projection, rebasing, checkpoints, dependent constraints and threads cost or gain.
+
+use criterion::Criterion;
+use hamiltonian_adjoint::Settings;
+
+use crate::rows::Row;
+use crate::{group, mark, structures};
+
+/// Restarts at every node (if Φ is to be satisfied there) and at every hundredth.
+pub fn restarts(criterion: &mut Criterion) {
+    let mut group = group(criterion, "restarts, 1000 steps");
+    let plain = Settings::default();
+    let all = [
+        ("none", plain),
+        ("rebased every 100 nodes", Settings { rebase_every: 100, ..plain }),
+        ("projected where Φ exceeds 1e-6", Settings { drift_bound: 1e-6, ..plain }),
+        ("projected at every node", Settings { drift_bound: 0.0, ..plain }),
+    ];
+    for links in [3, 30] {
+        for (what, settings) in all {
+            let row = Row { settings, ..Row::new(structures::chain(links), 1000, 0.002, 10.0) };
+            row.both(&mut group, "value + gradient", &mark(format!("{links} links, {what}"), links == 3));
+        }
+    }
+    group.finish();
+}
+
+/// The same gradient with everything stored, and from one and two levels of checkpoints.
+pub fn memory(criterion: &mut Criterion) {
+    let mut group = group(criterion, "memory, 3 links, 10000 steps");
+    let row = Row::new(structures::chain(3), 10_000, 2e-4, 10.0);
+    row.both(&mut group, "value + gradient", &mark("Solver", true));
+    for (what, bytes) in [("all stored", 20_000_000), ("one level", 1_500_000), ("two levels", 540_000)] {
+        row.both_within(&mut group, "value + gradient", &mark(format!("LongSolver, {what}, {bytes} bytes"), true), bytes);
+    }
+    group.finish();
+}
+
+/// A string of bars with every hinge there twice. A motion of one step shows what finding the dependencies costs at every start.
+pub fn redundancy(criterion: &mut Criterion) {
+    let mut group = group(criterion, "dependent constraints");
+    for bars in [3, 30] {
+        for (what, hinges) in [("plain", 1), ("doubled hinges", 2)] {
+            for steps in [1, 100] {
+                let row = Row::new(structures::string(bars, hinges), steps, 0.01, 1.0);
+                let name = mark(format!("{bars} bars, {what}, N = {steps}"), bars == 3);
+                row.both(&mut group, "value + gradient", &name);
+            }
+        }
+    }
+    group.finish();
+}
+
+/// Sixteen gradients by one thread and by all.
+#[cfg(feature = "rayon")]
+pub fn threads(criterion: &mut Criterion) {
+    use criterion::{BenchmarkId, Throughput};
+    use hamiltonian_adjoint::{Inputs, gradients};
+
+    let mut group = group(criterion, "16 gradients, 100 steps");
+    group.throughput(Throughput::Elements(16));
+    for links in [3, 30] {
+        let row = Row::new(structures::chain(links), 100, 0.01, 0.0);
+        let pushed = |force: usize| {
+            let mut inputs = row.inputs.clone();
+            inputs.controls.fill(force as f64);
+            inputs
+        };
+        let guesses: Vec<Inputs> = (0..16).map(pushed).collect();
+        let all = std::thread::available_parallelism().map_or(1, usize::from);
+        for threads in [1, all] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let name = mark(format!("{links} links, {threads} threads"), links == 3);
+            group.bench_function(BenchmarkId::new("value + gradient", name), |bencher| {
+                bencher.iter(|| pool.install(|| gradients(&row.system, &guesses, row.settings)))
+            });
+        }
+    }
+    group.finish();
+}
+
+/// Without the feature there is one thread.
+#[cfg(not(feature = "rayon"))]
+pub fn threads(_criterion: &mut Criterion) {}
