@@ -120,7 +120,8 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     let v = column(&forward.trajectory.v, 0).to_vec();
     let sigma = vec![0.0; system.m()];
     let design = forward.inputs.design.as_slice().to_vec();
-    let at = At { q, v: &v, sigma: &sigma, u: &[], t: time, design: &design };
+    let u = column(&forward.inputs.controls, 0).to_vec();
+    let at = At { q, v: &v, sigma: &sigma, u: &u, t: time, design: &design };
     forward.report.worst_pivot = 1.0;
     let scaled = Scaled::at(system, &at);
     // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.

@@ -42,8 +42,10 @@ pub(crate) const NOISE: f64 = 1e-8;
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
 pub(crate) const SMALL: f64 = 1e-2;
 
-/// Near a solution corrections shrink; one that is larger than the first by this factor has left the neighbourhood of the guess.
-const WANDERING: f64 = 8.0;
+/// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
+const FAR: f64 = 10.0;
+/// … if it took more iterations than this to find it.
+const DIRECT: usize = 3;
 
 /// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
 #[derive(Clone, Copy)]
@@ -231,15 +233,8 @@ impl Newton {
         let mut sizes = self.size_of_residual(&self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
-        let mut first = 0.0;
         for iteration in 1..=settings.max_iterations {
             let correction = self.correct(system, from.h, reuse, report)?;
-            if iteration == 1 {
-                first = correction;
-            } else if correction > WANDERING * first.max(SMALL) {
-                // What would be found from here belongs to another motion.
-                return Err(self.diverged(system, iteration, correction));
-            }
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
@@ -258,6 +253,9 @@ impl Newton {
             let is_stalled = correction > 0.25 * last && before <= STALLED || correction >= last && correction <= NOISE;
             let is_rounding = residual <= self.rounding || is_stalled;
             if next <= settings.tolerance || is_rounding {
+                if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
+                    return Err(self.diverged(system, iteration, residual));
+                }
                 report.worst_correction = report.worst_correction.max(next);
                 report.worst_residual = report.worst_residual.max(residual);
                 return self.finish(system, from, given, y);
@@ -342,6 +340,14 @@ impl Newton {
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
+    }
+
+    /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
+    fn distance(&self, system: &System, guess: &[f64]) -> f64 {
+        let positions = system.positions().v.iter().zip(guess).filter(|(position, _)| **position >= self.condensed);
+        positions.fold(0.0, |largest, (&position, guess)| {
+            larger(largest, (self.x[position] - guess).abs() * self.of_unknowns[position][0])
+        })
     }
 
     /// The sizes of unknowns, condensed ones left out.
