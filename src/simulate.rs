@@ -27,6 +27,8 @@ pub(crate) struct Forward {
     pub(crate) newton: Newton,
     pub(crate) report: Report,
     predictor: Predictor,
+    /// The most that an angle turned in a step, if it is worth a warning.
+    most_turn: f64,
     /// The first node that may be extrapolated from.
     pub(crate) smooth_from: usize,
     start_q: Vec<f64>,
@@ -55,6 +57,7 @@ impl Forward {
             newton: Newton::new(system),
             report: Report::default(),
             predictor: Predictor::new(),
+            most_turn: Warning::TURN,
             smooth_from: 0,
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
@@ -80,6 +83,7 @@ impl Forward {
         self.inputs.copy_from(inputs);
         self.report = Report::default();
         self.trajectory.inserted.clear();
+        self.most_turn = Warning::TURN;
         self.newton.evaluation.set_design(system, inputs.design.as_slice());
         self.begin_again(system, settings)
     }
@@ -103,6 +107,7 @@ impl Forward {
             match self.step(system, node, settings) {
                 Ok(()) => {
                     self.check_compliant(system, node, settings)?;
+                    self.watch_turns(system, node);
                     restart::apply(self, system, node, settings)?;
                     node += 1;
                     self.trajectory.computed = node - self.first;
@@ -196,6 +201,20 @@ impl Forward {
         let (step, time) = (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
         self.report.warnings.retain(|warning| !matches!(warning, Warning::LostDigits { .. }));
         self.report.warn(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
+    }
+
+    /// Keeps the warning of the angle that turns most in one step, if it turns too far.
+    fn watch_turns(&mut self, system: &System, node: usize) {
+        let k = node - self.first;
+        let (before, now) = (column(&self.trajectory.q, k - 1), column(&self.trajectory.q, k));
+        let turn = |i: usize| (now[i] - before[i]).abs();
+        let Some(i) = system.sines().coordinates().find(|&i| turn(i) > self.most_turn) else { return };
+        let worst = system.sines().coordinates().fold(i, |worst, i| if turn(i) > turn(worst) { i } else { worst });
+        self.most_turn = turn(worst);
+        let coordinate = system.coordinate_name(worst).to_string();
+        let (step, time) = (self.refinement().given_step(node), self.trajectory.times[k]);
+        self.report.warnings.retain(|warning| !matches!(warning, Warning::Unresolved { .. }));
+        self.report.warn(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
     }
 
     /// What the costs of a node depend on.

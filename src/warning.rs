@@ -33,6 +33,18 @@ pub enum Warning {
         /// The largest dJ/dp* of all nodes looked at, relative to the first that was not zero.
         factor: f64,
     },
+    /// A coordinate whose sine and cosine enter the constraints turned by more than [`TURN`](Warning::TURN) in one step: the motion is not resolved,
+    /// and the step's equations may have had other solutions.
+    Unresolved {
+        /// The coordinate.
+        coordinate: String,
+        /// The step in which it turned most, counted from 1.
+        step: usize,
+        /// When that step ends, s.
+        time: f64,
+        /// By how much, rad.
+        turn: f64,
+    },
     /// Steps had no solution and were divided.
     HalvedSteps {
         /// The first of them, counted from 1.
@@ -51,6 +63,8 @@ impl Warning {
     pub const LOST_DIGITS: f64 = 1e-8;
     /// Growth beyond this is worth a warning: a gradient of ten digits at most.
     pub const GROWTH: f64 = 1e6;
+    /// A quarter of a turn in one step, rad, is worth a warning.
+    pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
 }
 
 impl fmt::Display for Warning {
@@ -74,6 +88,12 @@ impl fmt::Display for Warning {
                 "changes grow by a factor of {factor:.1e} along this motion, and rounding with them: expect {:.0} digits of the \
                  gradient",
                 (16.0 - factor.log10()).max(0.0)
+            ),
+            Warning::Unresolved { coordinate, step, time, turn } => write!(
+                f,
+                "`{coordinate}` turns by {turn:.1} rad in step {step} (t = {} s): the motion is not resolved, and may not be the one that was \
+                 meant; take shorter steps",
+                seconds(*time)
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(
                 f,

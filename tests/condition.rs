@@ -55,3 +55,19 @@ fn a_chaotic_motion_warns_of_the_growth_of_its_gradient() {
     assert!(short.0 < Warning::GROWTH && !short.1, "{short:?}");
     assert!(long.0 > Warning::GROWTH && long.1, "{long:?}");
 }
+
+#[test]
+fn a_motion_that_its_steps_do_not_resolve_is_told_by_its_fastest_angle() {
+    let system = chain(1.0);
+    let told = |speed: f64| {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.02));
+        // Both rods turn about the shoulder.
+        let v = inputs.start.rate_mut();
+        (v[1], v[2], v[4], v[5]) = (0.5 * speed, speed, 1.5 * speed, speed);
+        let (_, _, warnings) = warnings(&system, &inputs);
+        warnings.into_iter().find(|warning| matches!(warning, Warning::Unresolved { .. }))
+    };
+    assert_eq!(told(10.0), None);
+    let Some(Warning::Unresolved { coordinate, turn, .. }) = told(100.0) else { panic!("no warning") };
+    assert!(coordinate.ends_with("φ") && turn > 1.9, "{coordinate}: {turn}");
+}

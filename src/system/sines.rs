@@ -130,6 +130,11 @@ impl Sines {
         }
     }
 
+    /// The coordinates whose sines and cosines occur.
+    pub fn coordinates(&self) -> impl Iterator<Item = usize> + '_ {
+        self.angles.iter().map(|angle| angle.coordinate)
+    }
+
     /// The number of angles.
     pub fn angles(&self) -> usize {
         self.angles.len()
