@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::scalar::Real;
+use crate::trajectory::column;
 use crate::{Error, System};
 
 /// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
@@ -111,6 +112,13 @@ pub struct Inputs<R = f64> {
     pub controls: DMatrix<R>,
     /// The values of the design variables.
     pub design: DVector<R>,
+}
+
+impl<R> Inputs<R> {
+    /// The controls of a node, and the design variables.
+    pub(crate) fn at(&self, node: usize) -> (&[R], &[R]) {
+        (column(&self.controls, node), self.design.as_slice())
+    }
 }
 
 impl Inputs {

@@ -219,24 +219,12 @@ impl Forward {
 
     /// What the costs of a node depend on.
     pub(crate) fn cost_at(&self, node: usize) -> CostAt<'_, f64> {
-        let y = self.trajectory.columns(node - self.first);
-        CostAt {
-            q: y.q,
-            v: y.v,
-            p_star: y.p_star,
-            p_star_dot: y.p_star_dot,
-            sigma: y.sigma,
-            u: column(&self.inputs.controls, node),
-            t: self.trajectory.times[node - self.first],
-            design: self.inputs.design.as_slice(),
-        }
+        self.trajectory.cost_at_column(node - self.first, self.inputs.at(node))
     }
 
     /// What the equations of a node depend on.
     pub(crate) fn at(&self, node: usize) -> At<'_, f64> {
-        let y = self.trajectory.columns(node - self.first);
-        let (u, design) = (column(&self.inputs.controls, node), self.inputs.design.as_slice());
-        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.trajectory.times[node - self.first], design }
+        self.trajectory.at_column(node - self.first, self.inputs.at(node))
     }
 
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {

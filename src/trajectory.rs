@@ -85,24 +85,24 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
+    /// What the equations of the node in column `k` depend on, with its controls and the design variables.
+    pub(crate) fn at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> At<'a, R> {
+        let y = self.columns(k);
+        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.times[k], design }
+    }
+
+    /// What the costs of the node in column `k` depend on.
+    pub(crate) fn cost_at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> CostAt<'a, R> {
+        let Columns { q, v, p_star, p_star_dot, sigma } = self.columns(k);
+        CostAt { q, v, p_star, p_star_dot, sigma, u, t: self.times[k], design }
+    }
+
     pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> At<'a, R> {
-        let y = self.columns(i);
-        let (u, design) = (column(&inputs.controls, i), inputs.design.as_slice());
-        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.times[i], design }
+        self.at_column(i, inputs.at(i))
     }
 
     pub(crate) fn cost_at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> CostAt<'a, R> {
-        let y = self.columns(i);
-        CostAt {
-            q: y.q,
-            v: y.v,
-            p_star: y.p_star,
-            p_star_dot: y.p_star_dot,
-            sigma: y.sigma,
-            u: column(&inputs.controls, i),
-            t: self.times[i],
-            design: inputs.design.as_slice(),
-        }
+        self.cost_at_column(i, inputs.at(i))
     }
 
     /// Refuses a motion that does not reach the end of its grid.

@@ -8,21 +8,21 @@ use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Harmonic};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, Sum, System, scenes::CartPendulum};
 
-const PROJECTED: Settings = Settings { drift_bound: 0.0, ..plain() };
-const REBASED: Settings = Settings { rebase_every: 3, ..plain() };
-const BOTH: Settings = Settings { drift_bound: 1e-6, rebase_every: 4, ..plain() };
+fn plain() -> Settings {
+    Settings::default()
+}
 
-const fn plain() -> Settings {
-    Settings {
-        tolerance: 1e-14,
-        max_iterations: 25,
-        position_tolerance: 1e-9,
-        velocity_tolerance: 1e-9,
-        max_halvings: 10,
-        drift_bound: f64::INFINITY,
-        rebase_every: 0,
-        keep_adjoint: false,
-    }
+/// At every node.
+fn projected() -> Settings {
+    Settings { drift_bound: 0.0, ..plain() }
+}
+
+fn rebased() -> Settings {
+    Settings { rebase_every: 3, ..plain() }
+}
+
+fn both() -> Settings {
+    Settings { drift_bound: 1e-6, rebase_every: 4, ..plain() }
 }
 
 fn four_bar() -> System {
@@ -54,7 +54,7 @@ fn driven() -> System {
 fn the_gradient_through_restarts_agrees_with_complex_step() {
     for (name, system) in [("four-bar", four_bar()), ("driven", driven())] {
         let inputs = lively(&system, 14, 0.02);
-        for (how, settings) in [("projected", PROJECTED), ("rebased", REBASED), ("both", BOTH)] {
+        for (how, settings) in [("projected", projected()), ("rebased", rebased()), ("both", both())] {
             let mut solver = Solver::new(&system, settings);
             solver.simulate(&inputs).expect("motion");
             let restarts = solver.report().restarts;
@@ -74,7 +74,7 @@ fn a_projected_motion_satisfies_its_constraints_at_every_node() {
             let motion = solver.simulate(&inputs).expect("motion").clone();
             [motion.phi(&system, &inputs), motion.phi_dot(&system, &inputs)].map(|x| largest(x.expect("motion").as_slice()))
         };
-        let (paper, projected, bounded) = (norms(plain()), norms(PROJECTED), norms(BOTH));
+        let (paper, projected, bounded) = (norms(plain()), norms(projected()), norms(both()));
         println!("{name}: Φ and dΦ/dt: plain {paper:?}, projected {projected:?}, bound of 1e-6 {bounded:?}");
         assert!(paper[0] > 1e-5 && projected[0] <= 1e-14 && bounded[0] <= 1e-6);
         assert!(projected[1] <= 1e-12 && bounded[1] <= 1e-12);
@@ -84,7 +84,7 @@ fn a_projected_motion_satisfies_its_constraints_at_every_node() {
 #[test]
 fn motions_with_restarts_are_of_order_two() {
     let system = four_bar();
-    for (how, settings) in [("projected", PROJECTED), ("rebased", REBASED)] {
+    for (how, settings) in [("projected", projected()), ("rebased", rebased())] {
         let end = |steps: usize| {
             let mut inputs = lively(&system, steps, 1.0);
             inputs.grid = Grid::uniform(steps, 0.8 / steps as f64);
@@ -117,7 +117,7 @@ fn multipliers_that_begin_anew_do_not_grow() {
 fn the_papers_system_knows_no_restarts() {
     let system = four_bar();
     let inputs = lively(&system, 10, 0.02);
-    let mut solver = Solver::new(&system, REBASED);
+    let mut solver = Solver::new(&system, rebased());
     let motion = solver.simulate(&inputs).expect("motion");
     let error = PaperSystem::new(&system, &inputs, motion).err().expect("restarts");
     assert!(matches!(error, Error::Restarted { node: 3, .. }), "{error:?}");
