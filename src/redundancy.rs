@@ -36,15 +36,45 @@ pub(crate) fn relax(forward: &mut Forward, system: &System, at: &At<f64>) -> Opt
     let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &stiffness));
     match dependent.filter(|equations| !equations.is_empty()) {
         Some(equations) => {
-            forward.trajectory.compliance = compliance;
             let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();
-            Some(Warning::DependentConstraints { equations, time: at.t })
+            let warning = Warning::DependentConstraints { equations, time: at.t };
+            forward.trajectory.compliance.clone_from(&compliance);
+            let (q, design) = (at.q.to_vec(), at.design.to_vec());
+            forward.relaxed = Some(Relaxed { q, design, time: at.t, compliance, warning: warning.clone() });
+            Some(warning)
         }
         None => {
             forward.newton.evaluation.set_compliance(&[]);
             None
         }
     }
+}
+
+/// What was found at a start, for the next motion from there: an optimiser changes the controls.
+pub(crate) struct Relaxed {
+    q: Vec<f64>,
+    design: Vec<f64>,
+    time: f64,
+    compliance: Vec<(usize, f64)>,
+    warning: Warning,
+}
+
+/// Does what `relax` did at the same start before; false if there was none.
+pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> bool {
+    let time = forward.trajectory.times[0];
+    let design = forward.inputs.design.as_slice();
+    let is_same = |known: &Relaxed| known.q == q && known.design == design && known.time == time;
+    let Some(known) = forward.relaxed.take().filter(is_same) else { return false };
+    forward.newton.evaluation.set_compliance(&known.compliance);
+    let regular = forward.factor_start(system).is_ok();
+    if regular {
+        forward.trajectory.compliance.clone_from(&known.compliance);
+        forward.report.warn(known.warning.clone());
+        forward.relaxed = Some(known);
+    } else {
+        forward.newton.evaluation.set_compliance(&[]);
+    }
+    regular
 }
 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.

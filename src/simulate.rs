@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
+use crate::redundancy::Relaxed;
 use crate::restart::{self, Point, Restarts};
 use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
@@ -37,6 +38,8 @@ pub(crate) struct Forward {
     /// Φ, and a point, of a restart.
     pub(crate) phi: Vec<f64>,
     pub(crate) restarting: Point,
+    /// The dependent constraints of the last start that had any.
+    pub(crate) relaxed: Option<Relaxed>,
 }
 
 impl Forward {
@@ -64,6 +67,7 @@ impl Forward {
             start_sigma: vec![0.0; m],
             phi: vec![0.0; m],
             restarting: Point::new(n, m),
+            relaxed: None,
         }
     }
 

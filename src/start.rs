@@ -106,6 +106,9 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.
 fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<(), Error> {
+    if redundancy::relax_again(forward, system, q) {
+        return Ok(());
+    }
     let result = forward.factor_start(system);
     if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
         return Ok(());

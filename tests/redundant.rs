@@ -201,6 +201,20 @@ fn a_doubled_hinge_changes_neither_motion_nor_gradient_and_is_named() {
     }
 }
 
+#[test]
+fn a_second_motion_from_the_same_start_is_the_same_and_another_start_is_looked_at_again() {
+    let system = parallelogram(3, 0.9, true);
+    let given = inputs(&system, 20, 0.01);
+    let mut solver = Solver::new(&system, Settings::default());
+    let first = solver.simulate(&given).expect("motion").clone();
+    assert_eq!(solver.simulate(&given).expect("motion"), &first);
+    assert_eq!(solver.report().warnings.len(), 1);
+    let other = parallelogram(3, 0.7, true).initial_coordinates();
+    let elsewhere = Inputs { start: Start::Velocity { q: other, v: nalgebra::DVector::zeros(system.n()) }, ..given };
+    let moved = solver.simulate(&elsewhere).expect("motion").compliance.clone();
+    assert!(moved.len() == first.compliance.len() && moved != first.compliance);
+}
+
 /// A multiplier.
 struct Reaction;
 impl Cost<0, 1, 0> for Reaction {
