@@ -20,6 +20,7 @@
 //! With a [compliance](crate::redundancy) μ the last part is −J_σ − (dΦ/dt)_q d̂ − μ e₊.
 
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 use crate::gradient::{AdjointVariables, Gradient};
 use crate::lanes::{dot_sum, largest};
@@ -62,7 +63,7 @@ pub(crate) struct Sweep {
     /// What a restart adds to J_σ of the node before it.
     pub(crate) carried: Vec<f64>,
     /// ½ r of the restarts.
-    half_range: f64,
+    pub(crate) half_range: f64,
     /// The first |dJ/dp*| that was not zero.
     first_size: f64,
     /// Whether the node after the one at hand is restarted.
@@ -115,11 +116,16 @@ impl Sweep {
         forward.trajectory.check_complete(&forward.inputs)?;
         let nodes = forward.inputs.grid.nodes();
         self.begin(system, forward, settings);
-        let restarts = std::mem::take(&mut forward.restarts);
-        let done = (0..nodes).rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
-        forward.restarts = restarts;
-        done?;
+        self.back(system, forward, 0..nodes)?;
         self.finish(system)
+    }
+
+    /// Goes back through these nodes.
+    pub(crate) fn back(&mut self, system: &System, forward: &mut Forward, nodes: Range<usize>) -> Result<(), Error> {
+        let restarts = std::mem::take(&mut forward.restarts);
+        let done = nodes.rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
+        forward.restarts = restarts;
+        done
     }
 
     /// Refuses sums that overflowed, and says how far the gradient can be trusted.
@@ -132,13 +138,7 @@ impl Sweep {
     }
 
     /// Goes back through one node, and through the step into it.
-    pub(crate) fn visit(
-        &mut self,
-        system: &System,
-        forward: &mut Forward,
-        restart: Option<Restart>,
-        node: usize,
-    ) -> Result<(), Error> {
+    fn visit(&mut self, system: &System, forward: &mut Forward, restart: Option<Restart>, node: usize) -> Result<(), Error> {
         let steps = &forward.inputs.grid.steps;
         let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
         let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
@@ -152,7 +152,7 @@ impl Sweep {
         self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
         self.input_rows(system, &forward.newton, || forward.at(node));
         if let Some(restart) = restart {
-            let crossed = self.cross(system, forward, &restart, node, self.half_range);
+            let crossed = self.cross(system, forward, &restart, node);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
             self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
             let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };

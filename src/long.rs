@@ -170,7 +170,8 @@ impl<'s> LongSolver<'s> {
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
         let number = size_of::<f64>();
         let stored = self.system.bytes_per_node(&self.settings);
-        let checkpoint = HISTORY * Trajectory::<f64>::len_of_node(self.system) * number + size_of::<Checkpoint>();
+        let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
+        let checkpoint = HISTORY * len * number + size_of::<Checkpoint>();
         // Inputs and gradient of the whole grid.
         let whole = nodes * number * 2 * (1 + self.system.k());
         let free = bytes.checked_sub(whole + HISTORY * stored)?;
@@ -191,9 +192,8 @@ impl<'s> LongSolver<'s> {
         let mut shown = 1;
         loop {
             let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
-            let room = self.forward.first + self.plan.window + HISTORY;
-            let result = self.forward.advance(self.system, &self.settings, room.min(until.saturating_add(1)));
-            let reached = self.forward.first + self.forward.trajectory.computed;
+            let result = self.advance(until.saturating_add(1));
+            let reached = self.forward.reached();
             (shown..reached).for_each(|node| visit(&self.forward.state(node)));
             shown = reached;
             result?;
@@ -203,9 +203,19 @@ impl<'s> LongSolver<'s> {
             if reached > until {
                 self.checkpoints.push(self.forward.save());
             }
-            if reached == room {
-                self.forward.slide();
-            }
+            self.slide_if_full();
+        }
+    }
+
+    /// Computes the nodes before this one, as far as the window has room.
+    fn advance(&mut self, end: usize) -> Result<(), Error> {
+        let room = self.forward.first + self.plan.window + HISTORY;
+        self.forward.advance(self.system, &self.settings, room.min(end))
+    }
+
+    fn slide_if_full(&mut self) {
+        if self.forward.trajectory.computed == self.plan.window + HISTORY {
+            self.forward.slide();
         }
     }
 
@@ -219,12 +229,7 @@ impl<'s> LongSolver<'s> {
         }
         self.forward.advance(self.system, &self.settings, to + 1)?;
         let last = if from == 0 { 0 } else { from + 1 };
-        let restarts = std::mem::take(&mut self.forward.restarts);
-        let sweep = &mut self.sweep;
-        let mut nodes = (last..=to).rev();
-        let done = nodes.try_for_each(|node| sweep.visit(self.system, &mut self.forward, restarts.at(node), node));
-        self.forward.restarts = restarts;
-        done
+        self.sweep.back(self.system, &mut self.forward, last..to + 1)
     }
 
     /// One more level of checkpoints between two nodes.
@@ -232,12 +237,9 @@ impl<'s> LongSolver<'s> {
         let part = (to - from).div_ceil(self.plan.checkpoints.max(2)).max(self.plan.window);
         let base = self.checkpoints.len();
         for node in (from + part..to).step_by(part) {
-            while self.forward.first + self.forward.trajectory.computed <= node {
-                let room = self.forward.first + self.plan.window + HISTORY;
-                self.forward.advance(self.system, &self.settings, room.min(node + 1))?;
-                if self.forward.first + self.forward.trajectory.computed == room {
-                    self.forward.slide();
-                }
+            while self.forward.reached() <= node {
+                self.advance(node + 1)?;
+                self.slide_if_full();
             }
             let checkpoint = self.forward.save();
             self.checkpoints.push(checkpoint);
@@ -255,19 +257,30 @@ impl<'s> LongSolver<'s> {
     /// Goes back to the last checkpoint, which is that of this node, or to the start.
     fn load(&mut self, node: usize) -> Result<(), Error> {
         match self.checkpoints.last().filter(|checkpoint| checkpoint.node == node) {
-            Some(checkpoint) => self.forward.load(checkpoint),
-            None => return self.forward.begin_again(self.system, &self.settings),
+            Some(checkpoint) => {
+                self.forward.load(checkpoint);
+                Ok(())
+            }
+            None => self.forward.begin_again(self.system, &self.settings),
         }
-        Ok(())
     }
 }
 
 impl Forward {
+    fn len_of_node(&self) -> usize {
+        Trajectory::<f64>::len_of_node(self.trajectory.q.nrows(), self.trajectory.sigma.nrows())
+    }
+
     fn state(&self, node: usize) -> State<'_> {
         let k = node - self.first;
         let y = self.trajectory.columns(k);
         let time = self.trajectory.times[k];
         State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
+    }
+
+    /// The first node that is not computed.
+    fn reached(&self) -> usize {
+        self.first + self.trajectory.computed
     }
 
     /// Moves the last nodes to the front of the window.
@@ -284,14 +297,13 @@ impl Forward {
     fn save(&self) -> Checkpoint {
         let computed = self.trajectory.computed;
         let count = HISTORY.min(computed);
-        let mut columns = Vec::with_capacity(count * (4 * self.trajectory.q.nrows() + self.trajectory.sigma.nrows() + 1));
+        let mut columns = Vec::with_capacity(count * self.len_of_node());
         (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
         Checkpoint { node: self.first + computed - 1, smooth_from: self.smooth_from, columns }
     }
 
     fn load(&mut self, checkpoint: &Checkpoint) {
-        let len = 4 * self.trajectory.q.nrows() + self.trajectory.sigma.nrows() + 1;
-        let columns = checkpoint.columns.chunks_exact(len);
+        let columns = checkpoint.columns.chunks_exact(self.len_of_node());
         self.trajectory.computed = columns.len();
         self.first = checkpoint.node + 1 - columns.len();
         columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));

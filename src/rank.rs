@@ -91,8 +91,7 @@ pub(crate) fn dependent(system: &System, at: &At<f64>) -> Option<Vec<String>> {
 }
 
 /// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
-pub(crate) fn is_singular(system: &System, at: &At<f64>) -> Option<Error> {
-    let here = Scaled::at(system, at)?;
+pub(crate) fn is_singular(here: &Scaled, system: &System, at: &At<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
     let free = null_space(&here.phi_q, RANK);
     // Any direction: that of every coordinate counts.

@@ -27,13 +27,13 @@ const SHARE: f64 = 1e-5;
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
 pub(crate) fn relax(forward: &mut Forward, system: &System, at: &At<f64>) -> Option<Warning> {
-    let stiffness = flexibilities(forward, system, at);
-    let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * stiffness[j])).collect();
+    let flexibility = flexibilities(forward, system, at);
+    let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
     if compliance.is_empty() {
         return None;
     }
     forward.newton.evaluation.set_compliance(&compliance);
-    let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &stiffness));
+    let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &flexibility));
     match dependent.filter(|equations| !equations.is_empty()) {
         Some(equations) => {
             let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();

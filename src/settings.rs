@@ -20,7 +20,7 @@ pub struct Settings {
     ///
     /// The multipliers begin anew there too (see [`restart`](crate::restart)).
     pub drift_bound: f64,
-    /// The multipliers begin anew at every so-manieth node, so that they do not grow without bound under a steady load; 0 for never.
+    /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under a steady load; 0 for never.
     ///
     /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
     pub rebase_every: usize,

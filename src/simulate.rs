@@ -177,11 +177,8 @@ impl Forward {
     ) -> Result<(), StepFailure> {
         let k = node - self.first;
         let from = StepStart { h, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
-        let given = Given {
-            u: column(&self.inputs.controls, node),
-            t: self.trajectory.times[k],
-            design: self.inputs.design.as_slice(),
-        };
+        let (u, design) = self.inputs.at(node);
+        let given = Given { u, t: self.trajectory.times[k], design };
         let mut unknowns = Unknowns {
             q: column_mut(&mut self.trajectory.q, k),
             v: column_mut(&mut self.trajectory.v, k),
@@ -203,8 +200,7 @@ impl Forward {
         }
         let unknown = system.unknown_name(self.newton.worst_unknown(system));
         let (step, time) = (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
-        self.report.warnings.retain(|warning| !matches!(warning, Warning::LostDigits { .. }));
-        self.report.warn(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
+        self.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
     }
 
     /// Keeps the warning of the angle that turns most in one step, if it turns too far.
@@ -217,8 +213,7 @@ impl Forward {
         self.most_turn = turn(worst);
         let coordinate = system.coordinate_name(worst).to_string();
         let (step, time) = (self.refinement().given_step(node), self.trajectory.times[k]);
-        self.report.warnings.retain(|warning| !matches!(warning, Warning::Unresolved { .. }));
-        self.report.warn(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
+        self.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
     }
 
     /// What the costs of a node depend on.
@@ -240,11 +235,8 @@ impl Forward {
     /// Factors K(0) at the given state, before anything is solved with it.
     pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
         let from = StepStart { h: 0.0, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
-        let given = Given {
-            u: column(&self.inputs.controls, 0),
-            t: self.trajectory.times[0],
-            design: self.inputs.design.as_slice(),
-        };
+        let (u, design) = self.inputs.at(0);
+        let given = Given { u, t: self.trajectory.times[0], design };
         let (v, sigma) = (column(&self.trajectory.v, 0), column(&self.trajectory.sigma, 0));
         self.newton.factor_at(system, &from, given, (v, sigma), &mut self.report)
     }

@@ -117,23 +117,24 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     if let Some(element) = system.find_not_finite(&point(forward, q)) {
         return Err(Error::Model { element, node: 0, time });
     }
-    if let Some(error) = rank::is_singular(system, &point(forward, q)) {
-        return Err(error);
-    }
     let v = column(&forward.trajectory.v, 0).to_vec();
     let sigma = vec![0.0; system.m()];
     let design = forward.inputs.design.as_slice().to_vec();
     let u = column(&forward.inputs.controls, 0).to_vec();
     let at = At { q, v: &v, sigma: &sigma, u: &u, t: time, design: &design };
-    forward.report.worst_pivot = 1.0;
     let scaled = Scaled::at(system, &at);
+    if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
+        return Err(error);
+    }
+    let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, time));
+    forward.report.worst_pivot = 1.0;
     // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
-    let may_depend = scaled.as_ref().is_none_or(|scaled| scaled.explain(system, time).is_some());
+    let may_depend = scaled.is_none() || explained.is_some();
     if let Some(warning) = may_depend.then(|| redundancy::relax(forward, system, &at)).flatten() {
         forward.report.warn(warning);
         return Ok(());
     }
-    match (scaled.and_then(|scaled| scaled.explain(system, time)), result) {
+    match (explained, result) {
         (Some(error), _) => Err(error),
         (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
         (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),

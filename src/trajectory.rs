@@ -61,8 +61,8 @@ impl<R: Real> Trajectory<R> {
     }
 
     /// How many numbers a node has.
-    pub(crate) fn len_of_node(system: &System) -> usize {
-        4 * system.n() + system.m() + 1
+    pub(crate) fn len_of_node(n: usize, m: usize) -> usize {
+        4 * n + m + 1
     }
 
     /// Room for one more node.
@@ -244,6 +244,13 @@ impl Default for Report {
 }
 
 impl Report {
+    /// Says something in the place of what was said of this kind before.
+    pub(crate) fn replace(&mut self, warning: Warning) {
+        let kind = std::mem::discriminant(&warning);
+        self.warnings.retain(|other| std::mem::discriminant(other) != kind);
+        self.warnings.push(warning);
+    }
+
     /// Says something once.
     pub(crate) fn warn(&mut self, warning: Warning) {
         if !self.warnings.contains(&warning) {

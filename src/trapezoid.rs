@@ -133,12 +133,7 @@ impl Newton {
 
     /// Assembles K(h) from given derivatives and factors it.
     pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
-        self.evaluation.set_step(system, h, &mut self.matrix)?;
-        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
-        report.factorisations += 1;
-        self.matrix.factor(system.symbolic())?;
-        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
-        Ok(())
+        self.factor_by(system, h, blocks, report, |matrix| matrix.factor(system.symbolic()))
     }
 
     /// As `factor`, and solves Kᵀ x = r in place, in the solver's order.
@@ -150,10 +145,21 @@ impl Newton {
         x: &mut [f64],
         report: &mut Report,
     ) -> Result<(), Breakdown> {
+        self.factor_by(system, h, blocks, report, |matrix| matrix.factor_and_solve_transposed(system.symbolic(), x))
+    }
+
+    fn factor_by(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        report: &mut Report,
+        factor: impl FnOnce(&mut BlockLu) -> Result<(), Breakdown>,
+    ) -> Result<(), Breakdown> {
         self.evaluation.set_step(system, h, &mut self.matrix)?;
         self.evaluation.assemble(system, h, blocks, &mut self.matrix);
         report.factorisations += 1;
-        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
+        factor(&mut self.matrix)?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         Ok(())
     }

@@ -27,17 +27,11 @@ fn both() -> Settings {
 
 fn four_bar() -> System {
     let mut bench = Bench::new();
-    let [a, b, c, d] = [[0.0, 0.0], [0.1, 0.4], [0.9, 0.7], [1.0, 0.0]];
-    let (crank, coupler, rocker) = (bench.rod(a, b), bench.rod(b, c), bench.rod(d, c));
-    bench.hinge(Part::GROUND, crank, a);
-    bench.hinge(crank, coupler, b);
-    bench.hinge(coupler, rocker, c);
-    bench.hinge(Part::GROUND, rocker, d);
-    bench.drive(Part::GROUND, crank);
+    bench.four_bar();
     bench.compile(Sum::Trapezoidal)
 }
 
-/// A rod on a rod whose angle is prescribed, and a slider on the second.
+/// A rod on a rod whose angle is prescribed.
 fn driven() -> System {
     let mut bench = Bench::new();
     let (crank, rod) = (bench.rod([0.0, 0.0], [0.5, 0.0]), bench.rod([0.5, 0.0], [1.0, 0.3]));

@@ -2,7 +2,7 @@
 
 mod blocks;
 mod equations;
-mod mechanisms;
+pub mod mechanisms;
 
 use hamiltonian_adjoint::Error;
 use std::fmt;

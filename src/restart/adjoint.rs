@@ -20,13 +20,12 @@ impl Sweep {
         forward: &mut Forward,
         restart: &Restart,
         node: usize,
-        half_range: f64,
     ) -> Result<(), Breakdown> {
         self.cost.clear();
         self.cost_is_zero = false;
         self.cost.q.iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
         self.node.b.iter_mut().for_each(|b| *b = -*b);
-        self.cross_momentum(system, forward, restart, node, half_range);
+        self.cross_momentum(system, forward, restart, node);
         if let Some(projection) = restart.projection {
             self.cross_projection(system, forward, (restart.q, projection), node)?;
         }
@@ -37,7 +36,7 @@ impl Sweep {
     }
 
     /// p* = 𝓛_v(q, v⁻, s) with s = ½ r (σ₋ − σ⁻), which is where σ begins.
-    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize, half_range: f64) {
+    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize) {
         let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
         forward.newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
@@ -46,11 +45,11 @@ impl Sweep {
         let before = column(&forward.trajectory.sigma, node - 1 - forward.first);
         // In the place of e₊, which has been used.
         for (j, s) in self.next.e.iter_mut().enumerate() {
-            *s = half_range * (before[j] - restart.sigma[j]);
-            self.carried[j] = half_range * self.rows.sigma[j];
+            *s = self.half_range * (before[j] - restart.sigma[j]);
+            self.carried[j] = self.half_range * self.rows.sigma[j];
         }
         for &(j, mu) in &forward.trajectory.compliance {
-            self.carried[j] += half_range * mu * self.node.e[j];
+            self.carried[j] += self.half_range * mu * self.node.e[j];
         }
         self.cost.sigma.iter_mut().zip(&self.carried).for_each(|(j_sigma, carried)| *j_sigma = -carried);
         let at = At { v: restart.v, sigma: &self.next.e, ..here };

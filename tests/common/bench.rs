@@ -96,6 +96,17 @@ impl Bench {
         self.scene.torque_actuator("drive", a.body, b.body, self.control);
     }
 
+    /// A crank on the ground that is driven, a coupler and a rocker.
+    pub fn four_bar(&mut self) {
+        let [a, b, c, d] = [[0.0, 0.0], [0.1, 0.4], [0.9, 0.7], [1.0, 0.0]];
+        let (crank, coupler, rocker) = (self.rod(a, b), self.rod(b, c), self.rod(d, c));
+        self.hinge(Part::GROUND, crank, a);
+        self.hinge(crank, coupler, b);
+        self.hinge(coupler, rocker, c);
+        self.hinge(Part::GROUND, rocker, d);
+        self.drive(Part::GROUND, crank);
+    }
+
     /// Adds costs on every body and every multiplier: along the motion, summed like this, and at its end.
     pub fn compile(mut self, running: Sum) -> System {
         let count = self.parts.len().max(self.multipliers.len());

@@ -6,7 +6,8 @@ use nalgebra::{DVector, SVector};
 use super::assembly::{Mechanism, Units};
 use super::motion::{March, Record, deviation, envelope, in_figures, projected, rebased, refined};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
-use super::scenes::{self, DoublePendulum};
+use super::scenes;
+use crate::jacobians::mechanisms::DoublePendulum;
 
 const GROUP: &str = "conserved";
 /// The order of the rule, as far as two step lengths show it.

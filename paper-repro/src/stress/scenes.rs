@@ -7,6 +7,7 @@ use hamiltonian_adjoint::{Constraint, Error, KineticEnergy, PotentialEnergy, Sca
 use nalgebra::SVector;
 
 use super::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
+use crate::jacobians::mechanisms::DoublePendulum;
 
 /// A motor (N m) in the joint of two parts.
 fn motor(assembly: &mut Assembly, a: Part, b: Part) {
@@ -237,21 +238,6 @@ pub fn cart(units: Units, links: usize) -> CartPendulum {
         hinge_friction: example.hinge_friction * m * l * l / t,
         gravity: example.gravity * l / (t * t),
         ..example
-    }
-}
-
-/// A double pendulum in its two angles from the vertical, of masses of 1 kg on rods of 1 m: M depends on q.
-pub struct DoublePendulum;
-
-impl KineticEnergy<2> for DoublePendulum {
-    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
-        v[0] * v[0] + v[1] * v[1] * 0.5 + v[0] * v[1] * (q[0] - q[1]).cos()
-    }
-}
-
-impl PotentialEnergy<2> for DoublePendulum {
-    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> S {
-        -(q[0].cos() * 2.0 + q[1].cos()) * GRAVITY
     }
 }
 
