@@ -260,24 +260,29 @@ impl Sweep {
         blocks: Option<&[f64]>,
     ) -> Result<(), Error> {
         let n = system.n();
-        let (node, next, cost) = (&mut self.node, &self.next, &self.cost);
+        let (node, next) = (&mut self.node, &self.next);
+        let cost = (!self.cost_is_zero).then_some(&self.cost);
         let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, i - forward.first));
         let newton = &mut forward.newton;
+        let positions = system.positions();
+        let right = &mut self.right[..];
         // Of equal length, so that the loops below need no checks.
         let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
-        let (j_q, j_v, j_p, j_g) = (&cost.q[..n], &cost.v[..n], &cost.p_star[..n], &cost.p_star_dot[..n]);
 
         // d̂, and the right-hand side.
         let d = &mut node.d[..n];
-        for k in 0..n {
-            d[k] = j_g[k] + h * j_p[k] - (h + h_next) * b_next[k];
-        }
-        let positions = system.positions();
-        let right = &mut self.right[..];
         for (k, &position) in positions.v[..n].iter().enumerate() {
-            right[position] = (h + h_next) * a_next[k] - j_v[k] - h * j_q[k];
+            d[k] = -(h + h_next) * b_next[k];
+            right[position] = (h + h_next) * a_next[k];
         }
-        positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] = -j_sigma);
+        positions.sigma.iter().for_each(|&position| right[position] = 0.0);
+        if let Some(cost) = cost {
+            for (k, &position) in positions.v[..n].iter().enumerate() {
+                d[k] += cost.p_star_dot[k] + h * cost.p_star[k];
+                right[position] -= cost.v[k] + h * cost.q[k];
+            }
+            positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
+        }
         for &(j, mu) in &forward.trajectory.compliance {
             right[positions.sigma[j]] -= mu * next.e[j];
         }
@@ -290,12 +295,14 @@ impl Sweep {
         let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
         for (k, &position) in positions.v[..n].iter().enumerate() {
             c[k] = right[position];
+            d[k] -= h * c[k];
+            b[k] = c[k] + b_next[k];
         }
         node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
-        for k in 0..n {
-            d[k] -= h * c[k];
-            b[k] = c[k] + b_next[k] - j_p[k];
-            a[k] = a_next[k] - j_q[k];
+        a.copy_from_slice(a_next);
+        if let Some(cost) = cost {
+            a.iter_mut().zip(&cost.q).for_each(|(a, j_q)| *a -= j_q);
+            b.iter_mut().zip(&cost.p_star).for_each(|(b, j_p)| *b -= j_p);
         }
         newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
         Ok(())

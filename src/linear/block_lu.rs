@@ -167,7 +167,7 @@ impl BlockLu {
 
     fn backward_nodes(&self, symbolic: &Symbolic, x: &mut [f64]) {
         for (kernel, nodes) in symbolic.runs().rev() {
-            kernel.backward(nodes, &self.values, x);
+            kernel.backward(nodes, &self.values, &self.swaps, x);
         }
     }
 

@@ -7,6 +7,7 @@ use super::lu::{self, Cancelled};
 use super::node::{Later, Node, Pair};
 use super::size::{Fixed, Free, Size};
 use super::square::Square;
+use crate::lanes::larger;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -39,9 +40,9 @@ pub(super) trait NodeKernel: Debug + Sync {
     /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := U_D⁻¹ (x_a − U x_later).
-    fn backward(node: &Node, values: &[f64], x: &mut [f64]);
+    fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := U_D⁻ᵀ x_a, then x_b −= U_bᵀ x_a.
-    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]);
+    fn forward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := PᵀL_D⁻ᵀ (x_a − Lᵀ x_later).
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
@@ -51,7 +52,7 @@ pub(super) trait Kernel: Debug + Sync {
     /// Eliminates node after node, in the right-hand side too; a cancelled pivot is told by its position.
     fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
     fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
-    fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]);
+    fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
@@ -60,11 +61,11 @@ impl<K: NodeKernel> Kernel for K {
         let mut worst = 1.0f64;
         for node in nodes {
             let at = |cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
-            worst = K::eliminate(node, state).map_err(at)?.max(worst);
+            worst = larger(worst, K::eliminate(node, state).map_err(at)?);
             match with {
                 RightSide::None => {}
                 RightSide::Of(x) => K::forward(node, state.values, state.swaps, x),
-                RightSide::OfTransposed(x) => K::forward_transposed(node, state.values, x),
+                RightSide::OfTransposed(x) => K::forward_transposed(node, state.values, state.swaps, x),
             }
         }
         Ok(worst)
@@ -74,8 +75,8 @@ impl<K: NodeKernel> Kernel for K {
         nodes.iter().for_each(|node| K::forward(node, values, swaps, x));
     }
 
-    fn backward(&self, nodes: &[Node], values: &[f64], x: &mut [f64]) {
-        nodes.iter().rev().for_each(|node| K::backward(node, values, x));
+    fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        nodes.iter().rev().for_each(|node| K::backward(node, values, swaps, x));
     }
 
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
@@ -143,7 +144,7 @@ impl<N: Size> NodeKernel for PhantomData<N> {
         });
     }
 
-    fn backward(node: &Node, values: &[f64], x: &mut [f64]) {
+    fn backward(node: &Node, values: &[f64], _: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, u, _) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());
@@ -153,7 +154,7 @@ impl<N: Size> NodeKernel for PhantomData<N> {
         });
     }
 
-    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]) {
+    fn forward_transposed(node: &Node, values: &[f64], _: &[usize], x: &mut [f64]) {
         let n = N::new(node.size);
         let (d, u, _) = parts(n, node, values);
         let (own, rest) = x[node.first..].split_at_mut(n.get());

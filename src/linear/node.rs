@@ -20,8 +20,20 @@ pub(super) struct Node {
     pub(super) later: Vec<Later>,
     /// Pairs of later neighbours.
     pub(super) pairs: Vec<Pair>,
-    /// Only coupled to a later node of its own size, if to any.
-    pub(super) linked: bool,
+    pub(super) shape: Shape,
+}
+
+/// How a node couples to later ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Shape {
+    /// To any.
+    Any,
+    /// To no later node but one of its own size.
+    Linked,
+    /// So, and not to the first unknown of that node.
+    Outer,
+    /// So, and with all its unknowns but the first.
+    Inner,
 }
 
 /// A later neighbour b of a node.

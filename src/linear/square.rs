@@ -3,14 +3,18 @@
 //! Everything fits into registers, and rows are not interchanged: the velocities of a node come before its
 //! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. A pivot that loses digits all the same sends the
 //! node to the kernel with pivoting.
+//!
+//! Often the first unknown of one of the two nodes, the angle of a link, has nothing to do with the other node (see [`Shape`]), which
+//! saves a third of the work: the loops begin at own unknown a and at unknown b of the later node.
 
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
 #![expect(clippy::needless_range_loop)]
 
 use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, MOST_LOSS};
-use super::node::Node;
+use super::node::{Node, Shape};
 use super::size::Fixed;
+use crate::lanes::larger;
 use std::marker::PhantomData;
 
 /// See the module.
@@ -56,7 +60,7 @@ impl<const S: usize> Square<S> {
             if loss.is_nan() || loss >= MOST_LOSS {
                 return None;
             }
-            worst = worst.max(loss);
+            worst = larger(worst, loss);
             d[k][k] = inverse;
             for i in k + 1..S {
                 d[k][i] *= inverse;
@@ -70,20 +74,20 @@ impl<const S: usize> Square<S> {
         Some(worst)
     }
 
-    /// U := L_D⁻¹ U and L := L U_D⁻¹.
+    /// U := L_D⁻¹ U and L := L U_D⁻¹, from own unknown `a` and later unknown `b` on.
     #[inline(always)]
-    fn eliminate_sides(panel: &mut Panel<S>) {
+    fn eliminate_sides(panel: &mut Panel<S>, a: usize, b: usize) {
         let Panel { d, u, l } = panel;
-        for column in u.iter_mut() {
-            for k in 0..S {
+        for column in &mut u[b..] {
+            for k in a..S {
                 for i in k + 1..S {
                     column[i] -= d[k][i] * column[k];
                 }
             }
         }
-        for row in l.iter_mut() {
-            for k in 0..S {
-                for m in 0..k {
+        for row in &mut l[b..] {
+            for k in a..S {
+                for m in a..k {
                     row[k] -= row[m] * d[k][m];
                 }
                 row[k] *= d[k][k];
@@ -93,34 +97,109 @@ impl<const S: usize> Square<S> {
 
     /// D of the later node −= L U, and the magnitudes that go into its diagonal.
     #[inline(always)]
-    fn update(panel: &Panel<S>, next: &mut [f64], scale: &mut [f64]) {
+    fn update(panel: &Panel<S>, next: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
         let mut d: Matrix<S> = load(next);
-        for c in 0..S {
-            for r in 0..S {
+        for c in b..S {
+            for r in b..S {
                 let mut product = 0.0;
-                for k in 0..S {
+                for k in a..S {
                     product += panel.l[r][k] * panel.u[c][k];
                 }
                 d[c][r] -= product;
             }
             let mut magnitude = 0.0;
-            for k in 0..S {
+            for k in a..S {
                 magnitude += (panel.l[c][k] * panel.u[c][k]).abs();
             }
             scale[c] += magnitude;
         }
         store(&d, next);
     }
-}
 
-/// Σ of the products of the entries.
-#[inline(always)]
-fn dot<const S: usize>(a: &[f64; S], b: &[f64; S]) -> f64 {
-    let mut sum = 0.0;
-    for k in 0..S {
-        sum += a[k] * b[k];
+    /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`.
+    #[inline(always)]
+    fn eliminate_from(node: &Node, state: &mut State<'_>, a: usize, b: usize) -> Result<f64, Cancelled> {
+        let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
+        let (own, after) = state.scale[node.first..].split_at_mut(S);
+        let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
+        let Some(worst) = Self::factor(&mut panel.d, own) else {
+            return Pivoting::<S>::eliminate(node, state);
+        };
+        store(&panel.d, values);
+        if let [later] = node.later.as_slice() {
+            let (u, l) = values[S * S..].split_at_mut(S * S);
+            (panel.u, panel.l) = (load(u), load(l));
+            Self::eliminate_sides(&mut panel, a, b);
+            store(&panel.u, u);
+            store(&panel.l, l);
+            Self::update(&panel, &mut rest[later.diagonal..], &mut after[later.first..], a, b);
+        }
+        for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
+            *swap = k;
+        }
+        Ok(worst)
     }
-    sum
+
+    #[inline(always)]
+    fn forward_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        solve_lower(&load(values), &mut y);
+        if !node.later.is_empty() {
+            scatter(node, &load(&values[S * (S + node.width)..]), &y, later, a, b);
+        }
+        own.copy_from_slice(&y);
+    }
+
+    #[inline(always)]
+    fn backward_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        gather(node, &values[S * S..], later, &mut y, a, b);
+        let d: Matrix<S> = load(values);
+        for k in (0..S).rev() {
+            y[k] *= d[k][k];
+            for i in 0..k {
+                y[i] -= d[k][i] * y[k];
+            }
+        }
+        own.copy_from_slice(&y);
+    }
+
+    #[inline(always)]
+    fn forward_transposed_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        let d: Matrix<S> = load(values);
+        for k in 0..S {
+            for m in 0..k {
+                y[k] -= d[k][m] * y[m];
+            }
+            y[k] *= d[k][k];
+        }
+        if !node.later.is_empty() {
+            scatter(node, &load(&values[S * S..]), &y, later, a, b);
+        }
+        own.copy_from_slice(&y);
+    }
+
+    #[inline(always)]
+    fn backward_transposed_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
+        let values = &values[node.start..];
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        gather(node, &values[S * (S + node.width)..], later, &mut y, a, b);
+        let d: Matrix<S> = load(values);
+        for k in (0..S).rev() {
+            for i in k + 1..S {
+                y[k] -= d[k][i] * y[i];
+            }
+        }
+        own.copy_from_slice(&y);
+    }
 }
 
 #[inline(always)]
@@ -132,23 +211,26 @@ fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
 
 /// x_b −= (lines of b)·y for the later node, if there is one.
 #[inline(always)]
-fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: &mut [f64]) {
-    if let [b] = node.later.as_slice() {
-        for (x, line) in later[b.first..].iter_mut().zip(lines) {
-            *x -= dot(line, y);
+fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: &mut [f64], a: usize, b: usize) {
+    let [next] = node.later.as_slice() else { return };
+    let x = &mut later[next.first..][..S];
+    for c in b..S {
+        let mut sum = 0.0;
+        for k in a..S {
+            sum += lines[c][k] * y[k];
         }
+        x[c] -= sum;
     }
 }
 
 /// y −= (lines of b)ᵀ·x_b for the later node, if there is one.
 #[inline(always)]
-fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S]) {
-    if let [b] = node.later.as_slice() {
-        let lines: Matrix<S> = load(lines);
-        for (x, line) in later[b.first..].iter().zip(&lines) {
-            for k in 0..S {
-                y[k] -= line[k] * x;
-            }
+fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
+    let [next] = node.later.as_slice() else { return };
+    let (lines, x): (Matrix<S>, _) = (load(lines), &later[next.first..][..S]);
+    for c in b..S {
+        for k in a..S {
+            y[k] -= lines[c][k] * x[c];
         }
     }
 }
@@ -171,91 +253,50 @@ fn in_order(swaps: &[usize]) -> bool {
 impl<const S: usize> NodeKernel for Square<S> {
     #[inline(always)]
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
-        let (own, later) = state.scale[node.first..].split_at_mut(S);
-        let mut panel = Panel { d: load::<S>(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
-        let Some(worst) = Self::factor(&mut panel.d, own) else {
-            return Pivoting::<S>::eliminate(node, state);
-        };
-        store(&panel.d, values);
-        if let [b] = node.later.as_slice() {
-            let (u, l) = values[S * S..].split_at_mut(S * S);
-            (panel.u, panel.l) = (load(u), load(l));
-            Self::eliminate_sides(&mut panel);
-            store(&panel.u, u);
-            store(&panel.l, l);
-            Self::update(&panel, &mut rest[b.diagonal..], &mut later[b.first..]);
+        match node.shape {
+            Shape::Outer => Self::eliminate_from(node, state, 0, 1),
+            Shape::Inner => Self::eliminate_from(node, state, 1, 0),
+            _ => Self::eliminate_from(node, state, 0, 0),
         }
-        for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
-            *swap = k;
-        }
-        Ok(worst)
     }
 
     #[inline(always)]
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        if !in_order(&swaps[node.first..][..S]) {
-            return Pivoting::<S>::forward(node, values, swaps, x);
+        match node.shape {
+            _ if !in_order(&swaps[node.first..][..S]) => Pivoting::<S>::forward(node, values, swaps, x),
+            Shape::Outer => Self::forward_from(node, values, x, 0, 1),
+            Shape::Inner => Self::forward_from(node, values, x, 1, 0),
+            _ => Self::forward_from(node, values, x, 0, 0),
         }
-        let values = &values[node.start..];
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        solve_lower(&load(values), &mut y);
-        if !node.later.is_empty() {
-            scatter(node, &load(&values[S * (S + node.width)..]), &y, later);
+    }
+
+    // Interchanges mix the rows of U, so that none of them need be zero, but not its columns.
+
+    #[inline(always)]
+    fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        match node.shape {
+            Shape::Outer => Self::backward_from(node, values, x, 0, 1),
+            Shape::Inner if in_order(&swaps[node.first..][..S]) => Self::backward_from(node, values, x, 1, 0),
+            _ => Self::backward_from(node, values, x, 0, 0),
         }
-        own.copy_from_slice(&y);
     }
 
     #[inline(always)]
-    fn backward(node: &Node, values: &[f64], x: &mut [f64]) {
-        let values = &values[node.start..];
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        gather(node, &values[S * S..], later, &mut y);
-        let d: Matrix<S> = load(values);
-        for k in (0..S).rev() {
-            y[k] *= d[k][k];
-            for i in 0..k {
-                y[i] -= d[k][i] * y[k];
-            }
+    fn forward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        match node.shape {
+            Shape::Outer => Self::forward_transposed_from(node, values, x, 0, 1),
+            Shape::Inner if in_order(&swaps[node.first..][..S]) => Self::forward_transposed_from(node, values, x, 1, 0),
+            _ => Self::forward_transposed_from(node, values, x, 0, 0),
         }
-        own.copy_from_slice(&y);
-    }
-
-    #[inline(always)]
-    fn forward_transposed(node: &Node, values: &[f64], x: &mut [f64]) {
-        let values = &values[node.start..];
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        let d: Matrix<S> = load(values);
-        for k in 0..S {
-            for m in 0..k {
-                y[k] -= d[k][m] * y[m];
-            }
-            y[k] *= d[k][k];
-        }
-        if !node.later.is_empty() {
-            scatter(node, &load(&values[S * S..]), &y, later);
-        }
-        own.copy_from_slice(&y);
     }
 
     #[inline(always)]
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        if !in_order(&swaps[node.first..][..S]) {
-            return Pivoting::<S>::backward_transposed(node, values, swaps, x);
+        match node.shape {
+            _ if !in_order(&swaps[node.first..][..S]) => Pivoting::<S>::backward_transposed(node, values, swaps, x),
+            Shape::Outer => Self::backward_transposed_from(node, values, x, 0, 1),
+            Shape::Inner => Self::backward_transposed_from(node, values, x, 1, 0),
+            _ => Self::backward_transposed_from(node, values, x, 0, 0),
         }
-        let values = &values[node.start..];
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        gather(node, &values[S * (S + node.width)..], later, &mut y);
-        let d: Matrix<S> = load(values);
-        for k in (0..S).rev() {
-            for i in k + 1..S {
-                y[k] -= d[k][i] * y[i];
-            }
-        }
-        own.copy_from_slice(&y);
     }
 }

@@ -1,8 +1,9 @@
 //! The analysis of a pattern: what is condensed, in which order the nodes go, where entries are stored.
 
 use super::condense::{Condensed, condense};
+use super::graph::Graph;
 use super::kernel::{Kernel, kernel};
-use super::node::{Later, Node, Pair};
+use super::node::{Later, Node, Pair, Shape};
 use super::order::{Eliminated, order};
 use super::pattern::Pattern;
 use std::ops::Range;
@@ -54,12 +55,13 @@ impl Symbolic {
         let sizes: Vec<usize> = members.iter().map(Vec::len).collect();
         let quotient = graph.quotient(sizes.len(), &pattern.group_of());
         let order = order(quotient, &sizes, &pattern.groups);
+        let shapes = shapes(graph, &order, &members);
 
         let unknowns: Vec<usize> = (condensed.iter().map(|step| step.unknown))
             .chain(order.iter().flat_map(|node| members[node.group].iter().copied()))
             .collect();
         let positions = inverse(&unknowns);
-        let nodes = lay_out_nodes(&order, &sizes, condensed.len());
+        let nodes = lay_out_nodes(&order, &shapes, &sizes, condensed.len());
         let values_len = nodes.iter().map(Node::panel_len).sum();
         let owner = (nodes.iter().enumerate()).flat_map(|(index, node)| std::iter::repeat_n(index, node.size)).collect();
         let mut symbolic = Self {
@@ -224,19 +226,34 @@ fn lay_out_steps(condensed: &[Condensed], positions: &[usize], mut start: usize)
     steps
 }
 
+/// How the groups of unknowns couple at their elimination; `graph` is that of the unknowns.
+fn shapes(mut graph: Graph, order: &[Eliminated], members: &[Vec<usize>]) -> Vec<Shape> {
+    let shape = |node: &Eliminated| {
+        let own = &members[node.group];
+        let shape = match node.neighbours.as_slice() {
+            [] => Shape::Linked,
+            [later] if members[*later].len() != own.len() => Shape::Any,
+            [later] if own.iter().all(|&u| !graph.adjacent(u, members[*later][0])) => Shape::Outer,
+            [later] if members[*later].iter().all(|&u| !graph.adjacent(u, own[0])) => Shape::Inner,
+            [_] => Shape::Linked,
+            _ => Shape::Any,
+        };
+        // Rows may be interchanged, so that each unknown counts as coupled to what any of them is coupled to.
+        own.iter().for_each(|&u| graph.connect(own[0], u));
+        own.iter().for_each(|&u| drop(graph.eliminate(u)));
+        shape
+    };
+    order.iter().map(shape).collect()
+}
+
 /// Gives the nodes their positions, from `first` on, and their panels; the pairs are left empty.
-fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec<Node> {
+fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut first: usize) -> Vec<Node> {
     let mut rank = vec![0; sizes.len()];
     let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
     let mut start = 0;
     for (index, node) in order.iter().enumerate() {
         rank[node.group] = index;
         let size = sizes[node.group];
-        let linked = match node.neighbours.as_slice() {
-            [] => true,
-            [later] => sizes[*later] == size,
-            _ => false,
-        };
         nodes.push(Node {
             first,
             size,
@@ -244,7 +261,7 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
             start,
             later: Vec::new(),
             pairs: Vec::new(),
-            linked,
+            shape: shapes[index],
         });
         first += size;
         start += nodes[index].panel_len();
@@ -259,12 +276,13 @@ fn lay_out_nodes(order: &[Eliminated], sizes: &[usize], mut first: usize) -> Vec
 
 fn runs(nodes: &[Node]) -> Vec<(&'static dyn Kernel, Range<usize>)> {
     let mut first = 0;
-    let alike = nodes.chunk_by(|a, b| (a.size, a.linked) == (b.size, b.linked));
+    let linked = |node: &Node| node.shape != Shape::Any;
+    let alike = nodes.chunk_by(|a, b| (a.size, linked(a)) == (b.size, linked(b)));
     alike
         .map(|run| {
             let nodes = first..first + run.len();
             first = nodes.end;
-            (kernel(run[0].size, run[0].linked), nodes)
+            (kernel(run[0].size, linked(&run[0])), nodes)
         })
         .collect()
 }

@@ -1,5 +1,6 @@
 //! Solutions against dense LU, the choice of condensed unknowns, breakdowns.
 
+use super::node::Shape;
 use super::samples::{Random, blocks, bodies, fill, sizes, tree};
 use super::{BlockLu, Group, Pattern, Symbolic};
 use nalgebra::{DMatrix, DVector};
@@ -44,11 +45,17 @@ fn compare(s: &Symbolic, x: &[f64], matrix: &DMatrix<f64>, b: &DVector<f64>) {
 
 /// Solves with K and Kᵀ in all ways, for three sets of values.
 fn check(pattern: &Pattern, diagonal: f64, seed: u64) -> Symbolic {
+    check_with(pattern, diagonal, seed, |_| ())
+}
+
+/// As `check`, after a change of the values.
+fn check_with(pattern: &Pattern, diagonal: f64, seed: u64, change: impl Fn(&mut DMatrix<f64>)) -> Symbolic {
     let random = &mut Random(seed);
     let s = Symbolic::analyse(pattern);
     let mut lu = BlockLu::new(&s);
     for _ in 0..3 {
-        let matrix = fill(pattern, diagonal, random);
+        let mut matrix = fill(pattern, diagonal, random);
+        change(&mut matrix);
         let b = DVector::from_fn(pattern.size, |_, _| random.unit());
         set_constant(&mut lu, &s, pattern, &matrix);
         assemble(&mut lu, &s, pattern, &matrix);
@@ -170,6 +177,29 @@ fn coordinates_of_a_chain_are_condensed() {
     assert_eq!(s.slot(0, 0), None);
     assert_eq!(s.slot(2, 12), None);
     assert!(s.slot(2, 8).is_some());
+}
+
+fn shapes(s: &Symbolic) -> Vec<Shape> {
+    s.runs().flat_map(|(_, nodes)| nodes).map(|node| node.shape).collect()
+}
+
+/// An angle has to do with the hinges of its own body only; where its pivot vanishes, rows are interchanged.
+#[test]
+fn angles_are_left_out_where_a_link_couples_to_the_next() {
+    let pattern = bodies(&(0..9_usize).map(|b| b.wrapping_sub(1)).collect::<Vec<_>>());
+    let massless = |every: usize| {
+        move |matrix: &mut DMatrix<f64>| (0..9).step_by(every).for_each(|b| matrix[(5 * b + 2, 5 * b + 2)] = 0.0)
+    };
+    for every in [1, 2, 3, 9] {
+        let s = check_with(&pattern, 6.0, every as u64, massless(every));
+        let count = |shape| shapes(&s).into_iter().filter(|&other| other == shape).count();
+        assert_eq!([Shape::Outer, Shape::Inner, Shape::Linked].map(count), [4, 4, 1]);
+    }
+    // A spring between two angles couples them, and an interchange in one link does not reach beyond its hinges.
+    let mut sprung = pattern.clone();
+    sprung.entries.extend([(2, 7), (32, 37)]);
+    let s = check_with(&sprung, 6.0, 4, massless(2));
+    assert_eq!(shapes(&s).into_iter().filter(|&shape| shape == Shape::Linked).count(), 3);
 }
 
 #[test]

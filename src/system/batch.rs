@@ -121,6 +121,8 @@ pub struct Footprint<'a> {
     pub sigma: &'a [usize],
     /// The coordinates whose entries of K vary along a motion (empty for an element with constant blocks).
     pub active: Vec<usize>,
+    /// Whether no second derivative mixes two of them.
+    pub separable: bool,
 }
 
 /// A batch on numbers of type R: the plain formulas.
@@ -224,7 +226,15 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             item.plan.active[..count].iter().map(|&i| item.q[i]).collect()
         };
         let items = self.items.iter();
-        items.map(|item| Footprint { form: J::FORM, q: &item.q, sigma: &item.sigma, active: footprint(item) }).collect()
+        items
+            .map(|item| Footprint {
+                form: J::FORM,
+                q: &item.q,
+                sigma: &item.sigma,
+                active: footprint(item),
+                separable: item.plan.sinusoidal,
+            })
+            .collect()
     }
 
     fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize) {

@@ -60,7 +60,8 @@ fn entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) 
     for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
         for &row in &footprint.active {
             constant[row] = false;
-            entries.extend(footprint.active.iter().map(|&col| (row, col)));
+            let mixed = footprint.active.iter().filter(|&&col| col == row || !footprint.separable);
+            entries.extend(mixed.map(|&col| (row, col)));
             if footprint.form == Form::Holonomic {
                 entries.extend(footprint.sigma.iter().map(|j| (n + j, row)));
                 footprint.sigma.iter().for_each(|j| constant[n + j] = false);
