@@ -1,7 +1,7 @@
 //! A solver that has been used once allocates nothing per step, and keeps as many bytes for a node as it says.
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, System, scenes::CartPendulum};
+use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Settings, Solver, System, scenes::CartPendulum};
 use std::alloc::{GlobalAlloc, Layout, System as Memory};
 use std::cell::Cell;
 
@@ -10,6 +10,13 @@ thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
     /// Bytes that are allocated at present.
     static BYTES: Cell<isize> = const { Cell::new(0) };
+    /// The most bytes that were allocated since this was set to `BYTES`.
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
+
+fn grow(bytes: isize) {
+    BYTES.set(BYTES.get() + bytes);
+    PEAK.set(PEAK.get().max(BYTES.get()));
 }
 
 struct Counting;
@@ -18,18 +25,18 @@ struct Counting;
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
-        BYTES.set(BYTES.get() + layout.size() as isize);
+        grow(layout.size() as isize);
         unsafe { Memory.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        BYTES.set(BYTES.get() - layout.size() as isize);
+        grow(-(layout.size() as isize));
         unsafe { Memory.dealloc(memory, layout) }
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
-        BYTES.set(BYTES.get() + size as isize - layout.size() as isize);
+        grow(size as isize - layout.size() as isize);
         unsafe { Memory.realloc(memory, layout, size) }
     }
 }
@@ -99,6 +106,29 @@ fn a_node_takes_the_memory_that_the_system_says() {
 }
 
 #[test]
+fn a_long_solver_keeps_to_the_bytes_it_is_given() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(4000, 0.0005));
+    inputs.controls.fill(10.0);
+    for settings in [Settings::default(), Settings { rebase_every: 1, ..Settings::default() }] {
+        let workspace = bytes_held(&system, settings, 1);
+        for bytes in [3_000_000, 1_000_000, 400_000, 250_000] {
+            let before = BYTES.get();
+            PEAK.set(before);
+            let mut long = LongSolver::new(&system, settings, bytes as usize);
+            long.gradient(&inputs).expect("gradient");
+            let held = PEAK.get() - before;
+            println!("{bytes} bytes given, at most {held} held, workspace {workspace}");
+            assert!(held <= bytes + workspace, "{held} of {bytes}");
+        }
+    }
+}
+
+#[test]
 fn the_counter_counts() {
     assert_eq!(allocations(|| drop(std::hint::black_box(vec![0.0f64; 8]))), 1);
+    PEAK.set(BYTES.get());
+    let before = BYTES.get();
+    drop(std::hint::black_box(vec![0.0f64; 8]));
+    assert_eq!((BYTES.get() - before, PEAK.get() - before), (0, 64));
 }
