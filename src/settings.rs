@@ -9,7 +9,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// The most Newton iterations in one step.
     pub max_iterations: usize,
-    /// The largest |Φ(q₀)| that is accepted, in m or rad.
+    /// The largest |Φ(q₀)| that is accepted, in m or rad; later a |Φ| below it is no drift (see [`Warning::Drift`](crate::Warning::Drift)).
     pub position_tolerance: f64,
     /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
     pub velocity_tolerance: f64,

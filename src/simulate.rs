@@ -35,8 +35,10 @@ pub(crate) struct Forward {
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
-    /// Φ, and a point, of a restart.
+    /// Φ of a node, and what its entries are compared with.
     pub(crate) phi: Vec<f64>,
+    pub(crate) lengths: Vec<f64>,
+    /// A point of a restart.
     pub(crate) restarting: Point,
     /// The dependent constraints of the last start that had any.
     pub(crate) relaxed: Option<Relaxed>,
@@ -66,6 +68,7 @@ impl Forward {
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
             phi: vec![0.0; m],
+            lengths: vec![0.0; m],
             restarting: Point::new(n, m),
             relaxed: None,
         }
@@ -113,6 +116,7 @@ impl Forward {
                     self.check_compliant(system, node, settings)?;
                     self.watch_turns(system, node);
                     restart::apply(self, system, node, settings)?;
+                    self.watch_drift(system, node, settings);
                     node += 1;
                     self.trajectory.computed = node - self.first;
                 }

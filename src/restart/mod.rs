@@ -111,12 +111,8 @@ pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, setting
 
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
-    let mut phi = std::mem::take(&mut forward.phi);
-    phi.fill(0.0);
-    system.phi(&forward.at(node), &mut phi);
-    let drift = largest(&phi);
-    forward.phi = phi;
-    drift
+    forward.evaluate_phi(system, node);
+    largest(&forward.phi)
 }
 
 fn restart(
