@@ -26,7 +26,7 @@ use crate::gradient::{AdjointVariables, Gradient};
 use crate::lanes::{dot_sum, largest};
 use crate::linear::Breakdown;
 use crate::refinement::Refinement;
-use crate::restart::{Restart, half_range};
+use crate::restart::Restart;
 use crate::simulate::Forward;
 use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut};
@@ -62,8 +62,6 @@ pub(crate) struct Sweep {
     pub(crate) zeros: Pair,
     /// What a restart adds to J_σ of the node before it.
     pub(crate) carried: Vec<f64>,
-    /// ½ r of the restarts.
-    pub(crate) half_range: f64,
     /// The first |dJ/dp*| that was not zero.
     first_size: f64,
     /// Whether the node after the one at hand is restarted.
@@ -94,7 +92,6 @@ impl Sweep {
             right: zeros(n + m),
             zeros: Pair::new(n, m),
             carried: zeros(m),
-            half_range: 0.0,
             first_size: 0.0,
             restarted_next: false,
             u: zeros(system.k()),
@@ -189,7 +186,6 @@ impl Sweep {
         self.carried.fill(0.0);
         self.restarted_next = false;
         self.first_size = 0.0;
-        self.half_range = half_range(settings);
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;
         if gradient.controls.ncols() != nodes {

@@ -7,7 +7,7 @@
 //! fast the iteration converges.
 
 use crate::refinement::Refinement;
-use crate::restart::{Restart, half_range};
+use crate::restart::Restart;
 use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
@@ -270,8 +270,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
         self.start_q.copy_from_slice(column(&self.trajectory.q, i));
         let (before, now) = (column(&self.trajectory.sigma, i - 1), column(&self.trajectory.sigma, i));
-        let half_range = half_range(self.real.settings());
-        let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| (before - now) * half_range).collect();
+        let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
         let at = At { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
         self.real.system().plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(&self.sums.l_v);

@@ -78,10 +78,11 @@ struct Plan {
     levels: usize,
 }
 
-/// The last nodes before a part, by columns, and from where on they may be extrapolated.
+/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ.
 struct Checkpoint {
     node: usize,
     smooth_from: usize,
+    most_range: f64,
     columns: Vec<f64>,
 }
 
@@ -301,7 +302,7 @@ impl Forward {
         let count = HISTORY.min(computed);
         let mut columns = Vec::with_capacity(count * self.len_of_node());
         (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
-        Checkpoint { node: self.first + computed - 1, smooth_from: self.smooth_from, columns }
+        Checkpoint { node: self.first + computed - 1, smooth_from: self.smooth_from, most_range: self.most_range, columns }
     }
 
     fn load(&mut self, checkpoint: &Checkpoint) {
@@ -309,7 +310,7 @@ impl Forward {
         self.trajectory.computed = columns.len();
         self.first = checkpoint.node + 1 - columns.len();
         columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));
-        self.smooth_from = checkpoint.smooth_from;
+        (self.smooth_from, self.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
         self.restarts.clear();
         self.trajectory.restarted.retain(|&node| node <= checkpoint.node);
     }

@@ -9,7 +9,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// The most Newton iterations in one step.
     pub max_iterations: usize,
-    /// The largest |Φ(q₀)| that is accepted, in m or rad.
+    /// The largest |Φ(q₀)| that is accepted, in m or rad; later a |Φ| below it is no drift (see [`Warning::Drift`](crate::Warning::Drift)).
     pub position_tolerance: f64,
     /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
     pub velocity_tolerance: f64,
@@ -22,7 +22,8 @@ pub struct Settings {
     pub drift_bound: f64,
     /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under a steady load; 0 for never.
     ///
-    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
+    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1. With any number
+    /// the energy of a conservative motion stays bounded (see [`restart`](crate::restart)).
     pub rebase_every: usize,
     /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,

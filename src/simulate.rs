@@ -35,8 +35,12 @@ pub(crate) struct Forward {
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
-    /// Φ, and a point, of a restart.
+    /// Φ of a node, and what its entries are compared with.
     pub(crate) phi: Vec<f64>,
+    pub(crate) lengths: Vec<f64>,
+    /// The largest range of σ between two restarts, as estimated so far.
+    pub(crate) most_range: f64,
+    /// A point of a restart.
     pub(crate) restarting: Point,
     /// The dependent constraints of the last start that had any.
     pub(crate) relaxed: Option<Relaxed>,
@@ -66,6 +70,8 @@ impl Forward {
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
             phi: vec![0.0; m],
+            lengths: vec![0.0; m],
+            most_range: 0.0,
             restarting: Point::new(n, m),
             relaxed: None,
         }
@@ -94,7 +100,7 @@ impl Forward {
 
     /// Solves node 0 of the inputs at hand.
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
-        (self.first, self.smooth_from) = (0, 0);
+        (self.first, self.smooth_from, self.most_range) = (0, 0, 0.0);
         self.restarts.clear();
         self.trajectory.computed = 0;
         self.trajectory.restarted.clear();
@@ -113,6 +119,7 @@ impl Forward {
                     self.check_compliant(system, node, settings)?;
                     self.watch_turns(system, node);
                     restart::apply(self, system, node, settings)?;
+                    self.watch_drift(system, node, settings);
                     node += 1;
                     self.trajectory.computed = node - self.first;
                 }

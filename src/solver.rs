@@ -94,10 +94,6 @@ impl<'s> Solver<'s> {
         &self.sweep.report
     }
 
-    pub(crate) fn settings(&self) -> &Settings {
-        &self.settings
-    }
-
     pub(crate) fn refinement(&self) -> Refinement {
         self.forward.refinement()
     }

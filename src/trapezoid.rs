@@ -348,6 +348,12 @@ impl Newton {
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
+    /// The largest weighted multiplier, of equation j each.
+    pub(crate) fn size_of_multipliers(&self, system: &System, sigma: impl Fn(usize) -> f64) -> f64 {
+        let positions = system.positions().sigma.iter().enumerate();
+        positions.fold(0.0, |size, (j, &position)| larger(size, sigma(j).abs() * self.of_unknowns[position][1]))
+    }
+
     /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
     fn distance(&self, system: &System, guess: &[f64]) -> f64 {
         let positions = system.positions().v.iter().zip(guess).filter(|(position, _)| **position >= self.condensed);

@@ -45,6 +45,24 @@ pub enum Warning {
         /// By how much, rad.
         turn: f64,
     },
+    /// Positions have drifted from a constraint by more than [`DRIFT`](Warning::DRIFT) of the lengths in it: velocities satisfy dΦ/dt = 0,
+    /// positions follow by quadrature, and what is computed is no longer a motion of this mechanism.
+    ///
+    /// Looked at are the last node and those whose numbers are powers of two, from 128 on. Lengths are Σ √(α² + β²) of the terms
+    /// α sin q + β cos q of an equation; where it has none, Σ |∂Φ/∂q| |q|, with 1 rad for angles. What
+    /// [`Settings::position_tolerance`](crate::Settings::position_tolerance) allows at the start is no drift.
+    Drift {
+        /// The equation that is violated most, relative to its lengths.
+        equation: String,
+        /// Its largest |Φ| of all nodes looked at, m or rad.
+        violation: f64,
+        /// The same relative to its lengths.
+        share: f64,
+        /// The step at the end of which drift was first seen beyond the threshold, counted from 1.
+        step: usize,
+        /// When that step ends, s.
+        time: f64,
+    },
     /// Steps had no solution and were divided.
     HalvedSteps {
         /// The first of them, counted from 1.
@@ -65,6 +83,8 @@ impl Warning {
     pub const GROWTH: f64 = 1e6;
     /// A quarter of a turn in one step, rad, is worth a warning.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
+    /// Constraints that are violated by this fraction of the lengths in them are worth a warning.
+    pub const DRIFT: f64 = 1e-2;
 }
 
 impl fmt::Display for Warning {
@@ -93,6 +113,14 @@ impl fmt::Display for Warning {
                 f,
                 "`{coordinate}` turns by {turn:.1} rad in step {step} (t = {} s): the motion is not resolved, and may not be the one that was \
                  meant; take shorter steps",
+                seconds(*time)
+            ),
+            Warning::Drift { equation, violation, share, step, time } => write!(
+                f,
+                "positions have drifted from {equation} by {violation:.1e}, {share:.1e} of the lengths in it, and beyond {:.0e} at or before \
+                 step {step} (t = {} s): set `Settings::drift_bound`, and `Settings::rebase_every` where multipliers grow, or take \
+                 shorter steps",
+                Warning::DRIFT,
                 seconds(*time)
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(

@@ -1,7 +1,12 @@
-//! Where digits are lost, the report says so: pivots by the unknown's name, and the growth of the adjoint.
+//! Where digits are lost, the report says so: pivots by the unknown's name, the growth of the adjoint, drift by the constraint's name.
 
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, System, Warning, scenes::CartPendulum};
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{
+    Constraint, Coordinate, Grid, Inputs, KineticEnergy, LongSolver, Report, Scalar, Scene, Settings, Solver, System,
+    Warning,
+};
+use nalgebra::SVector;
 
 /// A chain of two rods, the second of another mass.
 fn chain(mass: f64) -> System {
@@ -70,4 +75,140 @@ fn a_motion_that_its_steps_do_not_resolve_is_told_by_its_fastest_angle() {
     assert_eq!(told(10.0), None);
     let Some(Warning::Unresolved { coordinate, turn, .. }) = told(100.0) else { panic!("no warning") };
     assert!(coordinate.ends_with("φ") && turn > 1.9, "{coordinate}: {turn}");
+}
+
+/// What is said of drift.
+fn drift(report: &Report) -> Option<&Warning> {
+    report.warnings.iter().find(|warning| matches!(warning, Warning::Drift { .. }))
+}
+
+/// The paper's cart in units of so many metres, pushed to and fro.
+fn pushed(metre: f64, steps: usize, dt: f64) -> (System, Inputs) {
+    let si = CartPendulum::default();
+    let cart = CartPendulum {
+        cart_inertia: si.cart_inertia * metre * metre,
+        link_inertia: si.link_inertia * metre * metre,
+        link_length: si.link_length * metre,
+        hinge_friction: si.hinge_friction * metre * metre,
+        gravity: si.gravity * metre,
+        ..si
+    };
+    let system = cart.scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
+    let times = inputs.grid.times();
+    inputs.controls.iter_mut().zip(times).for_each(|(u, t)| *u = 5.0 * metre * (2.2 * t).sin());
+    (system, inputs)
+}
+
+#[test]
+fn positions_that_have_drifted_are_told_by_constraint_and_time() {
+    let (system, inputs) = pushed(1.0, 400, 0.05);
+    let mut solver = Solver::new(&system, Settings::default());
+    let motion = solver.simulate(&inputs).expect("motion");
+    let phi = motion.phi(&system, &inputs).expect("motion");
+    // The cart is hinged in its centre, links half a metre from theirs.
+    let lengths = [f64::INFINITY, f64::INFINITY, 0.5, 0.5, 1.0, 1.0, 1.0, 1.0];
+    let share = |node: usize| (0..8).map(|j| phi[(j, node)].abs() / lengths[j]).fold(0.0, f64::max);
+    let nodes = [128, 256, 400];
+    let first = nodes.into_iter().find(|&node| share(node) > Warning::DRIFT).expect("this drifts");
+    let expected = nodes.map(share).into_iter().fold(0.0, f64::max);
+    let told = drift(solver.report()).expect("a warning");
+    println!("{told}");
+    let Warning::Drift { equation, violation, share: told, step, time } = told else { unreachable!() };
+    assert_eq!((*step, *told), (first, expected));
+    assert!(
+        (time - 0.05 * first as f64).abs() < 1e-9
+            && equation.contains("hinge")
+            && nodes.iter().any(|&i| { phi.column(i).iter().any(|phi| phi.abs() == *violation) })
+    );
+}
+
+#[test]
+fn what_is_told_of_drift_does_not_depend_on_units_and_not_on_memory() {
+    let told = |metre: f64| {
+        let (system, inputs) = pushed(metre, 170, 0.05);
+        let mut stored = Solver::new(&system, Settings::default());
+        stored.simulate(&inputs).expect("motion");
+        let mut long = LongSolver::new(&system, Settings::default(), 80_000);
+        long.simulate(&inputs, |_| ()).expect("motion");
+        assert_eq!(long.report().warnings, stored.report().warnings);
+        long.gradient(&inputs).expect("gradient");
+        assert_eq!(drift(long.report()), drift(stored.report()));
+        let Some(Warning::Drift { share, step, .. }) = drift(stored.report()) else { panic!("no warning") };
+        (*share, *step)
+    };
+    let (si, micro) = (told(1.0), told(1e-6));
+    println!("share and first step: {si:?}, in units of 1e6 m {micro:?}");
+    assert!((si.0 / micro.0 - 1.0).abs() < 1e-6 && si.1 == micro.1);
+}
+
+#[test]
+fn no_drift_is_told_of_the_papers_example_nor_where_positions_are_projected_or_may_be_wrong() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    inputs.controls.fill(10.0);
+    let (pushed, shaken) = pushed(1.0, 400, 0.05);
+    let of = |system: &System, inputs: &Inputs, settings: Settings| {
+        let mut solver = Solver::new(system, settings);
+        solver.simulate(inputs).expect("motion");
+        drift(solver.report()).cloned()
+    };
+    assert_eq!(of(&system, &inputs, Settings::default()), None);
+    assert!(of(&pushed, &shaken, Settings::default()).is_some());
+    assert_eq!(of(&pushed, &shaken, Settings { drift_bound: 1e-4, ..Settings::default() }), None);
+    assert_eq!(of(&pushed, &shaken, Settings { position_tolerance: f64::INFINITY, ..Settings::default() }), None);
+}
+
+/// A particle of 1 kg.
+struct Particle;
+
+impl KineticEnergy<2> for Particle {
+    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5
+    }
+}
+
+/// Φ = x⁴ + y⁴ − 1; the trapezoidal rule keeps a circle.
+struct Oval;
+
+impl Constraint<2, 1> for Oval {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
+        SVector::from([q[0].powi(4) + q[1].powi(4) - 1.0])
+    }
+}
+
+/// Φ = x − t² (1 − t).
+struct Shaker;
+
+impl Constraint<2, 1> for Shaker {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - t * t * (-t + 1.0)])
+    }
+}
+
+#[test]
+fn drift_from_constraints_of_ones_own_is_relative_to_their_terms() {
+    let told = |constrain: &dyn Fn(&mut Scene, [Coordinate; 2]), (q, v): ([f64; 2], [f64; 2]), dt: f64| {
+        let mut scene = Scene::new();
+        let coordinates = scene.coordinates("particle", ["x", "y"]);
+        scene.kinetic_energy("particle", Particle, coordinates, []);
+        constrain(&mut scene, coordinates);
+        coordinates.into_iter().zip(q).for_each(|(coordinate, q)| scene.place(coordinate, q));
+        let system = scene.compile().expect("scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform((1.0 / dt).round() as usize, dt));
+        inputs.start.rate_mut().copy_from_slice(&v);
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&inputs).expect("motion").clone();
+        let phi = motion.phi(&system, solver.inputs()).expect("motion");
+        let last = motion.q.column(motion.q.ncols() - 1).transpose();
+        println!("Δt {dt} s: |Φ| {:.1e} in all, {:.1e} at the end, {last}", phi.amax(), phi[phi.len() - 1].abs());
+        drift(solver.report()).cloned()
+    };
+    let oval = |scene: &mut Scene, q| _ = scene.constraint("oval", Oval, q, []);
+    let shaker = |scene: &mut Scene, q| _ = scene.constraint("shaker", Shaker, q, []);
+    let around = ([1.0, 0.0], [0.0, 3.0]);
+    assert_eq!(told(&oval, around, 0.01), None);
+    assert!(matches!(told(&oval, around, 0.125), Some(Warning::Drift { equation, .. }) if equation.contains("oval")));
+    // At the end it is back at x = 0, where any violation is large beside x.
+    assert_eq!(told(&shaker, ([0.0, 0.0], [0.0, 1.0]), 0.01), None);
 }

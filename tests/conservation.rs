@@ -197,12 +197,15 @@ fn errors_early_and_late(system: &System, energy: &Energy, rebase_every: usize) 
 }
 
 #[test]
-fn the_energy_does_not_drift_if_the_multipliers_begin_anew_at_every_node() {
+fn the_energy_does_not_drift_if_the_multipliers_begin_anew() {
     for (name, (system, energy)) in [("chain", boxed(chain(0.0))), ("slider-crank", boxed(slider_crank()))] {
-        let (plain, rebased) = (errors_early_and_late(&system, &energy, 0), errors_early_and_late(&system, &energy, 1));
-        println!("{name}: energy error early and late: {plain:.2?} J, rebased {rebased:.4?} J");
+        let plain = errors_early_and_late(&system, &energy, 0);
         assert!(plain.1 > 2.0 * plain.0, "{name}: nothing to be seen without rebasing");
-        assert!(rebased.1 <= 1.05 * rebased.0, "{name}: {rebased:?}");
+        for every in [1, 5, 10, 50] {
+            let rebased = errors_early_and_late(&system, &energy, every);
+            println!("{name}: energy error early and late: {plain:.2?} J, rebased at every {every}th node {rebased:.4?} J");
+            assert!(rebased.1 <= 1.25 * rebased.0, "{name}, every {every}: {rebased:?}");
+        }
     }
 }
 

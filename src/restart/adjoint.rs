@@ -35,7 +35,7 @@ impl Sweep {
         Ok(())
     }
 
-    /// p* = 𝓛_v(q, v⁻, s) with s = ½ r (σ₋ − σ⁻), which is where σ begins.
+    /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
     fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize) {
         let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
         forward.newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
@@ -43,15 +43,19 @@ impl Sweep {
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
         let here = forward.at(node);
         let before = column(&forward.trajectory.sigma, node - 1 - forward.first);
-        // In the place of e₊, which has been used.
+        // s in the place of e₊, which has been used, and dJ/ds in that of what goes to σ₋.
         for (j, s) in self.next.e.iter_mut().enumerate() {
-            *s = self.half_range * (before[j] - restart.sigma[j]);
-            self.carried[j] = self.half_range * self.rows.sigma[j];
+            *s = restart.begin(before[j], restart.sigma[j]);
+            self.carried[j] = self.rows.sigma[j];
         }
         for &(j, mu) in &forward.trajectory.compliance {
-            self.carried[j] += self.half_range * mu * self.node.e[j];
+            self.carried[j] += mu * self.node.e[j];
         }
-        self.cost.sigma.iter_mut().zip(&self.carried).for_each(|(j_sigma, carried)| *j_sigma = -carried);
+        let [now, before] = restart.weights;
+        for (j_sigma, carried) in self.cost.sigma.iter_mut().zip(&mut self.carried) {
+            *j_sigma = now * *carried;
+            *carried *= before;
+        }
         let at = At { v: restart.v, sigma: &self.next.e, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };

@@ -5,22 +5,40 @@
 //!
 //! ```text
 //!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied)
-//!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c);    s = −½ r (σ⁻ − σ₋)
+//!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c)
 //! ```
 //!
-//! which is a start as at node 0. Without s, σ would run from 0 to r Δσ until the next restart, r nodes on; with it, from −½ r Δσ to ½ r Δσ, which
-//! looks the same forth and back in time, and so the energy of a conservative motion does not drift. Since a step from
-//! any (q, p*) is of order two, so is the motion. The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the
+//! which is a start as at node 0. Since a step from any (q, p*) is of order two, so is the motion.
+//!
+//! **Where σ begins.** With s = 0 it would run from 0 to its range R = ∫λ dt until the next restart, r nodes on. A motion looks the same forth and back
+//! in time, and its energy does not drift, if σ runs from −½ R to ½ R instead. The r steps S and the reversal ρ: (v, σ) → (−v, −σ) satisfy
+//! ρ S ρ = S⁻¹; with F: σ → −σ so does F S, for ρ F in the place of ρ:
+//!
+//! ```text
+//!   ρ S ρ = S⁻¹,  F F = 1,  ρ F = F ρ      ⟹      (ρF) (F S) (ρF) = S⁻¹ F = (F S)⁻¹
+//! ```
+//!
+//! So s = −σ⁻ is reversible whatever r and σ are, once σ has been put in the middle of its range by the first restart:
+//!
+//! ```text
+//!   s = −½ r (σ⁻ − σ₋)     for r = 1, at the first restart, and where |σ⁻| is twice all r |σ⁻ − σ₋| so far     (σ₋: a node before)
+//!   s = −σ⁻                at all others
+//! ```
+//!
+//! For r = 1 both are the same to O(Δt²), and the first forgets what happened before. The second does not: forces that change at random make
+//! the middle of σ wander, in proportion to the root of the time, which is what the bound is for.
+//! The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the
 //! same elements serve it, and the adjoint goes back through all of it: with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
 //!
 //! ```text
-//!   Ĵ_q += 𝓛_vqᵀ π      dJ/dv⁻ = 𝓛_vvᵀ π      dJ/ds = Φ_q π      at (q, v⁻, s)
+//!   Ĵ_q += 𝓛_vqᵀ π      dJ/dv⁻ = 𝓛_vvᵀ π      dJ/ds = Φ_q π      at (q, v⁻, s),   s = α σ⁻ + β σ₋
 //!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
 mod adjoint;
 
-use crate::lanes::largest;
+use crate::lanes::{larger, largest};
+use crate::scalar::Real;
 use crate::simulate::Forward;
 use crate::system::{At, Pair};
 use crate::trajectory::{column, column_mut};
@@ -29,6 +47,8 @@ use crate::{Error, Settings, System};
 
 /// A projection that has not converged after so many corrections does not.
 const MOST_CORRECTIONS: usize = 25;
+/// So many times the largest range away from zero, σ is put in the middle of its range again.
+const WANDERED: f64 = 2.0;
 /// A correction below this fraction of the largest coordinate is rounding.
 const ROUNDING: f64 = 1e-15;
 
@@ -43,6 +63,8 @@ pub(crate) struct Restarts {
     p_star_dot: Vec<f64>,
     sigma: Vec<f64>,
     nu: Vec<f64>,
+    /// α and β in s = α σ⁻ + β σ₋.
+    weights: Vec<[f64; 2]>,
     /// Second derivatives at the end of the step, at (q, v⁻, s) and at (q, w, ν).
     step_blocks: Vec<f64>,
     momentum_blocks: Vec<f64>,
@@ -56,6 +78,8 @@ pub(crate) struct Restart<'a> {
     pub(crate) v: &'a [f64],
     pub(crate) p_star_dot: &'a [f64],
     pub(crate) sigma: &'a [f64],
+    /// α and β in s = α σ⁻ + β σ₋.
+    pub(crate) weights: [f64; 2],
     pub(crate) step_blocks: &'a [f64],
     pub(crate) momentum_blocks: &'a [f64],
     /// ν and the second derivatives, if Φ = 0 was restored.
@@ -66,6 +90,7 @@ impl Restarts {
     pub(crate) fn clear(&mut self) {
         self.nodes.clear();
         self.projected.clear();
+        self.weights.clear();
         let lists = [&mut self.q, &mut self.v, &mut self.p_star_dot, &mut self.sigma, &mut self.nu];
         let blocks = [&mut self.step_blocks, &mut self.momentum_blocks, &mut self.projection_blocks];
         lists.into_iter().chain(blocks).for_each(Vec::clear);
@@ -85,6 +110,7 @@ impl Restarts {
             v: of(&self.v),
             p_star_dot: of(&self.p_star_dot),
             sigma: of(&self.sigma),
+            weights: self.weights[which],
             step_blocks: of(&self.step_blocks),
             momentum_blocks: of(&self.momentum_blocks),
             projection: self.projected[which].then(|| (of(&self.nu), of(&self.projection_blocks))),
@@ -92,9 +118,11 @@ impl Restarts {
     }
 }
 
-/// ½ r.
-pub(crate) fn half_range(settings: &Settings) -> f64 {
-    0.5 * settings.rebase_every.max(1) as f64
+impl Restart<'_> {
+    /// Where σ begins, from σ₋ and σ⁻.
+    pub(crate) fn begin<R: Real>(&self, before: R, now: R) -> R {
+        now * self.weights[0] + before * self.weights[1]
+    }
 }
 
 /// Restarts the motion at a node, if it is due there.
@@ -111,12 +139,8 @@ pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, setting
 
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
-    let mut phi = std::mem::take(&mut forward.phi);
-    phi.fill(0.0);
-    system.phi(&forward.at(node), &mut phi);
-    let drift = largest(&phi);
-    forward.phi = phi;
-    drift
+    forward.evaluate_phi(system, node);
+    largest(&forward.phi)
 }
 
 fn restart(
@@ -127,8 +151,10 @@ fn restart(
     settings: &Settings,
 ) -> Result<(), StepFailure> {
     let k = node - forward.first;
+    let weights = weights(forward, system, k, settings);
     forward.trajectory.restarted.push(node);
     let (restarts, y) = (&mut forward.restarts, forward.trajectory.columns(k));
+    restarts.weights.push(weights);
     restarts.nodes.push(node);
     restarts.projected.push(project);
     restarts.q.extend_from_slice(y.q);
@@ -149,9 +175,8 @@ fn restart(
     }
     let done = projected.and_then(|()| {
         at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
-        let factor = half_range(settings);
         for (j, s) in at.x.sigma.iter_mut().enumerate() {
-            *s = factor * (forward.trajectory.sigma[(j, k - 1)] - forward.trajectory.sigma[(j, k)]);
+            *s = weights[0] * forward.trajectory.sigma[(j, k)] + weights[1] * forward.trajectory.sigma[(j, k - 1)];
         }
         l_v(forward, system, node, &mut at);
         forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
@@ -163,6 +188,18 @@ fn restart(
     forward.restarting = at;
     forward.smooth_from = node;
     done
+}
+
+/// α and β of the restart at column k.
+fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
+    let every = settings.rebase_every.max(1) as f64;
+    let sigma = [k - 1, k].map(|k| column(&forward.trajectory.sigma, k));
+    let range = forward.newton.size_of_multipliers(system, |j| every * (sigma[1][j] - sigma[0][j]));
+    let size = forward.newton.size_of_multipliers(system, |j| sigma[1][j]);
+    forward.most_range = larger(forward.most_range, range);
+    let is_first = forward.trajectory.restarted.is_empty();
+    let anew = every == 1.0 || is_first || size > WANDERED * forward.most_range;
+    if anew { [-0.5 * every, 0.5 * every] } else { [-1.0, 0.0] }
 }
 
 /// A point (q, x), and 𝓛_v and Φ there.

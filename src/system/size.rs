@@ -56,7 +56,7 @@ impl System {
         let (n, m, blocks) = (self.n, self.m, self.block_len());
         let may_restart = settings.rebase_every > 0 || settings.drift_bound < f64::INFINITY;
         // Their lists grow as they are filled, to twice what they hold.
-        let restart = if may_restart { 2 * (3 * n + 2 * m + 3 * blocks + 2) } else { 0 };
+        let restart = if may_restart { 2 * (3 * n + 2 * m + 3 * blocks + 4) } else { 0 };
         let adjoint = if settings.keep_adjoint { 2 * (4 * n + m) } else { 0 };
         (Trajectory::<f64>::len_of_node(self.n(), self.m()) + blocks + restart + adjoint) * size_of::<f64>()
     }

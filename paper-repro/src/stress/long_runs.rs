@@ -5,13 +5,12 @@ use std::time::Instant;
 use hamiltonian_adjoint::{Error, LongSolver, Settings, Solver, System};
 
 use super::assembly::{Mechanism, Units};
-use super::motion::{March, Node, deviation, projected, rebased};
+use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, Node, WANDERS, deviation, no_solution, projected, rebased};
 use super::row::{Found, Measure, Trial};
 use super::scenes;
 use crate::statistics::relative_difference;
 
 const GROUP: &str = "long runs";
-const NOT_SYMMETRIC: &str = "restarts of this kind are not symmetric in time, and their errors add up";
 /// How often the cart is rebased.
 const EVERY: usize = 100;
 /// What a gradient of a million steps may take.
@@ -21,21 +20,20 @@ const MOST: f64 = 256.0;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 20_000 } else { 1_000_000 };
-    let energy = |how: &str, settings: Settings| {
-        Trial::new(GROUP, format!("energy of a chain, {how}, {steps} steps"), move || energy(steps, settings))
+    let energy = |how: &str, settings: Settings, most: f64| {
+        Trial::new(GROUP, format!("energy of a chain, {how}, {steps} steps"), move || energy(steps, settings, most))
     };
     vec![
         Trial::new(GROUP, format!("paper's cart, hanging, rebased at every {EVERY}th node, {steps} steps"), move || {
             cart(steps)
-        })
-        .open("‖dΦ/dt‖ is that of Newton's tolerance relative to σ, not to v, while v is small"),
+        }),
         Trial::new(GROUP, format!("its gradient within 96 MB, {steps} steps"), move || gradient(steps)),
         Trial::new(GROUP, "its gradient within 2 MB against the stored one, 20000 steps", against_stored),
         Trial::new(GROUP, format!("chain under its weight, {steps} steps"), move || multipliers(steps))
-            .open("multipliers grow with time, until a step has no solution"),
-        energy("rebased at every node", rebased(1)),
-        energy("rebased at every 100th node", rebased(EVERY)).open(NOT_SYMMETRIC),
-        energy("projected at every node", projected()).open(NOT_SYMMETRIC),
+            .or_refused(GROWS, no_solution),
+        energy("rebased at every node", rebased(1), BOUNDED),
+        energy("rebased at every 100th node", rebased(EVERY), WANDERS),
+        energy("projected at every node", projected(), IN_PROPORTION),
     ]
 }
 
@@ -43,7 +41,9 @@ fn hanging(system: &System, steps: usize) -> March<'_> {
     March { control: |t| 0.2 * (1.3 * t).sin(), settings: rebased(EVERY), ..March::new(system, steps, 0.005) }
 }
 
-/// Momenta hold what the weight has done since the last restart only, and a million steps later velocities have the digits that they had.
+/// Momenta hold what the weight has done since the last restart only, and a million steps later velocities have the digits that they had: of
+/// M v = p* − Φ_qᵀσ the right side is rounded to ε |σ|, whatever v is, so that dΦ/dt is zero to some ε |σ| (1/m + l²/(4 J)), what an impulse
+/// does to the end of a link: there are two links in an equation and two impulses on each.
 fn cart(steps: usize) -> Result<Found, Error> {
     let system = scenes::cart(Units::SI, 3).scene().compile()?;
     let (march, mut node) = (hanging(&system, steps), Node::new(&system));
@@ -57,11 +57,13 @@ fn cart(steps: usize) -> Result<Found, Error> {
         let tenth = &mut rates[(10 * at.node / (steps + 1)).min(9)];
         *tenth = tenth.max(node.at(at).phi_dot());
     })?;
+    let rounding = f64::EPSILON * sigma * (1.0 / 0.4 + 0.25 / 0.083);
     let weight = 9.81 * (0.8 + 3.0 * 0.4) * EVERY as f64 * march.dt;
     Ok(vec![
         Measure::at_most("|σ| over the weight's impulse between restarts", sigma / weight, 1.1),
         Measure::at_most("|p*| over it", p_star / weight, 1.1),
-        Measure::at_most("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed, 1e-13),
+        Measure::at_most("‖dΦ/dt‖ over ε |σ| (1/m + l²/(4 J))", rates.into_iter().fold(0.0, f64::max) / rounding, 4.0),
+        Measure::told("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed),
         Measure::at_most("its last tenth over its first", rates[9] / rates[0], 1.5),
         Measure::between("largest swing [rad]", swing, (1e-3, 0.5)),
     ]
@@ -143,8 +145,8 @@ fn multipliers(steps: usize) -> Result<Found, Error> {
     .into())
 }
 
-/// What remains when multipliers do not grow.
-fn energy(steps: usize, settings: Settings) -> Result<Found, Error> {
+/// What remains when multipliers do not grow; by how much it may grow follows from how symmetric restarts are.
+fn energy(steps: usize, settings: Settings, most: f64) -> Result<Found, Error> {
     let mechanism = chain()?;
     let march = March { settings, ..March::new(&mechanism.system, steps, 0.01) };
     let (mut node, mut drift) = (Node::new(&mechanism.system), 0.0f64);
@@ -156,7 +158,7 @@ fn energy(steps: usize, settings: Settings) -> Result<Found, Error> {
     let (first, last) = (deviation(&energies, (0.0, 0.1)), deviation(&energies, (0.9, 1.0)));
     Ok(vec![
         Measure::told("energy error [J]", first.max(last)),
-        Measure::at_most("last tenth over first", last / first, 1.25),
+        Measure::at_most("last tenth over first", last / first, most),
         Measure::at_most("‖Φ‖ [m]", drift, if settings.drift_bound == 0.0 { 1e-12 } else { 1e-3 }),
     ]
     .into())

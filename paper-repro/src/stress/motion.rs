@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation, no_change};
 use hamiltonian_adjoint::{
-    Error, Gradient, Grid, Inputs, LongSolver, Report, Settings, Start, State, System, Trajectory, gradient,
+    Error, Gradient, Grid, Inputs, LongSolver, Report, Settings, Start, State, System, Trajectory, Warning, gradient,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -27,6 +27,29 @@ pub fn refined(settings: Settings, by: usize) -> Settings {
 /// Position constraints are satisfied again at every node.
 pub fn projected() -> Settings {
     Settings { drift_bound: 0.0, ..Settings::default() }
+}
+
+/// A bounded error is in the last tenth of a motion what it was in the first, …
+pub const BOUNDED: f64 = 1.25;
+/// that of a motion that is rebased at every hundredth node four times that, for σ is ½ R at most if it is in the middle of its range R,
+/// and 2 R where restarts put it there again, …
+pub const WANDERS: f64 = 4.0;
+/// … and one that grows in proportion to time ten times that.
+pub const IN_PROPORTION: f64 = 10.0 * BOUNDED;
+
+/// What σ does to a motion that is never rebased: it grows like ∫λ dt, the error of a step like Δt² σ, …
+pub const GROWS: &str = "multipliers have grown until a step has no solution";
+/// … and if steps have solutions all the same, positions come apart.
+pub const APART: &str = "positions have drifted from their constraints";
+
+/// A step without a solution.
+pub fn no_solution(error: &Error) -> bool {
+    matches!(error, Error::Newton { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. })
+}
+
+/// Positions that have drifted.
+pub fn drifted(warning: &Warning) -> bool {
+    matches!(warning, Warning::Drift { .. })
 }
 
 /// The name of a row's curve in short.
@@ -64,16 +87,21 @@ impl<'a> March<'a> {
     /// # Errors
     /// A step without a solution.
     pub fn run(&self, see: impl FnMut(&State)) -> Result<Report, Error> {
+        let (report, result) = self.attempt(see);
+        result.map(|()| report)
+    }
+
+    fn attempt(&self, see: impl FnMut(&State)) -> (Report, Result<(), Error>) {
         let mut solver = LongSolver::new(self.system, self.settings, MEMORY);
-        solver.simulate(&self.inputs(), see)?;
-        Ok(solver.report().clone())
+        let result = solver.simulate(&self.inputs(), see);
+        (solver.report().clone(), result)
     }
 
     /// A number of each node and its time, up to where a step has no solution.
     pub fn record(&self, mut number: impl FnMut(&State) -> f64) -> Record {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
-        let result = self.run(|state| points.push((state.time, number(state))));
-        Record { points, stopped: result.err() }
+        let (report, result) = self.attempt(|state| points.push((state.time, number(state))));
+        Record { points, warnings: report.warnings, stopped: result.err() }
     }
 
     /// ‖Φ‖∞ of each node and its time, up to where a step has no solution.
@@ -128,10 +156,11 @@ impl<'a> Node<'a> {
     }
 }
 
-/// A number over time, and why it ends early if it does.
+/// A number over time, what the report warned of, and why it ends early if it does.
 #[derive(Default)]
 pub struct Record {
     pub points: Vec<(f64, f64)>,
+    pub warnings: Vec<Warning>,
     pub stopped: Option<Error>,
 }
 

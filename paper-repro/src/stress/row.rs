@@ -4,7 +4,7 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::{Error, Warning};
 use serde::Serialize;
 
 /// Whether a row is as it must be.
@@ -15,6 +15,8 @@ pub enum Verdict {
     Held,
     /// The library stopped with an error that tells why, where that is an answer.
     Refused,
+    /// Some numbers are not, and the library's report warns of just that.
+    Told,
     /// Not yet as it must be: a weakness with a name.
     Open,
     /// None of these.
@@ -26,6 +28,7 @@ impl fmt::Display for Verdict {
         out.pad(match self {
             Self::Held => "held",
             Self::Refused => "refused",
+            Self::Told => "told",
             Self::Open => "open",
             Self::Failed => "FAILED",
         })
@@ -52,6 +55,11 @@ impl Measure {
         Measure { what: what.into(), value, least: Some(least), most: Some(most) }
     }
 
+    /// Must not be below a bound.
+    pub fn at_least(what: impl Into<String>, value: f64, least: f64) -> Self {
+        Measure { what: what.into(), value, least: Some(least), most: None }
+    }
+
     /// Is only told.
     pub fn told(what: impl Into<String>, value: f64) -> Self {
         Measure { what: what.into(), value, least: None, most: None }
@@ -73,7 +81,7 @@ impl Measure {
             (Some(least), Some(most)) => Some(format!("{what} in {least:?} … {most:?}")),
             (None, Some(most)) if most >= 0.1 => Some(format!("{what} ≤ {most:?}")),
             (None, Some(most)) => Some(format!("{what} ≤ {most:.0e}")),
-            (Some(least), None) => Some(format!("{what} ≥ {least:.0e}")),
+            (Some(least), None) => Some(format!("{what} ≥ {least:?}")),
             (None, None) => None,
         }
     }
@@ -103,11 +111,12 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a trial found; if it was stopped, the curves up to there.
+/// What a trial found, and what the report warned of; if it was stopped, the curves up to there.
 #[derive(Default)]
 pub struct Found {
     pub measures: Vec<Measure>,
     pub curves: Vec<Curve>,
+    pub warnings: Vec<Warning>,
     pub stopped: Option<Error>,
 }
 
@@ -125,18 +134,25 @@ struct Refusal {
     must: bool,
 }
 
+/// Warnings that are an answer where numbers are out of their bounds.
+struct Telling {
+    why: &'static str,
+    is: fn(&Warning) -> bool,
+}
+
 /// Something to be tried.
 pub struct Trial {
     group: &'static str,
     tried: String,
     refusal: Option<Refusal>,
+    telling: Option<Telling>,
     weakness: Option<&'static str>,
     run: Box<dyn Fn() -> Result<Found, Error>>,
 }
 
 impl Trial {
     pub fn new(group: &'static str, tried: impl Into<String>, run: impl Fn() -> Result<Found, Error> + 'static) -> Self {
-        Trial { group, tried: tried.into(), refusal: None, weakness: None, run: Box::new(run) }
+        Trial { group, tried: tried.into(), refusal: None, telling: None, weakness: None, run: Box::new(run) }
     }
 
     /// Such an error of the library is an answer too, for this reason.
@@ -147,6 +163,11 @@ impl Trial {
     /// Such an error of the library, for this reason, is the only answer.
     pub fn must_refuse(self, why: &'static str, is: impl Fn(&Error) -> bool + 'static) -> Self {
         Trial { refusal: Some(Refusal { why, is: Box::new(is), must: true }), ..self }
+    }
+
+    /// Where bounds are passed, such a warning in the library's report is an answer too, for this reason.
+    pub fn or_told(self, why: &'static str, is: fn(&Warning) -> bool) -> Self {
+        Trial { telling: Some(Telling { why, is }), ..self }
     }
 
     /// It does not hold yet, for this reason; once it does, this mark goes.
@@ -169,11 +190,7 @@ impl Trial {
         let row = |expected: String, got: String, verdict, measures| Row {
             group: self.group,
             tried: self.tried.clone(),
-            expected: match &self.refusal {
-                Some(Refusal { why, must, .. }) if *must || expected.is_empty() => format!("an error: {why}"),
-                Some(Refusal { why, .. }) => format!("{expected}; or an error: {why}"),
-                None => expected,
-            },
+            expected: self.expected(expected),
             got: match self.weakness.filter(|_| verdict == Verdict::Open) {
                 Some(why) => format!("{got} ({why})"),
                 None => got,
@@ -188,16 +205,38 @@ impl Trial {
             _ => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
         };
         match result {
-            Ok(Ok(Found { measures, curves, stopped: None })) => {
+            Ok(Ok(Found { measures, curves, warnings, stopped: None })) => {
                 let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
                 let got: Vec<String> = measures.iter().map(Measure::got).collect();
+                let got = got.join(", ");
                 let held = !must_refuse && measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
-                let verdict = if held { Verdict::Held } else { unmet };
-                (row(expected.join(", "), got.join(", "), verdict, measures), curves)
+                let told =
+                    warnings.iter().find(|warning| self.telling.as_ref().is_some_and(|telling| (telling.is)(warning)));
+                let (got, verdict) = match told {
+                    _ if held => (got, Verdict::Held),
+                    Some(warning) => (format!("{got}; {warning}"), Verdict::Told),
+                    None => (got, unmet),
+                };
+                (row(expected.join(", "), got, verdict, measures), curves)
             }
             Ok(Ok(Found { curves, stopped: Some(error), .. })) => (stopped(error), curves),
             Ok(Err(error)) => (stopped(error), Vec::new()),
             Err(_) => (row("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed, Vec::new()), Vec::new()),
+        }
+    }
+}
+
+impl Trial {
+    /// What must be measured, and what else is an answer.
+    fn expected(&self, measured: String) -> String {
+        let expected = match &self.refusal {
+            Some(Refusal { why, must, .. }) if *must || measured.is_empty() => return format!("an error: {why}"),
+            Some(Refusal { why, .. }) => format!("{measured}; or an error: {why}"),
+            None => measured,
+        };
+        match &self.telling {
+            Some(Telling { why, .. }) => format!("{expected}; or a warning: {why}"),
+            None => expected,
         }
     }
 }
@@ -264,6 +303,30 @@ mod tests {
         let out_of_range: Vec<f64> = Vec::new();
         let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])].into()));
         assert_eq!(verdict(panics.or_refused("any", |_| true).open("any")), Verdict::Failed);
+    }
+
+    #[test]
+    fn what_is_out_of_bounds_may_be_told_by_a_warning_that_is_an_answer() {
+        let growth = Warning::AdjointGrowth { factor: 1e9 };
+        let trial = |value: f64, warnings: &[Warning]| {
+            let warnings = warnings.to_vec();
+            let found = move || Found {
+                measures: vec![Measure::at_most("error", value, 1e-12)],
+                warnings: warnings.clone(),
+                ..Found::default()
+            };
+            Trial::new("group", "tried", move || Ok(found()))
+        };
+        let is: fn(&Warning) -> bool = |warning| matches!(warning, Warning::AdjointGrowth { .. });
+        assert_eq!(verdict(trial(1.0, std::slice::from_ref(&growth)).or_told("it grows", is)), Verdict::Told);
+        assert_eq!(verdict(trial(0.0, std::slice::from_ref(&growth)).or_told("it grows", is)), Verdict::Held);
+        assert_eq!(verdict(trial(1.0, &[]).or_told("it grows", is)), Verdict::Failed, "nothing was said");
+        assert_eq!(
+            verdict(trial(1.0, std::slice::from_ref(&growth)).or_told("else", |_| false)),
+            Verdict::Failed,
+            "not that"
+        );
+        assert_eq!(verdict(trial(1.0, &[growth])), Verdict::Failed, "no answer here");
     }
 
     #[test]
