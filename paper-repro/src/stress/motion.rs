@@ -11,7 +11,7 @@ use crate::statistics::largest;
 /// Bytes for a motion that is shown and forgotten: inputs of two million steps and a window.
 const MEMORY: usize = 80_000_000;
 
-/// The multipliers begin at zero again at every so-manieth node.
+/// The multipliers begin anew at nodes whose numbers are multiples of this.
 pub fn rebased(rebase_every: usize) -> Settings {
     Settings { rebase_every, ..Settings::default() }
 }
