@@ -79,6 +79,7 @@ pub mod adjoint;
 pub mod check;
 mod complex_step;
 mod composition;
+mod continuation;
 mod drift;
 pub mod element;
 mod equilibrate;

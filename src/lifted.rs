@@ -18,6 +18,10 @@ use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
 const CONVERGED: f64 = 1e-14;
 /// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
 const ROUNDING: f64 = 1e-13;
+/// Corrections below this of which the smallest has not been halved for so many more are rounding as well, of a matrix close to singular.
+///
+/// Corrections by a wrong matrix shrink at every one, if slowly, or grow from the first.
+const LOST: (f64, usize) = (1e-5, 4);
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -184,20 +188,18 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let blocks = restart.map_or_else(|| column(&forward.blocks, i), |restart| restart.step_blocks);
         let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
-        let mut last = f64::INFINITY;
+        let mut sizes = Shrinking::new();
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
-            // Wrong blocks make corrections shrink slowly, but shrink.
-            let is_stalled = size >= last && size <= NOISE;
-            last = size;
+            let is_stalled = sizes.is_stalled(size);
             if correction > 0 && (size <= CONVERGED || is_rounding || is_stalled) {
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
             }
         }
-        Err(self.diverged(i, last, "the complex or dual part of the step"))
+        Err(self.diverged(i, sizes.last, "the complex or dual part of the step"))
     }
 
     fn diverged(&self, i: usize, residual: f64, what: &str) -> Error {
@@ -291,7 +293,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let largest = real.iter().fold(0.0f64, |largest, q| largest.max(q.part(0).abs()));
-        let mut last = [f64::INFINITY; 2];
+        let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
             let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
             system.plain_sums(&at, &mut self.sums);
@@ -300,7 +302,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 phi[j] -= nu[j] * mu;
             }
             let mut done = true;
-            for (part, last) in last.iter_mut().enumerate().take(R::PARTS) {
+            for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 self.real.forward_mut().newton.solve(system, &mut self.part);
@@ -308,16 +310,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, floor);
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
-                // Wrong blocks make corrections shrink slowly, but shrink.
-                let is_rounding = size <= CONVERGED || size <= NOISE && size >= *last;
-                *last = size;
-                done &= correction > 0 && is_rounding;
+                let is_stalled = sizes.is_stalled(size);
+                done &= correction > 0 && (size <= CONVERGED || is_stalled);
             }
             if done {
                 return Ok(());
             }
         }
-        Err(self.diverged(i, last[0].max(last[1]), "the complex or dual part of the projection onto Φ = 0"))
+        Err(self.diverged(i, sizes[0].last.max(sizes[1].last), "the complex or dual part of the projection onto Φ = 0"))
     }
 
     /// p* by E2 and ṗ* by E4.
@@ -326,6 +326,29 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             *p = self.start_p[k] + h * self.sums.force[k];
         }
         column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
+    }
+}
+
+/// The sizes of corrections, one after the other.
+#[derive(Clone, Copy)]
+struct Shrinking {
+    last: f64,
+    least: f64,
+    /// How many corrections have not halved the least.
+    idle: usize,
+}
+
+impl Shrinking {
+    fn new() -> Self {
+        Shrinking { last: f64::INFINITY, least: f64::INFINITY, idle: 0 }
+    }
+
+    /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
+    fn is_stalled(&mut self, size: f64) -> bool {
+        let is_noise = size <= NOISE && size >= self.last;
+        self.idle = if size <= 0.5 * self.least { 0 } else { self.idle + 1 };
+        (self.last, self.least) = (size, self.least.min(size));
+        is_noise || size <= LOST.0 && self.idle >= LOST.1
     }
 }
 

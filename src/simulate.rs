@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::continuation::Continuation;
 use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
@@ -32,6 +33,7 @@ pub(crate) struct Forward {
     most_turn: f64,
     /// The first node that may be extrapolated from.
     pub(crate) smooth_from: usize,
+    pub(crate) continuation: Continuation,
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
@@ -66,6 +68,7 @@ impl Forward {
             predictor: Predictor::new(),
             most_turn: Warning::TURN,
             smooth_from: 0,
+            continuation: Continuation::new(n, m),
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
@@ -94,6 +97,7 @@ impl Forward {
         self.report = Report::default();
         self.trajectory.inserted.clear();
         self.most_turn = Warning::TURN;
+        self.continuation.counted = 0;
         self.newton.evaluation.set_design(system, inputs.design.as_slice());
         self.begin_again(system, settings)
     }
@@ -136,27 +140,21 @@ impl Forward {
     }
 
     fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
-        let dt = self.inputs.grid.steps[node - 1];
-        let (h, k) = (0.5 * dt, node - self.first);
-        self.trajectory.times[k] = self.trajectory.times[k - 1] + dt;
-        let before = self.trajectory.columns(k - 1);
-        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
-            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
-        };
-        advance(&mut self.start_q, before.q, before.v);
-        advance(&mut self.start_p, before.p_star, before.p_star_dot);
+        let (h, k) = (0.5 * self.inputs.grid.steps[node - 1], node - self.first);
+        self.begin_step(k, h);
         if !self.trajectory.compliance.is_empty() {
-            self.start_sigma.copy_from_slice(before.sigma);
+            self.start_sigma.copy_from_slice(column(&self.trajectory.sigma, k - 1));
         }
         let history = Predictor::MOST.min(k).min(node - self.smooth_from);
-        self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
-        if let Err(failure) = self.solve_node(system, node, h, settings) {
-            if history <= 1 || self.model_fault(system, node, &failure) {
-                return Err(failure);
+        if history == 1 && self.is_rough(system, k) {
+            self.continue_from_zero(system, node, h, settings)?;
+        } else {
+            self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
+            match self.solve_node(system, node, h, settings) {
+                Ok(()) if !self.has_missed(system, k) => {}
+                Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
+                _ => self.continue_from_zero(system, node, h, settings)?,
             }
-            // Where the motion is rough, the last node is a better guess than what was extrapolated.
-            self.guess_last(k);
-            self.solve_node(system, node, h, settings)?;
         }
         let rates = column(&self.trajectory.p_star_dot, k);
         let now = column_mut(&mut self.trajectory.p_star, k);
@@ -166,12 +164,15 @@ impl Forward {
         Ok(())
     }
 
-    /// The values before as the first guess of column k.
-    fn guess_last(&mut self, k: usize) {
-        for matrix in [&mut self.trajectory.v, &mut self.trajectory.sigma] {
-            let rows = matrix.nrows();
-            matrix.as_mut_slice().copy_within((k - 1) * rows..k * rows, k * rows);
-        }
+    /// The time of column k and what its equations need of the column before, for a step of half length h.
+    pub(crate) fn begin_step(&mut self, k: usize, h: f64) {
+        self.trajectory.times[k] = self.trajectory.times[k - 1] + 2.0 * h;
+        let before = self.trajectory.columns(k - 1);
+        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
+            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
+        };
+        advance(&mut self.start_q, before.q, before.v);
+        advance(&mut self.start_p, before.p_star, before.p_star_dot);
     }
 
     /// Solves for (v, σ) of a node from the values in its columns, with q = start_q + h v.

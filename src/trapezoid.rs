@@ -42,6 +42,11 @@ pub(crate) const NOISE: f64 = 1e-8;
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
 pub(crate) const SMALL: f64 = 1e-2;
 
+/// A guess whose velocities were off by more than this part of them was no guess.
+const MISSED: f64 = 0.5;
+/// Velocities below this fraction of what the momenta would give may be rounding, and need not be guessed.
+const STILL: f64 = 1e-10;
+
 /// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
 const FAR: f64 = 10.0;
 /// … if it took more iterations than this to find it.
@@ -89,6 +94,19 @@ pub(crate) enum StepFailure {
     NotFinite,
 }
 
+impl StepFailure {
+    /// Whether more iterations might have done it.
+    pub(crate) fn is_unfinished(&self) -> bool {
+        matches!(self, StepFailure::Diverged { residual, .. } if residual.is_finite())
+    }
+}
+
+/// By how much the first correction of a step changed the velocities of its guess, and how large those were; infinite for a guess at rest.
+struct Miss {
+    change: f64,
+    guess: f64,
+}
+
 /// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
 pub(crate) struct Newton {
     pub(crate) evaluation: Evaluation,
@@ -110,6 +128,8 @@ pub(crate) struct Newton {
     size: Sizes,
     /// What counts as small for them.
     floor: f64,
+    /// Of the last step.
+    miss: Miss,
 }
 
 impl Newton {
@@ -128,6 +148,7 @@ impl Newton {
             of_equations: vec![[0.0; 2]; system.n() + system.m()],
             size: Sizes::default(),
             floor: 0.0,
+            miss: Miss { change: 0.0, guess: 0.0 },
         }
     }
 
@@ -239,8 +260,13 @@ impl Newton {
         let mut sizes = self.size_of_residual(&self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
+        let guess = self.size.v;
         for iteration in 1..=settings.max_iterations {
-            let correction = self.correct(system, from.h, reuse, report)?;
+            let (change, correction) = self.correct(system, from.h, reuse, report)?;
+            if iteration == 1 {
+                let is_at_rest = guess <= STILL * scale;
+                self.miss = Miss { change, guess: if is_at_rest { f64::INFINITY } else { guess } };
+            }
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
@@ -256,7 +282,7 @@ impl Newton {
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let is_stalled = correction > 0.25 * last && before <= STALLED || correction >= last && correction <= NOISE;
+            let is_stalled = correction > 0.25 * last && before <= STALLED || correction > 0.5 * last && correction <= NOISE;
             let is_rounding = residual <= self.rounding || is_stalled;
             if next <= settings.tolerance || is_rounding {
                 if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
@@ -301,10 +327,16 @@ impl Newton {
         Ok(scale)
     }
 
-    /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns its relative size.
+    /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns the size of its velocities, and its relative size.
     ///
     /// K is that of the present point, or, if its factors will do, of the point before.
-    fn correct(&mut self, system: &System, h: f64, old_factors: bool, report: &mut Report) -> Result<f64, StepFailure> {
+    fn correct(
+        &mut self,
+        system: &System,
+        h: f64,
+        old_factors: bool,
+        report: &mut Report,
+    ) -> Result<(f64, f64), StepFailure> {
         if old_factors {
             report.reused_factors += 1;
             self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
@@ -321,7 +353,8 @@ impl Newton {
             self.size = self.size_of(&self.x);
         }
         self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
-        Ok(self.size_of(&self.delta).relative_to(self.size.at_least(self.floor)))
+        let change = self.size_of(&self.delta);
+        Ok((change.v, change.relative_to(self.size.at_least(self.floor))))
     }
 
     /// −r = ℓ − N(x).
@@ -352,6 +385,35 @@ impl Newton {
     pub(crate) fn size_of_multipliers(&self, system: &System, sigma: impl Fn(usize) -> f64) -> f64 {
         let positions = system.positions().sigma.iter().enumerate();
         positions.fold(0.0, |size, (j, &position)| larger(size, sigma(j).abs() * self.of_unknowns[position][1]))
+    }
+
+    /// Whether the guess of the last step was off by more than part of the velocities before and of its own, apart from a guess at rest.
+    pub(crate) fn has_missed(&self, system: &System, before: &[f64]) -> bool {
+        let Miss { change, guess } = self.miss;
+        // Where the guess was good, nothing more is looked at.
+        change > MISSED * guess && change > MISSED * self.size_of_velocities(system, before.iter().copied())
+    }
+
+    /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
+    pub(crate) fn is_beyond(&self, system: &System, v: &[f64], before: &[f64]) -> bool {
+        self.miss.change > 2.0 * self.size_of_velocities(system, v.iter().zip(before).map(|(v, before)| v - before))
+    }
+
+    /// Whether the velocities of three nodes, the last one first, go to and fro between them, and it is more than rounding.
+    pub(crate) fn is_rough(&self, system: &System, [v, v1, v2]: [&[f64]; 3], p_star: &[f64]) -> bool {
+        let size = |v: &[f64]| self.size_of_velocities(system, v.iter().copied());
+        let first = self.size_of_velocities(system, v.iter().zip(v1).map(|(v, v1)| v - v1));
+        let second = self.size_of_velocities(system, v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - 2.0 * v1 + v2));
+        let momenta = system.positions().v.iter().zip(p_star);
+        let momentum =
+            momenta.fold(0.0, |largest, (&position, p)| larger(largest, p.abs() * self.of_equations[position][0]));
+        // A sine that turns by 60° a step has second differences as large as first ones.
+        second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
+    }
+
+    fn size_of_velocities(&self, system: &System, v: impl Iterator<Item = f64>) -> f64 {
+        let weighted = system.positions().v.iter().zip(v).map(|(&position, v)| v.abs() * self.of_unknowns[position][0]);
+        weighted.fold(0.0, larger)
     }
 
     /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.

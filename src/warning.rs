@@ -63,6 +63,16 @@ pub enum Warning {
         /// When that step ends, s.
         time: f64,
     },
+    /// The velocities at the ends of steps were far from all that the nodes before led to expect: forces jump, or the steps do not resolve an
+    /// oscillation. Of the solutions that their equations may have, the one was taken that v₋ becomes when the step grows from nothing.
+    Rough {
+        /// The first of these steps, counted from 1.
+        step: usize,
+        /// When it ends, s.
+        time: f64,
+        /// How many there are.
+        steps: usize,
+    },
     /// Steps had no solution and were divided.
     HalvedSteps {
         /// The first of them, counted from 1.
@@ -121,6 +131,12 @@ impl fmt::Display for Warning {
                  step {step} (t = {} s): set `Settings::drift_bound`, and `Settings::rebase_every` where multipliers grow, or take \
                  shorter steps",
                 Warning::DRIFT,
+                seconds(*time)
+            ),
+            Warning::Rough { step, time, steps } => write!(
+                f,
+                "the velocities at the end of {steps} steps, the first of them step {step} (t = {} s), were far from what the nodes before \
+                 led to expect: forces jump there, or the steps are too long for an oscillation",
                 seconds(*time)
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(

@@ -2,10 +2,13 @@
 
 mod common;
 
-use common::{assert_gradient_is_exact, assert_says};
+use common::{assert_gradient_is_exact, assert_says, relative_error};
+use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System,
-    Warning, scenes::CartPendulum,
+    Warning, gradient,
+    scenes::{AngleError, CartPendulum},
 };
 use nalgebra::SVector;
 
@@ -125,4 +128,75 @@ fn a_step_is_tried_from_the_last_node_before_it_is_halved() {
     let mut solver = Solver::new(&system, Settings { max_iterations: 6, ..Settings::default() });
     let motion = solver.simulate(&inputs).expect("motion");
     assert!(motion.inserted.is_empty(), "{:?}", motion.inserted);
+}
+
+/// A body of 1 kg on a rail, pulled by a spring to x = 1, that starts 0.1 m beside it: the spring would pull it to x = −1 too.
+fn on_a_spring(stiffness: f64) -> System {
+    let mut scene = Scene::new();
+    let body = scene.body("body", 1.0, 0.1, [1.1, 0.0, 0.0]);
+    scene.prismatic("rail", Body::GROUND.at(1.1, 0.0), 0.0, body.at(0.0, 0.0), 0.0);
+    scene.spring_damper("spring", Body::GROUND.at(0.0, 0.0), body.at(0.0, 0.0), stiffness, 1.0, 0.0);
+    scene.compile().expect("scene")
+}
+
+#[test]
+fn an_oscillation_that_steps_do_not_resolve_stays_on_its_side_and_keeps_its_energy_and_the_report_says_so() {
+    // Steps of 0.5, 5, 16 and 500 of what a radian takes.
+    for (stiffness, is_rough) in [(2.5e3, false), (1e6, true), (1e7, true), (1e10, true)] {
+        let system = on_a_spring(stiffness);
+        let inputs = Inputs::at_rest(&system, Grid::uniform(1000, 0.01));
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&inputs).unwrap_or_else(|error| panic!("{stiffness}: {error}"));
+        let energy = |i: usize| {
+            let (x, v) = (motion.q[(0, i)], motion.v[(0, i)]);
+            assert!(x > 0.0, "{stiffness}: x = {x} at node {i}");
+            0.5 * stiffness * (x - 1.0) * (x - 1.0) + 0.5 * v * v
+        };
+        let worst = (0..=1000).map(|i| (energy(i) / energy(0) - 1.0).abs()).fold(0.0, f64::max);
+        let warnings = &solver.report().warnings;
+        println!("{stiffness:e}: energy {worst:.1e}, {} iterations, {warnings:?}", solver.report().newton_iterations);
+        assert!(worst <= 1e-9, "{stiffness}: {worst:e}");
+        let told = matches!(warnings[..], [Warning::Rough { step: 2.., steps: 500.., .. }]);
+        assert!(if is_rough { told } else { warnings.is_empty() }, "{stiffness}: {warnings:?}");
+    }
+}
+
+/// A rod of 1 kg and 1 m that falls from the side, hung on a spring of 1 m.
+fn rod_on_a_spring(stiffness: f64) -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let rod = scene.body("rod", 1.0, 1.0 / 12.0, [1.5, 0.0, 0.0]);
+    scene.spring_damper("spring", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0), stiffness, 1.0, 0.0);
+    scene.cost("angle", AngleError, Sum::Terminal, [rod.coordinates[2]], [], [], [1.0.into()]);
+    scene.compile().expect("scene")
+}
+
+#[test]
+fn corrections_that_shrink_by_a_thousandth_are_rounding() {
+    // The length of 1 m has an ulp, and the force of the spring one of 2e-6 N and more.
+    for (stiffness, dt) in [(1e10, 2e-3), (1e11, 1e-4), (1e13, 1e-4)] {
+        let system = rod_on_a_spring(stiffness);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&Inputs::at_rest(&system, Grid::uniform(300, dt))).expect("motion");
+        let report = solver.report();
+        println!("{stiffness:e}: {} iterations at most, {:?}", report.most_iterations, report.warnings);
+        assert!(report.most_iterations <= 8 && report.warnings.is_empty());
+    }
+}
+
+#[test]
+fn a_complex_step_ends_where_its_corrections_are_rounding() {
+    let system = rod_on_a_spring(1e10);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
+    let adjoint = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let sample: Vec<Input> = Input::all(&inputs).into_iter().filter(|input| matches!(input, Input::Step(_))).collect();
+    let ours: Vec<f64> = sample.iter().map(|input| input.in_gradient(&adjoint)).collect();
+    let reference = complex_step(&system, &inputs, Settings::default(), &sample).expect("a complex step");
+    // The spring is stretched by 1e-9 m under the weight.
+    let error = relative_error(&ours, &reference);
+    println!("steps: {error:.1e}");
+    assert!(error <= 10.0 * f64::EPSILON * 1e10 / 9.81, "{error:e}");
+    // Steps that are far too long for the spring: a derivative there is.
+    let long = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+    complex_step(&system, &long, Settings::default(), &sample[..20]).expect("a complex step");
 }

@@ -12,7 +12,6 @@ use super::scenes;
 
 const GROUP: &str = "singular";
 const SINGULAR: &str = "the configuration is singular";
-const NO_REFERENCE: &str = "complex step does not converge beside dead centre where the motion does";
 const CRANK: &str = "slider-crank of equal lengths through dead centre";
 const PARALLELOGRAM: &str = "parallelogram that passes flat";
 const FOUR_BAR: &str = "four-bar of equal lengths through the meeting of its branches";
@@ -39,9 +38,11 @@ pub fn trials() -> Vec<Trial> {
         .must_refuse(SINGULAR, |error| matches!(error, Error::SingularConfiguration { step: 0, .. }))
     };
     vec![
-        through(CRANK, || equal_slider_crank(1.0), 6.0)
-            .open("steps across the singular configuration do not keep the energy"),
-        gradient(CRANK, || equal_slider_crank(1.0), 6.0).open(NO_REFERENCE),
+        Trial::new(GROUP, CRANK, || {
+            let mechanism = equal_slider_crank(1.0)?;
+            passes_with_order(&mechanism, &turned(&mechanism, 6.0)?)
+        }),
+        gradient(CRANK, || equal_slider_crank(1.0), 6.0),
         through(PARALLELOGRAM, || scenes::parallelogram(2, 1.0), -6.0),
         gradient(PARALLELOGRAM, || scenes::parallelogram(2, 1.0), -6.0),
         through(FOUR_BAR, || scenes::rhombus(1.0), -4.0),
@@ -55,8 +56,7 @@ pub fn trials() -> Vec<Trial> {
             || equal_slider_crank(FRAC_PI_2 - 1e-6),
             0.0,
         )
-        .or_refused(SINGULAR, |error| matches!(error, Error::SingularConfiguration { .. }))
-        .open("a compliance that is as large as the softest motion is taken for a contradiction"),
+        .or_refused(SINGULAR, |error| matches!(error, Error::SingularConfiguration { .. })),
     ]
 }
 
@@ -78,7 +78,28 @@ fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
 
 /// 3 s that start with this.
 fn march(mechanism: &Mechanism, start: Start) -> March<'_> {
-    March { start, ..March::new(&mechanism.system, 600, 0.005) }
+    march_in(600, mechanism, start)
+}
+
+fn march_in(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
+    March { start, ..March::new(&mechanism.system, steps, 3.0 / steps as f64) }
+}
+
+/// The rule is of order two, and where the motion is determined a singular configuration does not change that: the energy that is gone beside it
+/// falls as Δt², whatever it is, and most of it comes back.
+fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Found, Error> {
+    let energies = |steps: usize| -> Result<[f64; 2], Error> {
+        let of = march_in(steps, mechanism, start.clone()).record(|at| mechanism.energy(at.q, at.v)).complete()?;
+        Ok([deviation(&of, (0.0, 1.0)), (of[steps].1 - of[0].1).abs()])
+    };
+    let [long, middle, short] = [energies(600)?, energies(1200)?, energies(2400)?];
+    Ok(vec![
+        Measure::between("order of the energy error", (long[0] / middle[0]).log2(), (1.9, 2.1)),
+        Measure::between("from shorter steps", (middle[0] / short[0]).log2(), (1.9, 2.1)),
+        Measure::told("energy error [J] at Δt = 5 ms", long[0]),
+        Measure::told("after 3 s", long[1]),
+    ]
+    .into())
 }
 
 /// Energy kept, constraints kept.
