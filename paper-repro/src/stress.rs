@@ -63,10 +63,10 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     figures::draw(&curves, &folder)?;
     let cells: Vec<[String; 5]> = rows.iter().map(Row::cells).collect();
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-    let verdicts = [Verdict::Held, Verdict::Refused, Verdict::Told, Verdict::Open, Verdict::Failed];
-    let [held, refused, told, open, failed] = verdicts.map(count);
+    let verdicts = [Verdict::Held, Verdict::Refused, Verdict::Told, Verdict::Failed];
+    let [held, refused, told, failed] = verdicts.map(count);
     let summary = format!(
-        "{} rows: {held} held, {refused} refused (a typed error where that is an answer), {told} told (a warning that is one), {open} open (a known weakness), {failed} failed.",
+        "{} rows: {held} held, {refused} refused (a typed error where that is an answer), {told} told (a warning that is one), {failed} failed.",
         rows.len()
     );
     let markdown = format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table::bars(Row::HEADS, &cells));

@@ -17,8 +17,6 @@ pub enum Verdict {
     Refused,
     /// Some numbers are not, and the library's report warns of just that.
     Told,
-    /// Not yet as it must be: a weakness with a name.
-    Open,
     /// None of these.
     Failed,
 }
@@ -29,7 +27,6 @@ impl fmt::Display for Verdict {
             Self::Held => "held",
             Self::Refused => "refused",
             Self::Told => "told",
-            Self::Open => "open",
             Self::Failed => "FAILED",
         })
     }
@@ -146,13 +143,12 @@ pub struct Trial {
     tried: String,
     refusal: Option<Refusal>,
     telling: Option<Telling>,
-    weakness: Option<&'static str>,
     run: Box<dyn Fn() -> Result<Found, Error>>,
 }
 
 impl Trial {
     pub fn new(group: &'static str, tried: impl Into<String>, run: impl Fn() -> Result<Found, Error> + 'static) -> Self {
-        Trial { group, tried: tried.into(), refusal: None, telling: None, weakness: None, run: Box::new(run) }
+        Trial { group, tried: tried.into(), refusal: None, telling: None, run: Box::new(run) }
     }
 
     /// Such an error of the library is an answer too, for this reason.
@@ -170,11 +166,6 @@ impl Trial {
         Trial { telling: Some(Telling { why, is }), ..self }
     }
 
-    /// It does not hold yet, for this reason; once it does, this mark goes.
-    pub fn open(self, why: &'static str) -> Self {
-        Trial { weakness: Some(why), ..self }
-    }
-
     /// Group and what is tried.
     #[cfg(test)]
     pub fn name(&self) -> String {
@@ -186,15 +177,11 @@ impl Trial {
         let start = Instant::now();
         let result = catch_unwind(AssertUnwindSafe(|| (self.run)()));
         let seconds = start.elapsed().as_secs_f64();
-        let unmet = if self.weakness.is_some() { Verdict::Open } else { Verdict::Failed };
         let row = |expected: String, got: String, verdict, measures| Row {
             group: self.group,
             tried: self.tried.clone(),
             expected: self.expected(expected),
-            got: match self.weakness.filter(|_| verdict == Verdict::Open) {
-                Some(why) => format!("{got} ({why})"),
-                None => got,
-            },
+            got,
             verdict,
             measures,
             seconds,
@@ -202,7 +189,7 @@ impl Trial {
         let must_refuse = self.refusal.as_ref().is_some_and(|refusal| refusal.must);
         let stopped = |error: Error| match &self.refusal {
             Some(refusal) if (refusal.is)(&error) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
-            _ => row("no error".to_owned(), error.to_string(), unmet, Vec::new()),
+            _ => row("no error".to_owned(), error.to_string(), Verdict::Failed, Vec::new()),
         };
         match result {
             Ok(Ok(Found { measures, curves, warnings, stopped: None })) => {
@@ -215,7 +202,7 @@ impl Trial {
                 let (got, verdict) = match told {
                     _ if held => (got, Verdict::Held),
                     Some(warning) => (format!("{got}; {warning}"), Verdict::Told),
-                    None => (got, unmet),
+                    None => (got, Verdict::Failed),
                 };
                 (row(expected.join(", "), got, verdict, measures), curves)
             }
@@ -302,7 +289,7 @@ mod tests {
         assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).must_refuse("why", |_| true)), Verdict::Failed);
         let out_of_range: Vec<f64> = Vec::new();
         let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])].into()));
-        assert_eq!(verdict(panics.or_refused("any", |_| true).open("any")), Verdict::Failed);
+        assert_eq!(verdict(panics.or_refused("any", |_| true)), Verdict::Failed);
     }
 
     #[test]
@@ -327,14 +314,5 @@ mod tests {
             "not that"
         );
         assert_eq!(verdict(trial(1.0, &[growth])), Verdict::Failed, "no answer here");
-    }
-
-    #[test]
-    fn an_open_row_is_open_until_it_holds() {
-        let beyond = || with(&[Measure::at_most("error", 1.0, 0.1)]);
-        assert_eq!(verdict(beyond().open("why")), Verdict::Open);
-        assert!(beyond().open("why").judge().0.got.ends_with("(why)"));
-        assert_eq!(verdict(Trial::new("group", "tried", || Err(Error::EmptyScene)).open("why")), Verdict::Open);
-        assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).open("why")), Verdict::Held);
     }
 }
