@@ -11,10 +11,13 @@
 //! changes its sign at every node, it overshoots by up to 31 times the velocity, and Newton's iteration ends anywhere.
 
 use crate::simulate::Forward;
+use crate::step::StepFailure;
 use crate::trajectory::{column, column_mut};
-use crate::trapezoid::StepFailure;
+use crate::trapezoid::{Miss, STILL};
 use crate::{Settings, System, Warning};
 
+/// A guess whose velocities were off by more than this part of them was no guess.
+const MISSED: f64 = 0.5;
 /// The shortest step tried is shorter by 2 to this power.
 const MOST_LEVELS: u32 = 12;
 
@@ -33,19 +36,41 @@ impl Continuation {
 }
 
 impl Forward {
-    /// Whether the velocities at the nodes before a column go to and fro.
+    /// Whether the velocities at the nodes before a column go to and fro between them, and it is more than rounding.
     pub(crate) fn is_rough(&self, system: &System, k: usize) -> bool {
-        let p_star = column(&self.trajectory.p_star, k - 1);
+        let (positions, weights) = (system.positions(), &self.newton.weights);
+        let momentum = weights.of_momenta(positions, column(&self.trajectory.p_star, k - 1));
         let v = |before: usize| column(&self.trajectory.v, k - before);
+        let size = |v: &[f64]| weights.of_velocities(positions, v.iter().copied());
         // Where they pass zero, three nodes do not tell.
-        let mut threes = (3..=k.min(4)).map(|before| [v(before - 2), v(before - 1), v(before)]);
-        threes.any(|three| self.newton.is_rough(system, three, p_star))
+        (3..=k.min(4)).any(|before| {
+            let [v, v1, v2] = [v(before - 2), v(before - 1), v(before)];
+            let first = weights.of_velocities(positions, v.iter().zip(v1).map(|(v, v1)| v - v1));
+            let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - 2.0 * v1 + v2);
+            let second = weights.of_velocities(positions, seconds);
+            // A sine that turns by 60° a step has second differences as large as first ones.
+            second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
+        })
     }
 
     /// Whether the guess of the step into this column was none, although the motion was smooth before.
     pub(crate) fn has_missed(&self, system: &System, k: usize) -> bool {
-        let v = |before: usize| column(&self.trajectory.v, k - before);
-        self.newton.has_missed(system, v(1)) && (k < 2 || self.newton.is_beyond(system, v(1), v(2)))
+        // Where the guess was good, nothing more is looked at.
+        self.is_far(system, k) && (k < 2 || self.is_beyond(system, k))
+    }
+
+    /// Whether it was off by more than part of the velocities before and of its own.
+    fn is_far(&self, system: &System, k: usize) -> bool {
+        let Miss { change, guess } = self.newton.miss;
+        let before = column(&self.trajectory.v, k - 1).iter().copied();
+        change > MISSED * guess && change > MISSED * self.newton.weights.of_velocities(system.positions(), before)
+    }
+
+    /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
+    fn is_beyond(&self, system: &System, k: usize) -> bool {
+        let (v, before) = (column(&self.trajectory.v, k - 1), column(&self.trajectory.v, k - 2));
+        let changes = v.iter().zip(before).map(|(v, before)| v - before);
+        self.newton.miss.change > 2.0 * self.newton.weights.of_velocities(system.positions(), changes)
     }
 
     /// Follows the solution of the step into a node from h = 0; the next step is not extrapolated from what lies before it.
@@ -114,7 +139,7 @@ impl Forward {
             self.guess_last(k);
             // One correction of a guess that is far off may be all that fails.
             let failed = matches!(self.solve_node(system, node, h, &once), Err(failure) if !failure.is_unfinished());
-            good = if failed || self.newton.has_missed(system, column(&self.trajectory.v, k - 1)) { 0 } else { good + 1 };
+            good = if failed || self.is_far(system, k) { 0 } else { good + 1 };
             if good == 2 {
                 return level;
             }

@@ -5,9 +5,9 @@
 
 use crate::System;
 use crate::linear::{BlockLu, Breakdown};
+use crate::step::{Given, StepStart};
 use crate::system::{At, Constants, Covector, Pair, Rows, Sines, Sums};
 use crate::trajectory::Report;
-use crate::trapezoid::{Given, StepStart};
 
 /// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.
 pub(crate) struct Evaluation {

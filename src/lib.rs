@@ -109,6 +109,7 @@ mod sincos;
 mod sizes;
 mod solver;
 mod start;
+mod step;
 mod system;
 pub mod trace;
 mod trajectory;

@@ -8,9 +8,10 @@ use crate::linear::Breakdown;
 use crate::predict::Predictor;
 use crate::redundancy::Relaxed;
 use crate::restart::{self, Point, Restarts};
+use crate::step::{Given, StepFailure, StepStart, Unknowns};
 use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
-use crate::trapezoid::{Given, Newton, StepFailure, StepStart, Unknowns};
+use crate::trapezoid::Newton;
 use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, rank, start};
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.

@@ -27,7 +27,8 @@
 use crate::evaluation::Evaluation;
 use crate::lanes::{all_finite, larger};
 use crate::linear::{BlockLu, Breakdown};
-use crate::sizes::{Sizes, sizes};
+use crate::sizes::{Sizes, UnitWeights};
+use crate::step::{Given, StepFailure, StepStart, Unknowns};
 use crate::system::{At, Pair};
 use crate::trajectory::Report;
 use crate::{Settings, System};
@@ -42,69 +43,18 @@ pub(crate) const NOISE: f64 = 1e-8;
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
 pub(crate) const SMALL: f64 = 1e-2;
 
-/// A guess whose velocities were off by more than this part of them was no guess.
-const MISSED: f64 = 0.5;
 /// Velocities below this fraction of what the momenta would give may be rounding, and need not be guessed.
-const STILL: f64 = 1e-10;
+pub(crate) const STILL: f64 = 1e-10;
 
 /// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
 const FAR: f64 = 10.0;
 /// … if it took more iterations than this to find it.
 const DIRECT: usize = 3;
 
-/// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
-#[derive(Clone, Copy)]
-pub(crate) struct StepStart<'a> {
-    pub(crate) h: f64,
-    pub(crate) q: &'a [f64],
-    pub(crate) p_star: &'a [f64],
-    pub(crate) sigma: &'a [f64],
-}
-
-/// The unknowns of a step and what follows from them; v and σ hold the first guess.
-pub(crate) struct Unknowns<'a> {
-    pub(crate) q: &'a mut [f64],
-    pub(crate) v: &'a mut [f64],
-    pub(crate) sigma: &'a mut [f64],
-    /// 𝓛_q + Q.
-    pub(crate) p_star_dot: &'a mut [f64],
-}
-
-/// What stays the same in a step.
-#[derive(Clone, Copy)]
-pub(crate) struct Given<'a> {
-    pub(crate) u: &'a [f64],
-    pub(crate) t: f64,
-    pub(crate) design: &'a [f64],
-}
-
-/// Why a step has no solution.
-pub(crate) enum StepFailure {
-    Singular(Breakdown),
-    Diverged {
-        iterations: usize,
-        residual: f64,
-        unknown: usize,
-    },
-    /// The projection onto Φ = 0.
-    Projection {
-        iterations: usize,
-        residual: f64,
-    },
-    NotFinite,
-}
-
-impl StepFailure {
-    /// Whether more iterations might have done it.
-    pub(crate) fn is_unfinished(&self) -> bool {
-        matches!(self, StepFailure::Diverged { residual, .. } if residual.is_finite())
-    }
-}
-
 /// By how much the first correction of a step changed the velocities of its guess, and how large those were; infinite for a guess at rest.
-struct Miss {
-    change: f64,
-    guess: f64,
+pub(crate) struct Miss {
+    pub(crate) change: f64,
+    pub(crate) guess: f64,
 }
 
 /// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
@@ -120,16 +70,13 @@ pub(crate) struct Newton {
     linear: Vec<f64>,
     /// −r, then a correction.
     delta: Vec<f64>,
-    /// What makes unknowns of different units comparable, and equations: (weight, 0) for a velocity and its equation, (0, weight) for a
-    /// multiplier and its.
-    of_unknowns: Vec<[f64; 2]>,
-    of_equations: Vec<[f64; 2]>,
+    pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
     size: Sizes,
     /// What counts as small for them.
     floor: f64,
     /// Of the last step.
-    miss: Miss,
+    pub(crate) miss: Miss,
 }
 
 impl Newton {
@@ -144,8 +91,7 @@ impl Newton {
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
-            of_unknowns: vec![[0.0; 2]; system.n() + system.m()],
-            of_equations: vec![[0.0; 2]; system.n() + system.m()],
+            weights: UnitWeights::new(system.n() + system.m(), condensed),
             size: Sizes::default(),
             floor: 0.0,
             miss: Miss { change: 0.0, guess: 0.0 },
@@ -185,18 +131,9 @@ impl Newton {
         Ok(())
     }
 
-    /// Takes the roots of the last pivots p for the sizes of unknowns and equations: √p v, σ/√p and so on have one unit, √J, whatever
-    /// the units of the coordinates are.
+    /// Takes the last pivots for the sizes of unknowns and equations.
     pub(crate) fn weigh(&mut self, system: &System) {
-        self.of_equations.fill([0.0; 2]);
-        let roots = self.matrix.reciprocal_pivots(system.symbolic()).map(|reciprocal| reciprocal.abs().sqrt());
-        self.of_equations.iter_mut().zip(roots).for_each(|(weights, root)| weights[1] = root);
-        for &position in &system.positions().v {
-            self.of_equations[position].swap(0, 1);
-        }
-        let inverse = |x: f64| if x > 0.0 { x.recip() } else { 0.0 };
-        let weights = self.of_unknowns.iter_mut().zip(&self.of_equations);
-        weights.for_each(|(of_unknown, of_equation)| *of_unknown = of_equation.map(inverse));
+        self.weights.set(system.positions(), self.matrix.reciprocal_pivots(system.symbolic()));
     }
 
     /// Factors K(h) at any v and σ.
@@ -257,7 +194,7 @@ impl Newton {
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
         let mut last = f64::INFINITY;
-        let mut sizes = self.size_of_residual(&self.delta);
+        let mut sizes = self.weights.of_residual(&self.delta);
         let mut residual = f64::INFINITY;
         let mut reuse = false;
         let guess = self.size.v;
@@ -272,12 +209,12 @@ impl Newton {
             report.most_iterations = report.most_iterations.max(iteration);
             if scale == 0.0 {
                 // From rest, without forces: what there is of momentum comes from driven joints.
-                let linear = self.matrix.largest_constant_product(&self.x, |k| self.of_equations[self.condensed + k][0]);
-                scale = linear.max(self.size_of_residual(&self.linear).v);
+                let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
+                scale = linear.max(self.weights.of_residual(&self.linear).v);
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
-            let before = std::mem::replace(&mut sizes, self.size_of_residual(&self.delta)).relative_to(terms);
+            let before = std::mem::replace(&mut sizes, self.weights.of_residual(&self.delta)).relative_to(terms);
             residual = sizes.relative_to(terms);
             // The next correction would be smaller than this one as the residual is.
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
@@ -310,7 +247,7 @@ impl Newton {
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
         self.load(system, y.v, y.sigma);
-        self.size = sizes(&self.of_unknowns, &self.x);
+        self.size = self.weights.of_all(&self.x);
         self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
         self.evaluation.step_constants(system, from, given, &mut self.linear);
         self.delta.fill(0.0);
@@ -321,8 +258,7 @@ impl Newton {
         self.matrix.subtract_constant_product(&self.x, &mut self.linear);
         let free = self.condensed..;
         self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
-        let terms = system.positions().v.iter().zip(from.p_star);
-        let scale = terms.fold(0.0, |size, (&position, p)| larger(size, p.abs() * self.of_equations[position][0]));
+        let scale = self.weights.of_momenta(system.positions(), from.p_star);
         self.floor = SMALL * scale;
         Ok(scale)
     }
@@ -350,10 +286,10 @@ impl Newton {
         let free = self.condensed..;
         self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
-            self.size = self.size_of(&self.x);
+            self.size = self.weights.of(&self.x);
         }
         self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
-        let change = self.size_of(&self.delta);
+        let change = self.weights.of(&self.delta);
         Ok((change.v, change.relative_to(self.size.at_least(self.floor))))
     }
 
@@ -381,57 +317,12 @@ impl Newton {
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// The largest weighted multiplier, of equation j each.
-    pub(crate) fn size_of_multipliers(&self, system: &System, sigma: impl Fn(usize) -> f64) -> f64 {
-        let positions = system.positions().sigma.iter().enumerate();
-        positions.fold(0.0, |size, (j, &position)| larger(size, sigma(j).abs() * self.of_unknowns[position][1]))
-    }
-
-    /// Whether the guess of the last step was off by more than part of the velocities before and of its own, apart from a guess at rest.
-    pub(crate) fn has_missed(&self, system: &System, before: &[f64]) -> bool {
-        let Miss { change, guess } = self.miss;
-        // Where the guess was good, nothing more is looked at.
-        change > MISSED * guess && change > MISSED * self.size_of_velocities(system, before.iter().copied())
-    }
-
-    /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
-    pub(crate) fn is_beyond(&self, system: &System, v: &[f64], before: &[f64]) -> bool {
-        self.miss.change > 2.0 * self.size_of_velocities(system, v.iter().zip(before).map(|(v, before)| v - before))
-    }
-
-    /// Whether the velocities of three nodes, the last one first, go to and fro between them, and it is more than rounding.
-    pub(crate) fn is_rough(&self, system: &System, [v, v1, v2]: [&[f64]; 3], p_star: &[f64]) -> bool {
-        let size = |v: &[f64]| self.size_of_velocities(system, v.iter().copied());
-        let first = self.size_of_velocities(system, v.iter().zip(v1).map(|(v, v1)| v - v1));
-        let second = self.size_of_velocities(system, v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - 2.0 * v1 + v2));
-        let momenta = system.positions().v.iter().zip(p_star);
-        let momentum =
-            momenta.fold(0.0, |largest, (&position, p)| larger(largest, p.abs() * self.of_equations[position][0]));
-        // A sine that turns by 60° a step has second differences as large as first ones.
-        second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
-    }
-
-    fn size_of_velocities(&self, system: &System, v: impl Iterator<Item = f64>) -> f64 {
-        let weighted = system.positions().v.iter().zip(v).map(|(&position, v)| v.abs() * self.of_unknowns[position][0]);
-        weighted.fold(0.0, larger)
-    }
-
     /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
     fn distance(&self, system: &System, guess: &[f64]) -> f64 {
-        let positions = system.positions().v.iter().zip(guess).filter(|(position, _)| **position >= self.condensed);
-        positions.fold(0.0, |largest, (&position, guess)| {
-            larger(largest, (self.x[position] - guess).abs() * self.of_unknowns[position][0])
-        })
-    }
-
-    /// The sizes of unknowns, condensed ones left out.
-    fn size_of(&self, x: &[f64]) -> Sizes {
-        sizes(&self.of_unknowns[self.condensed..], &x[self.condensed..])
-    }
-
-    /// The sizes of residuals of the same equations.
-    fn size_of_residual(&self, r: &[f64]) -> Sizes {
-        sizes(&self.of_equations[self.condensed..], &r[self.condensed..])
+        let positions = system.positions().v.iter().zip(guess);
+        let differences =
+            positions.map(|(&position, guess)| if position < self.condensed { 0.0 } else { self.x[position] - guess });
+        self.weights.of_velocities(system.positions(), differences)
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

@@ -40,9 +40,9 @@ mod adjoint;
 use crate::lanes::{larger, largest};
 use crate::scalar::Real;
 use crate::simulate::Forward;
+use crate::step::StepFailure;
 use crate::system::{At, Pair};
 use crate::trajectory::{column, column_mut};
-use crate::trapezoid::StepFailure;
 use crate::{Error, Settings, System};
 
 /// A projection that has not converged after so many corrections does not.
@@ -193,9 +193,10 @@ fn restart(
 /// α and β of the restart at column k.
 fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
     let every = settings.rebase_every.max(1) as f64;
-    let sigma = [k - 1, k].map(|k| column(&forward.trajectory.sigma, k));
-    let range = forward.newton.size_of_multipliers(system, |j| every * (sigma[1][j] - sigma[0][j]));
-    let size = forward.newton.size_of_multipliers(system, |j| sigma[1][j]);
+    let [before, now] = [k - 1, k].map(|k| column(&forward.trajectory.sigma, k));
+    let (weights, positions) = (&forward.newton.weights, system.positions());
+    let range = weights.of_multipliers(positions, now.iter().zip(before).map(|(now, before)| every * (now - before)));
+    let size = weights.of_multipliers(positions, now.iter().copied());
     forward.most_range = larger(forward.most_range, range);
     let is_first = forward.trajectory.restarted.is_empty();
     let anew = every == 1.0 || is_first || size > WANDERED * forward.most_range;

@@ -9,7 +9,7 @@
 use super::batch::{At, Covector, Positions, Rows};
 use super::jet::Form;
 use super::sines::Wave;
-use crate::trapezoid::{Given, StepStart};
+use crate::step::{Given, StepStart};
 /// One entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {

@@ -1,0 +1,52 @@
+//! What a step begins with and what it leads to.
+
+use crate::linear::Breakdown;
+
+/// Where a step begins, as far as its equations need it: q₋ + h v₋, p*₋ + h g₋, σ₋, and h.
+#[derive(Clone, Copy)]
+pub(crate) struct StepStart<'a> {
+    pub(crate) h: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) p_star: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+}
+
+/// The unknowns of a step and what follows from them; v and σ hold the first guess.
+pub(crate) struct Unknowns<'a> {
+    pub(crate) q: &'a mut [f64],
+    pub(crate) v: &'a mut [f64],
+    pub(crate) sigma: &'a mut [f64],
+    /// 𝓛_q + Q.
+    pub(crate) p_star_dot: &'a mut [f64],
+}
+
+/// What stays the same in a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Given<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) t: f64,
+    pub(crate) design: &'a [f64],
+}
+
+/// Why a step has no solution.
+pub(crate) enum StepFailure {
+    Singular(Breakdown),
+    Diverged {
+        iterations: usize,
+        residual: f64,
+        unknown: usize,
+    },
+    /// The projection onto Φ = 0.
+    Projection {
+        iterations: usize,
+        residual: f64,
+    },
+    NotFinite,
+}
+
+impl StepFailure {
+    /// Whether more iterations might have done it.
+    pub(crate) fn is_unfinished(&self) -> bool {
+        matches!(self, StepFailure::Diverged { residual, .. } if residual.is_finite())
+    }
+}
