@@ -56,6 +56,8 @@ pub struct LiftedSolver<'s, R: Real> {
     part: Pair,
     /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
     unit: Vec<f64>,
+    /// The largest relative correction that was left to rounding.
+    rounding: f64,
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
@@ -82,6 +84,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             start_sigma: zeros(m),
             part: Pair::new(n, m),
             unit: vec![0.0; R::PARTS],
+            rounding: 0.0,
             real,
         })
     }
@@ -92,6 +95,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// A step whose corrections do not converge; sizes that differ from those of the real inputs.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.trajectory.computed = 0;
+        self.rounding = 0.0;
         self.check_sizes(inputs)?;
         self.inputs = self.refinement.refine(inputs);
         for part in 1..R::PARTS {
@@ -113,6 +117,13 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     pub fn cost(&self) -> Result<R, Error> {
         self.trajectory.check_complete(&self.inputs)?;
         self.trajectory.cost(self.real.system(), &self.inputs)
+    }
+
+    /// The largest relative correction of a step that was left to rounding in the last motion; derivatives are no better than this.
+    ///
+    /// It is about 1e-14, and more only where tangent matrices are close to singular.
+    pub fn rounding(&self) -> f64 {
+        self.rounding
     }
 
     /// The inputs of the last motion, on the grid that was taken.
@@ -194,6 +205,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             let (size, is_rounding) = self.correct(i, h);
             let is_stalled = sizes.is_stalled(size);
             if correction > 0 && (size <= CONVERGED || is_rounding || is_stalled) {
+                self.rounding = self.rounding.max(size);
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
@@ -314,6 +326,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 done &= correction > 0 && (size <= CONVERGED || is_stalled);
             }
             if done {
+                self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
                 return Ok(());
             }
         }

@@ -1,7 +1,7 @@
 //! What must hold for every scene: errors are typed, numbers are finite, and the adjoint gradient is that of complex step.
 
 use hamiltonian_adjoint::check::{Input, Random};
-use hamiltonian_adjoint::{Cx, Error, Gradient, Inputs, LiftedSolver, Solver, System, Trajectory};
+use hamiltonian_adjoint::{Cx, Error, Gradient, Inputs, LiftedSolver, Report, Solver, System, Trajectory, Warning};
 
 use crate::build;
 use crate::description::Description;
@@ -92,8 +92,41 @@ const KINDS: [(&str, Belongs); 5] = [
 const SHARE: f64 = 1e-2;
 /// … and with this: the costs of the scenes are of order one, and what should be zero is their rounding.
 const SMALL: f64 = 1e-5;
-/// Where dependent constraints lock a mechanism, its derivatives are those of the compliance, about 1e-9, and rounding is a larger share.
-const SMALL_WITH_COMPLIANCE: f64 = 1e-4;
+/// Where dependent constraints lock a mechanism, its derivatives are those of the compliance, about 1e-9; what cancels in them is of order one, and
+/// 1e-12 of that is rounding.
+const SMALL_WITH_COMPLIANCE: f64 = 1e-3;
+/// Reactions are shared by the compliance with five digits, and what they do to derivatives cancels only as far: all are compared with all together.
+const SHARE_WITH_COMPLIANCE: f64 = 1.0;
+
+/// How far adjoint and complex step are apart.
+pub struct Disagreement {
+    /// Relative to the gradient.
+    pub error: f64,
+    /// What the report says that it may be, by the smallest pivot, or because the motion is not resolved, and so blows up.
+    pub bound: f64,
+    pub what: String,
+}
+
+/// What is exact where no digits are lost.
+const EXACT: f64 = 1e-9;
+/// Rounding of a motion that blows up within some steps may make this of derivatives that are not wrong.
+const NOT_WRONG: f64 = 1e-2;
+
+/// Whether a warning says that the motion, and so its gradient, is not to be trusted.
+fn says_not_to_trust(warning: &Warning) -> bool {
+    matches!(warning, Warning::Unresolved { .. } | Warning::Drift { .. } | Warning::Rough { .. })
+}
+
+impl Disagreement {
+    pub fn is_exact(&self) -> bool {
+        self.error <= EXACT
+    }
+
+    /// Digits are gone, but no more than the report says.
+    pub fn is_told(&self) -> bool {
+        self.error <= self.bound
+    }
+}
 
 /// Whether a motion moves smoothly with inputs of this kind. Initial coordinates and constants that make dependent constraints contradict
 /// each other change their multipliers by 1/μ of the change, see [`Trajectory::compliance`], and rounding by as much.
@@ -105,7 +138,7 @@ fn is_smooth(kind: &str, description: &Description) -> bool {
 ///
 /// # Errors
 /// Those of the complex simulation.
-pub fn disagreement(description: &Description, moved: &Moved) -> Result<(f64, String), Error> {
+pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagreement, Error> {
     let Moved { system, inputs, gradient } = moved;
     let mut random = Random::new(description.run.seed as u64);
     let mut solver = LiftedSolver::<Cx>::new(system, inputs, description.run.settings)?;
@@ -117,8 +150,9 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<(f64, St
     };
     let kinds = KINDS.into_iter().filter(|(name, _)| is_smooth(name, description));
     let total: f64 = kinds.map(|(_, belongs)| sum_of_sizes(&terms(belongs))).sum();
-    let small = if description.redundant.is_empty() { SMALL } else { SMALL_WITH_COMPLIANCE };
-    let mut worst = (0.0, String::new());
+    let (share, small) =
+        if description.redundant.is_empty() { (SHARE, SMALL) } else { (SHARE_WITH_COMPLIANCE, SMALL_WITH_COMPLIANCE) };
+    let mut worst = Disagreement { error: 0.0, bound: 0.0, what: String::new() };
     for (name, belongs) in KINDS.into_iter().filter(|(name, _)| is_smooth(name, description)) {
         let mut perturbed = inputs.lift::<Cx>();
         for (input, d) in all.iter().zip(&direction).filter(|(input, _)| belongs(input)) {
@@ -128,13 +162,19 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<(f64, St
         let reference = solver.cost()?.0.im / STEP;
         let terms = terms(belongs);
         let (adjoint, scale) = (terms.iter().sum::<f64>(), sum_of_sizes(&terms));
-        let relative = (adjoint - reference).abs() / (scale + SHARE * total + small);
-        if relative.is_nan() || relative > worst.0 {
-            let pivot = solver.real().report().worst_pivot;
-            let numbers = format!("adjoint {adjoint:e}, complex step {reference:e}, scale {scale:e} of {total:e}");
-            worst = (relative, format!("{name}: {numbers}; smallest pivot {pivot:.1e}"));
+        let error = (adjoint - reference).abs() / (scale + share * total + small);
+        if error.is_nan() || error > worst.error {
+            let what = format!("{name}: adjoint {adjoint:e}, complex step {reference:e}, scale {scale:e} of {total:e}");
+            worst = Disagreement { error, what, ..worst };
         }
     }
+    let Report { worst_pivot, warnings, .. } = solver.real().report();
+    // K⁻¹ occurs twice in its own derivative; a compliance makes one pivot small, and takes digits of what moves nothing.
+    let power = if description.redundant.is_empty() { 2 } else { 1 };
+    let by_pivot = f64::EPSILON / worst_pivot.powi(power);
+    let is_warned = warnings.iter().any(says_not_to_trust);
+    worst.bound = if is_warned { NOT_WRONG } else { by_pivot };
+    worst.what = format!("{}; smallest pivot {worst_pivot:.1e}, {warnings:?}", worst.what);
     Ok(worst)
 }
 

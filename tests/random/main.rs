@@ -49,6 +49,9 @@ const EXACT: &str = "simulated, gradient exact";
 /// A motion that cannot be compared, because the complex simulation does not converge.
 const NO_REFERENCE: &str = "simulated, without a reference";
 
+/// A motion that lost digits, but no more than its report says.
+const TOLD: &str = "simulated, digits gone and told";
+
 impl Tally {
     fn count(&self, what: &str) {
         *self.counts.borrow_mut().entry(what.to_string()).or_default() += 1;
@@ -88,15 +91,18 @@ impl Tally {
             }
             Err(error) => return Err(TestCaseError::fail(format!("{error:?}"))),
         };
-        let Ok((error, what)) = exact::disagreement(description, &moved) else {
+        let Ok(found) = exact::disagreement(description, &moved) else {
             self.count(NO_REFERENCE);
             return Ok(());
         };
-        self.errors.borrow_mut().push(error);
-        if error > 1e-9 || error.is_nan() {
-            return Err(TestCaseError::fail(format!("{error:e}: {what}")));
+        if found.is_exact() {
+            self.errors.borrow_mut().push(found.error);
+            self.count(EXACT);
+        } else if found.is_told() {
+            self.count(TOLD);
+        } else {
+            return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what)));
         }
-        self.count(EXACT);
         Ok(())
     }
 }
@@ -117,7 +123,7 @@ fn gradients_of_random_scenes_are_exact() {
     try_all(cases(), regular::description(), |description| tally.try_one(&description, accident));
     tally.print("random scenes");
     assert!(tally.share(EXACT) >= 0.9, "too few of the scenes can be simulated");
-    assert!(tally.share(NO_REFERENCE) <= 0.01, "too few of the motions can be compared");
+    assert!(tally.share(NO_REFERENCE) + tally.share(TOLD) <= 0.01, "too few of the motions can be compared");
 }
 
 #[test]
@@ -127,6 +133,7 @@ fn gradients_of_random_scenes_with_dependent_constraints_are_exact() {
         tally.try_one(&description, |error| accident(error) || unsound(error))
     });
     tally.print("random scenes with dependent constraints");
+    assert!(tally.share(TOLD) <= 0.01, "too few of the gradients are exact");
 }
 
 #[test]
