@@ -166,7 +166,7 @@ pub enum Error {
         /// Its time, s.
         time: f64,
     },
-    /// J or a derivative of it that is infinite or NaN although every term of it is finite.
+    /// J, a derivative of it or a violation of a constraint that is infinite or NaN although every term of it is finite.
     Overflow {
         /// Which one.
         what: String,
@@ -287,7 +287,7 @@ impl fmt::Display for Error {
             ),
             Error::Overflow { what, value } => write!(
                 f,
-                "{what} is {value}: a sum over the nodes is beyond the range of numbers; scale the cost, or shorten a motion that \
+                "{what} is {value}: a sum is beyond the range of numbers; take other units, scale the cost, or shorten a motion that \
                  amplifies every change"
             ),
             Error::NoSuchInput { input } => {

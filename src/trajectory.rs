@@ -134,20 +134,20 @@ impl<R: Real> Trajectory<R> {
     /// Φ(q_i, t_i) in m or rad (m × nodes).
     ///
     /// # Errors
-    /// Inputs of other sizes.
+    /// Inputs of other sizes; numbers beyond their range.
     pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
         self.check_fits(system, inputs)?;
         let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
         for i in 0..self.computed {
             system.phi(&self.at(inputs, i), column_mut(&mut phi, i));
         }
-        Ok(phi)
+        finite(system, "Φ", phi)
     }
 
     /// dΦ/dt(q_i, v_i, t_i) in m/s or rad/s (m × nodes), Eq. (1c).
     ///
     /// # Errors
-    /// Inputs of other sizes.
+    /// As [`phi`](Self::phi).
     pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
         self.check_fits(system, inputs)?;
         let mut sums = Sums::new(system.n(), system.m());
@@ -156,7 +156,7 @@ impl<R: Real> Trajectory<R> {
             system.plain_sums(&self.at(inputs, i), &mut sums);
             column_mut(&mut phi_dot, i).copy_from_slice(&sums.phi_dot);
         }
-        Ok(phi_dot)
+        finite(system, "dΦ/dt", phi_dot)
     }
 
     /// Refuses inputs that this motion of this system cannot have been computed from.
@@ -187,6 +187,18 @@ pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
 pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
     let rows = matrix.nrows();
     &mut matrix.as_mut_slice()[i * rows..(i + 1) * rows]
+}
+
+/// Numbers of all equations at all nodes, if they are finite.
+fn finite<R: Real>(system: &System, what: &str, values: DMatrix<R>) -> Result<DMatrix<R>, Error> {
+    let value = |at: usize| values.as_slice()[at].part(0);
+    match (0..values.len()).find(|&at| !value(at).is_finite()) {
+        Some(at) => {
+            let (node, equation) = (at / values.nrows(), system.equation_name(at % values.nrows()));
+            Err(Error::Overflow { what: format!("{what} of {equation} at node {node}"), value: value(at) })
+        }
+        None => Ok(values),
+    }
 }
 
 /// The work of a simulation or an adjoint sweep, and how well it went.
