@@ -135,14 +135,14 @@ impl fmt::Display for Warning {
             ),
             Warning::Rough { step, time, steps } => write!(
                 f,
-                "the velocities at the end of {steps} steps, the first of them step {step} (t = {} s), were far from what the nodes before \
-                 led to expect: forces jump there, or the steps are too long for an oscillation",
+                "velocities were far from what the nodes before led to expect, first at the end of step {step} (t = {} s; such steps: {steps}): \
+                 forces jump there, or the steps are too long for an oscillation",
                 seconds(*time)
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(
                 f,
-                "steps had no solution and were halved, the first of them step {step} (t = {} s): {inserted} nodes were inserted, \
-                 the shortest part is {shortest:.3e} s long; the gradient is that of the motion on this grid",
+                "steps had no solution and were halved, the first of them step {step} (t = {} s; nodes inserted: {inserted}): the shortest part \
+                 is {shortest:.3e} s long; the gradient is that of the motion on this grid",
                 seconds(*time)
             ),
         }
