@@ -1,7 +1,7 @@
 //! A step whose solution no guess is near: it is followed from the step of length zero.
 //!
-//! The equations of a step may have several solutions: a spring of rest length l₀ that pulls a point to x = l₀ pulls it to x = −l₀ too. The one that
-//! is meant is the one that v₋ becomes when the step grows from nothing,
+//! The equations of a step may have several solutions: a spring of rest length l₀ that pulls a point to x = l₀ pulls it to x = −l₀ too.
+//! The one that is meant is the one that v₋ becomes when the step grows from nothing,
 //!
 //! ```text
 //!   r(x; h) = 0,   x(0) = (v₋, σ₋),   h = Δt/2 · 2^−j,  j = J … 0

@@ -20,10 +20,11 @@ pub struct Settings {
     ///
     /// The multipliers begin anew there too (see [`restart`](crate::restart)).
     pub drift_bound: f64,
-    /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under a steady load; 0 for never.
+    /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under
+    /// a steady load; 0 for never.
     ///
-    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1. With any number
-    /// the energy of a conservative motion stays bounded (see [`restart`](crate::restart)).
+    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
+    /// With any number the energy of a conservative motion stays bounded (see [`restart`](crate::restart)).
     pub rebase_every: usize,
     /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,

@@ -10,8 +10,8 @@
 //!
 //! which is a start as at node 0. Since a step from any (q, p*) is of order two, so is the motion.
 //!
-//! **Where σ begins.** With s = 0 it would run from 0 to its range R = ∫λ dt until the next restart, r nodes on. A motion looks the same forth and back
-//! in time, and its energy does not drift, if σ runs from −½ R to ½ R instead. The r steps S and the reversal ρ: (v, σ) → (−v, −σ) satisfy
+//! **Where σ begins.** With s = 0 it would run from 0 to its range R = ∫λ dt until the next restart, r nodes on. A motion looks the same
+//! forth and back in time, and its energy does not drift, if σ runs from −½ R to ½ R instead. The r steps S and the reversal ρ: (v, σ) → (−v, −σ) satisfy
 //! ρ S ρ = S⁻¹; with F: σ → −σ so does F S, for ρ F in the place of ρ:
 //!
 //! ```text
