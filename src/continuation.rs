@@ -54,16 +54,24 @@ impl Forward {
     }
 
     /// Whether the guess of the step into this column was none, although the motion was smooth before.
+    #[inline]
     pub(crate) fn has_missed(&self, system: &System, k: usize) -> bool {
         // Where the guess was good, nothing more is looked at.
         self.is_far(system, k) && (k < 2 || self.is_beyond(system, k))
     }
 
     /// Whether it was off by more than part of the velocities before and of its own.
+    #[inline]
     fn is_far(&self, system: &System, k: usize) -> bool {
         let Miss { change, guess } = self.newton.miss;
+        change > MISSED * guess && self.is_far_from_before(system, k)
+    }
+
+    #[cold]
+    fn is_far_from_before(&self, system: &System, k: usize) -> bool {
+        let change = self.newton.miss.change;
         let before = column(&self.trajectory.v, k - 1).iter().copied();
-        change > MISSED * guess && change > MISSED * self.newton.weights.of_velocities(system.positions(), before)
+        change > MISSED * self.newton.weights.of_velocities(system.positions(), before)
     }
 
     /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
@@ -74,6 +82,7 @@ impl Forward {
     }
 
     /// Follows the solution of the step into a node from h = 0; the next step is not extrapolated from what lies before it.
+    #[cold]
     pub(crate) fn continue_from_zero(
         &mut self,
         system: &System,

@@ -166,6 +166,7 @@ impl Forward {
     }
 
     /// The time of column k and what its equations need of the column before, for a step of half length h.
+    #[inline]
     pub(crate) fn begin_step(&mut self, k: usize, h: f64) {
         self.trajectory.times[k] = self.trajectory.times[k - 1] + 2.0 * h;
         let before = self.trajectory.columns(k - 1);
