@@ -103,6 +103,11 @@ impl Evaluation {
         Ok(())
     }
 
+    /// Begins a step.
+    pub(crate) fn begin(&mut self) {
+        self.sines.forget();
+    }
+
     /// −k of r(x) = k + L x + N(x), in the solver's order.
     pub(crate) fn step_constants(&self, system: &System, from: &StepStart, given: Given, r: &mut [f64]) {
         self.constants.step_constants(from, given, system.positions(), r);

@@ -165,6 +165,7 @@ impl Newton {
     }
 
     fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
+        self.evaluation.begin();
         let positions = system.positions();
         positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
         positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);

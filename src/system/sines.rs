@@ -11,7 +11,7 @@
 //! The plain formulas hold these expressions to account in the tests.
 
 use super::batch::{Covector, Rows};
-use crate::sincos::sin_cos;
+use crate::sincos::Known;
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,8 @@ struct Angle {
     /// Where K_vv of the coordinate is stored.
     diagonal: usize,
     terms: std::ops::Range<usize>,
+    /// Of the step at hand.
+    known: Known,
 }
 
 /// One equation of an angle.
@@ -117,6 +119,7 @@ impl Sines {
                 position: (places.position)(coordinate),
                 diagonal: (places.slot)(coordinate, coordinate),
                 terms: first..sines.terms.len(),
+                known: Known::NONE,
             });
         }
         sines
@@ -150,12 +153,17 @@ impl Sines {
         self.angles.iter().zip(states).map(|(angle, state)| (angle, &self.terms[angle.terms.clone()], state))
     }
 
+    /// Forgets sines and cosines, so that a step does not depend on what was computed before.
+    pub fn forget(&mut self) {
+        self.angles.iter_mut().for_each(|angle| angle.known = Known::NONE);
+    }
+
     /// Subtracts the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
-    pub fn subtract_residual(&self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
+    pub fn subtract_residual(&mut self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
         let r = &mut r[..x.len()];
-        for (angle, block) in self.angles.iter().zip(blocks.as_chunks_mut::<STATE>().0) {
+        for (angle, block) in self.angles.iter_mut().zip(blocks.as_chunks_mut::<STATE>().0) {
             let v = x[angle.position];
-            let (sin, cos) = sin_cos(start_q[angle.coordinate] + h * v);
+            let (sin, cos) = angle.known.sin_cos(start_q[angle.coordinate] + h * v);
             let (v_sin, v_cos) = (v * sin, v * cos);
             let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
