@@ -90,8 +90,8 @@ const KINDS: [(&str, Belongs); 5] = [
 
 /// Derivatives of one kind that are smaller than this share of all together are compared with this share …
 const SHARE: f64 = 1e-2;
-/// … and with this: the costs of the scenes are of order one, and what should be zero is their rounding.
-const SMALL: f64 = 1e-5;
+/// … and with this: the costs of the scenes are of order one, and what should be zero is their rounding, up to 1e-13.
+const SMALL: f64 = 1e-4;
 /// Where dependent constraints lock a mechanism, its derivatives are those of the compliance, about 1e-9; what cancels in them is of order one, and
 /// 1e-12 of that is rounding.
 const SMALL_WITH_COMPLIANCE: f64 = 1e-3;
