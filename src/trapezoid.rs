@@ -221,7 +221,7 @@ impl Newton {
             let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
             // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
             let is_stalled = correction > 0.25 * last && before <= STALLED || correction > 0.5 * last && correction <= NOISE;
-            let is_rounding = residual <= self.rounding || is_stalled;
+            let is_rounding = residual <= self.rounding || self.is_rounding_of_multipliers(sizes, terms) || is_stalled;
             if next <= settings.tolerance || is_rounding {
                 if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
                     return Err(self.diverged(system, iteration, residual));
@@ -316,6 +316,11 @@ impl Newton {
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
+    }
+
+    /// Whether momenta differ by rounding of the reactions in them, which are far larger where σ has grown.
+    fn is_rounding_of_multipliers(&self, residual: Sizes, terms: Sizes) -> bool {
+        residual.v <= 2.0 * f64::EPSILON * self.size.sigma && residual.sigma <= self.rounding * terms.sigma
     }
 
     /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.

@@ -267,6 +267,17 @@ fn the_memory_of_a_node_grows_linearly() {
     assert_eq!(chain(Settings { rebase_every: 9, ..plain }) - chain(plain), 16 * (3 * 12 + 2 * 8 + 3 * 15 + 4));
 }
 
+/// The reactions of 300 links are a thousand times their momenta, and so is what is left of them in the residual.
+#[test]
+fn rounding_of_large_multipliers_is_not_iterated() {
+    let system = CartPendulum::with_links(300).scene().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
+    inputs.controls.fill(1.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    assert!(solver.report().newton_iterations <= 130, "{:?}", solver.report());
+}
+
 #[test]
 fn the_work_of_a_motion_grows_linearly_with_its_steps() {
     let system = CartPendulum::default().scene().compile().expect("a scene");
