@@ -50,7 +50,7 @@ impl System {
     /// | cart with k links | 152 k + 120 |
     /// | ladder of l closed loops, each of three bars | 472 l + 8 |
     ///
-    /// and so grows with the number of bodies. Restarts need up to 16 (3 n + 2 m + 3 B + 2) more, kept adjoint variables
+    /// and so grows with the number of bodies. Restarts need up to 16 (3 n + 2 m + 3 B + 4) more, kept adjoint variables
     /// 16 (4 n + m); inputs and gradient are not counted.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n, self.m, self.block_len());
@@ -58,6 +58,6 @@ impl System {
         // Their lists grow as they are filled, to twice what they hold.
         let restart = if may_restart { 2 * (3 * n + 2 * m + 3 * blocks + 4) } else { 0 };
         let adjoint = if settings.keep_adjoint { 2 * (4 * n + m) } else { 0 };
-        (Trajectory::<f64>::len_of_node(self.n(), self.m()) + blocks + restart + adjoint) * size_of::<f64>()
+        (Trajectory::<f64>::len_of_node(n, m) + blocks + restart + adjoint) * size_of::<f64>()
     }
 }
