@@ -31,7 +31,7 @@ pub fn projected() -> Settings {
 
 /// A bounded error is in the last tenth of a motion what it was in the first, …
 pub const BOUNDED: f64 = 1.25;
-/// that of a motion that is rebased at every hundredth node four times that, for σ is ½ R at most if it is in the middle of its range R,
+/// that of a motion that is rebased at every tenth or hundredth node four times that, for σ is ½ R at most if it is in the middle of its range R,
 /// and 2 R where restarts put it there again, …
 pub const WANDERS: f64 = 4.0;
 /// … and one that grows in proportion to time ten times that.
