@@ -31,18 +31,54 @@ pub fn gradients(system: &System, inputs: &[Inputs], settings: Settings) -> Vec<
     each(inputs, solver, one)
 }
 
+/// As many workers as threads, each with one solver, take the next inputs until none are left: motions may differ in length.
 #[cfg(feature = "rayon")]
 fn each<'s, T: Send>(
     inputs: &[Inputs],
-    solver: impl Fn() -> Solver<'s> + Sync + Send,
-    one: impl Fn(&mut Solver<'s>, &Inputs) -> T + Sync + Send,
+    new_solver: impl Fn() -> Solver<'s> + Sync,
+    one: impl Fn(&mut Solver<'s>, &Inputs) -> T + Sync,
 ) -> Vec<T> {
     use rayon::prelude::*;
-    inputs.par_iter().map_init(solver, |solver, inputs| one(solver, inputs)).collect()
+    use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+    let next = AtomicUsize::new(0);
+    let take = || Some(next.fetch_add(1, Relaxed)).filter(|&i| i < inputs.len());
+    let work = |_| {
+        let mut solver = None;
+        let done = std::iter::from_fn(|| take().map(|i| (i, one(solver.get_or_insert_with(&new_solver), &inputs[i]))));
+        done.collect::<Vec<_>>()
+    };
+    let workers = rayon::current_num_threads().min(inputs.len());
+    let mut done: Vec<(usize, T)> = (0..workers).into_par_iter().with_max_len(1).flat_map_iter(work).collect();
+    done.sort_unstable_by_key(|(i, _)| *i);
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(not(feature = "rayon"))]
 fn each<'s, T>(inputs: &[Inputs], solver: impl Fn() -> Solver<'s>, one: impl Fn(&mut Solver<'s>, &Inputs) -> T) -> Vec<T> {
     let mut solver = solver();
     inputs.iter().map(|inputs| one(&mut solver, inputs)).collect()
+}
+
+#[cfg(all(test, feature = "rayon"))]
+mod tests {
+    use super::*;
+    use crate::{Grid, scenes::CartPendulum};
+    use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+    #[test]
+    fn each_thread_makes_one_solver_and_results_come_in_order() {
+        let system = CartPendulum::default().scene().compile().unwrap();
+        let motions: Vec<Inputs> = (0..100).map(|i| Inputs::at_rest(&system, Grid::uniform(i % 7, 0.01))).collect();
+        let made = AtomicUsize::new(0);
+        let new_solver = || {
+            made.fetch_add(1, Relaxed);
+            Solver::new(&system, Settings::default())
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let steps = pool.install(|| each(&motions, new_solver, |_, inputs| inputs.grid.steps.len()));
+        assert_eq!(steps, (0..100).map(|i| i % 7).collect::<Vec<_>>());
+        assert!((1..=3).contains(&made.into_inner()));
+        assert!(pool.install(|| each(&[], || Solver::new(&system, Settings::default()), |_, _| ())).is_empty());
+    }
 }
