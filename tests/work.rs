@@ -267,27 +267,26 @@ fn the_memory_of_a_node_grows_linearly() {
     assert_eq!(chain(Settings { rebase_every: 9, ..plain }) - chain(plain), 16 * (3 * 12 + 2 * 8 + 3 * 15 + 4));
 }
 
-/// The reactions of 300 links are a thousand times their momenta, and so is what is left of them in the residual.
-#[test]
-fn rounding_of_large_multipliers_is_not_iterated() {
-    let system = CartPendulum::with_links(300).scene().compile().expect("a scene");
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
+/// The corrections of 100 steps of a hanging chain that is pulled at its upper end.
+fn corrections(links: usize, dt: f64) -> usize {
+    let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, dt));
     inputs.controls.fill(1.0);
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs).expect("a motion");
-    assert!(solver.report().newton_iterations <= 130, "{:?}", solver.report());
+    solver.report().newton_iterations
 }
 
+/// The reactions of 300 links are a thousand times their momenta, and so is what is left of them in the residual.
 #[test]
-fn the_work_of_a_motion_grows_linearly_with_its_steps() {
-    let system = CartPendulum::default().scene().compile().expect("a scene");
-    for steps in [100, 1000] {
-        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2e-3));
-        inputs.controls.fill(10.0);
-        let mut solver = Solver::new(&system, Settings::default());
-        solver.simulate(&inputs).expect("a motion");
-        solver.gradient().expect("a gradient");
-        assert!(solver.report().newton_iterations <= 2 * steps + 1);
-        assert_eq!(solver.adjoint_report().factorisations, steps + 1);
-    }
+fn rounding_of_large_multipliers_is_not_iterated() {
+    assert!(corrections(300, 0.002) <= 130);
+}
+
+/// What a link costs is linear work times corrections; of waves that steps resolve well, the first guess is good enough for one.
+#[test]
+fn a_step_takes_one_correction_however_long_the_chain_is() {
+    let counts = [10, 100, 1000].map(|links| corrections(links, 0.001));
+    println!("corrections in 100 steps of 10, 100 and 1000 links: {counts:?}");
+    assert!(counts.iter().all(|&count| count <= 130), "{counts:?}");
 }
