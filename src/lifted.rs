@@ -56,7 +56,7 @@ pub struct LiftedSolver<'s, R: Real> {
     part: Pair,
     /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
     unit: Vec<f64>,
-    /// The largest relative correction that was left to rounding.
+    /// The largest correction that was left to rounding, relative to what a perturbation of that size could be.
     rounding: f64,
 }
 
@@ -119,9 +119,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.trajectory.cost(self.real.system(), &self.inputs)
     }
 
-    /// The largest relative correction of a step that was left to rounding in the last motion; derivatives are no better than this.
+    /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
     ///
-    /// It is about 1e-14, and more only where tangent matrices are close to singular.
+    /// It is about 1e-14, and more only where tangent matrices are close to singular, springs are very stiff, or nothing moves.
     pub fn rounding(&self) -> f64 {
         self.rounding
     }
@@ -203,9 +203,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         for correction in 0..MOST_CORRECTIONS {
             self.evaluate(i, h);
             let (size, is_rounding) = self.correct(i, h);
-            let is_stalled = sizes.is_stalled(size);
-            if correction > 0 && (size <= CONVERGED || is_rounding || is_stalled) {
-                self.rounding = self.rounding.max(size);
+            let is_stalled = sizes.is_stalled(size.of_part);
+            if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
+                self.rounding = self.rounding.max(size.of_all);
                 self.evaluate(i, h);
                 self.store(i, h);
                 return Ok(());
@@ -248,11 +248,11 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
     }
 
-    /// One correction of every part by K⁻¹; returns its size relative to the unknowns, the largest of all parts, and whether the
-    /// residual before it was nothing but rounding.
-    fn correct(&mut self, i: usize, h: R) -> (f64, bool) {
+    /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
+    /// rounding.
+    fn correct(&mut self, i: usize, h: R) -> (Size, bool) {
         let system = self.real.system();
-        let (mut largest, mut is_rounding) = (0.0f64, true);
+        let (mut largest, mut is_rounding) = (Size::default(), true);
         for part in 0..R::PARTS {
             let (mut residual, mut scale) = (0.0f64, 0.0f64);
             for (k, r) in self.part.v.iter_mut().enumerate() {
@@ -267,9 +267,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
-            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, 0.0));
+            let unit = self.unit[part];
+            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, (0.0, unit)));
             // σ from rest is a difference of momenta, and its rounding is theirs.
-            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, SMALL * scale);
+            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, (SMALL * scale, unit));
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
@@ -318,8 +319,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 self.real.forward_mut().newton.solve(system, &mut self.part);
-                let floor = self.unit[part] * largest;
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, floor);
+                let unit = self.unit[part];
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (unit * largest, unit)).of_part;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 let is_stalled = sizes.is_stalled(size);
@@ -373,13 +374,31 @@ fn largest_part<R: Real>(inputs: &Inputs<R>, part: usize) -> f64 {
     all.fold(0.0, |largest, x| largest.max(x.part(part).abs()))
 }
 
-/// Adds a correction to one part and returns its size relative to that part (or a floor), in the maximum norm.
-fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], floor: f64) -> f64 {
-    let (mut change, mut size) = (0.0f64, floor);
+/// The size of a correction.
+#[derive(Clone, Copy, Default)]
+struct Size {
+    /// Relative to the part that it corrects.
+    of_part: f64,
+    /// Relative to that, or to the real part times the perturbation of the inputs if that is larger: what hardly depends on the inputs is
+    /// known to few digits of its own, and is small.
+    of_all: f64,
+}
+
+impl Size {
+    fn max(self, other: Size) -> Size {
+        Size { of_part: self.of_part.max(other.of_part), of_all: self.of_all.max(other.of_all) }
+    }
+}
+
+/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least.
+fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Size {
+    let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
     for (x, &delta) in x.iter_mut().zip(delta) {
         x.add_to_part(part, delta);
         change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
         size = size.max(x.part(part).abs());
+        real = real.max(x.part(0).abs());
     }
-    if change == 0.0 { 0.0 } else { change / size }
+    let relative_to = |size: f64| if change == 0.0 { 0.0 } else { change / size };
+    Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) }
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{assert_gradient_is_exact, assert_says, relative_error};
-use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::check::{self, Input, complex_step};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System,
@@ -199,4 +199,17 @@ fn a_complex_step_ends_where_its_corrections_are_rounding() {
     // Steps that are far too long for the spring: a derivative there is.
     let long = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
     complex_step(&system, &long, Settings::default(), &sample[..20]).expect("a complex step");
+}
+
+#[test]
+fn a_check_says_what_was_left_to_rounding() {
+    let system = rod_on_a_spring(1e10);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
+    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a motion");
+    println!("{report}");
+    assert!(!report.passed() && report.rounding > 1e-11 && report.to_string().contains("to rounding"));
+    assert!(report.directions.iter().all(|row| row.error() <= 1e3 * report.rounding));
+    let soft = rod_on_a_spring(1e3);
+    let report = check::gradient(&soft, &inputs, Settings::default()).run().expect("a motion");
+    assert!(report.passed() && report.rounding < 1e-12 && !report.to_string().contains("to rounding"), "{report}");
 }

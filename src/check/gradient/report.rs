@@ -5,6 +5,9 @@ use std::fmt;
 use super::super::report::{BlockReport, Verdict};
 use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
+/// What is left to rounding by an ordinary motion is less.
+const ROUGH: f64 = 1e-12;
+
 /// One direction, four ways.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -43,6 +46,9 @@ pub struct GradientReport {
     pub taylor: Taylor,
     /// The dot-product identity, in controls and initial values.
     pub identity: Option<Identity>,
+    /// What direct differentiation and complex step left to rounding along the random directions, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)):
+    /// about 1e-14, and more where tangent matrices are close to singular or springs are stiff.
+    pub rounding: f64,
     /// Gradients of the user's own.
     pub own: Vec<BlockReport>,
 }
@@ -156,6 +162,15 @@ impl fmt::Display for GradientReport {
                 Some(node) => writeln!(f, "; BROKEN from node {node} backwards")?,
                 None => writeln!(f)?,
             }
+        }
+        if self.rounding > ROUGH && matches!(self.verdict(), Verdict::Wrong | Verdict::OraclesDisagree) {
+            writeln!(
+                f,
+                "  direct differentiation and complex step left corrections of {:.1e} to rounding, because tangent matrices are nearly \
+                 singular or springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the \
+                 check's `tolerance` should be; or take shorter steps, or another start",
+                self.rounding
+            )?;
         }
         self.own.iter().try_for_each(|own| write!(f, "{own}"))
     }

@@ -20,6 +20,8 @@ pub(super) struct Ways<'a> {
     dual: LiftedSolver<'a, Dual64>,
     complex: LiftedSolver<'a, Cx>,
     real: RefCell<Solver<'a>>,
+    /// The largest [`LiftedSolver::rounding`] of all motions.
+    pub(super) rounding: f64,
 }
 
 impl<'a> Ways<'a> {
@@ -29,12 +31,14 @@ impl<'a> Ways<'a> {
             dual: LiftedSolver::new(system, inputs, settings)?,
             complex: LiftedSolver::new(system, inputs, settings)?,
             real: RefCell::new(Solver::new(system, settings)),
+            rounding: 0.0,
         })
     }
 
     /// Direct differentiation.
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
         self.dual.simulate(&moved(self.inputs, direction, Dual64::new)?)?;
+        self.rounding = self.rounding.max(self.dual.rounding());
         Ok(self.dual.cost()?.eps)
     }
 
@@ -42,6 +46,7 @@ impl<'a> Ways<'a> {
     pub(super) fn complex_step(&mut self, direction: &Inputs) -> Result<f64, Error> {
         const STEP: f64 = 1e-30;
         self.complex.simulate(&moved(self.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
+        self.rounding = self.rounding.max(self.complex.rounding());
         Ok(self.complex.cost()?.0.im / STEP)
     }
 
