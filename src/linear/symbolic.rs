@@ -238,8 +238,6 @@ fn shapes(mut graph: Graph, order: &[Eliminated], members: &[Vec<usize>]) -> Vec
             [_] => Shape::Linked,
             _ => Shape::Any,
         };
-        // Rows may be interchanged, so that each unknown counts as coupled to what any of them is coupled to.
-        own.iter().for_each(|&u| graph.connect(own[0], u));
         own.iter().for_each(|&u| drop(graph.eliminate(u)));
         shape
     };
