@@ -245,6 +245,26 @@ fn singular_matrices_are_reported() {
     assert!(lu.factor(&s).is_err());
 }
 
+/// A pivot of which δ of its terms is left, in one node or in the second of two, for kernels with and without interchanges.
+#[test]
+fn what_a_pivot_loses_is_told_by_every_kernel() {
+    for (size, delta) in (1..=10).flat_map(|size| [1e-3, 1e-6].map(|delta| (size, delta))) {
+        let pattern = blocks(&[size; 2], &[(0, 1)]);
+        let s = Symbolic::analyse(&pattern);
+        for (i, j) in [(size - 1, size), (0, size - 1)].into_iter().filter(|(i, j)| i < j) {
+            let mut matrix = DMatrix::identity(2 * size, 2 * size);
+            (matrix[(i, j)], matrix[(j, i)], matrix[(j, j)]) = (1.0, 1.0, 1.0 + delta);
+            let mut lu = BlockLu::new(&s);
+            set_constant(&mut lu, &s, &pattern, &matrix);
+            assemble(&mut lu, &s, &pattern, &matrix);
+            lu.factor(&s).expect("regular");
+            let told = lu.worst_pivot() / delta;
+            println!("{size} unknowns, {i} and {j}: {told:.3} δ");
+            assert!(told > 0.1 && told < 1.01, "{size} unknowns, {i} and {j}: {told} δ");
+        }
+    }
+}
+
 /// Two equal constraints, with their coordinates in an earlier node, in the same one, or condensed.
 #[test]
 fn redundant_constraints_are_reported() {
