@@ -65,6 +65,7 @@ mod tests {
     use super::*;
     use crate::{Grid, scenes::CartPendulum};
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+    use std::time::{Duration, Instant};
 
     #[test]
     fn each_thread_makes_one_solver_and_results_come_in_order() {
@@ -80,5 +81,24 @@ mod tests {
         assert_eq!(steps, (0..100).map(|i| i % 7).collect::<Vec<_>>());
         assert!((1..=3).contains(&made.into_inner()));
         assert!(pool.install(|| each(&[], || Solver::new(&system, Settings::default()), |_, _| ())).is_empty());
+    }
+
+    #[test]
+    fn all_threads_work() {
+        let system = CartPendulum::default().scene().compile().unwrap();
+        let motions = vec![Inputs::at_rest(&system, Grid::uniform(1, 0.01)); 3];
+        let at_work = AtomicUsize::new(0);
+        // Each waits for the others, but not for ever.
+        let wait = |_: &mut Solver, _: &Inputs| {
+            at_work.fetch_add(1, Relaxed);
+            let start = Instant::now();
+            while at_work.load(Relaxed) < 3 && start.elapsed() < Duration::from_secs(20) {
+                std::thread::yield_now();
+            }
+            at_work.load(Relaxed)
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let seen = pool.install(|| each(&motions, || Solver::new(&system, Settings::default()), wait));
+        assert_eq!(seen, [3; 3]);
     }
 }

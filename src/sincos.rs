@@ -99,7 +99,7 @@ mod tests {
             let mut known = Known::NONE;
             let first = f64::from(k) * 0.0173;
             assert_eq!(known.sin_cos(first), sin_cos(first));
-            for turn in [0.0, 1e-12, -3e-7, 2.1e-4, -0.003, 1.0 / 256.0, 0.004, -0.5] {
+            for turn in [0.0, 1e-12, -3e-7, 2.1e-4, -0.003, 1.0 / 256.0, 0.004, -0.03, -0.5] {
                 let x = first + turn;
                 let ((s, c), (sin, cos)) = (known.sin_cos(x), x.sin_cos());
                 assert!((s - sin).abs() <= 2.3e-16 && (c - cos).abs() <= 2.3e-16, "{x}: {s} {sin}, {c} {cos}");
@@ -125,6 +125,9 @@ mod tests {
                 let ((s, c), (sin, cos)) = (sin_cos(x), x.sin_cos());
                 assert!((s - sin).abs() <= 1.2e-16 && (c - cos).abs() <= 1.2e-16, "{x}: {s} {sin}, {c} {cos}");
             }
+        }
+        for x in [1e7, -3.3e8, 1e15] {
+            assert_eq!(sin_cos(x), x.sin_cos());
         }
         for x in [f64::NAN, f64::INFINITY] {
             assert!(sin_cos(x).0.is_nan() && sin_cos(x).1.is_nan());
