@@ -67,10 +67,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     system.phi(&point(forward, q), &mut phi);
     let tolerance = settings.position_tolerance;
     match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) if !violation.is_finite() => {
-            let (element, time) = (system.equation_name(j).into(), forward.trajectory.times[0]);
-            Err(Error::Model { element, node: 0, time })
-        }
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, j)),
         Some((j, violation)) => Err(contradiction(forward, system, q, &phi).unwrap_or_else(|| Error::InitialPosition {
             equation: system.equation_name(j).into(),
             violation,
@@ -78,6 +75,11 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
         })),
         None => Ok(()),
     }
+}
+
+fn not_finite(forward: &Forward, system: &System, equation: usize) -> Error {
+    let (element, time) = (system.equation_name(equation).into(), forward.trajectory.times[0]);
+    Error::Model { element, node: 0, time }
 }
 
 /// Whether no initial value would satisfy all constraints, as far as they can be told from here.
@@ -89,6 +91,7 @@ fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) 
 fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, j)),
         Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
             equation: system.equation_name(j).into(),
             violation,
@@ -100,8 +103,8 @@ fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64]
 
 /// The entry that is largest, or not a number.
 fn worst(values: &[f64]) -> Option<(usize, f64)> {
-    let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
-    values.iter().copied().enumerate().max_by(|a, b| size(a.1).total_cmp(&size(b.1)))
+    // In the total order NaN without its sign is above infinity.
+    values.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.

@@ -163,6 +163,19 @@ fn a_force_with_an_infinite_derivative_is_blamed() {
     assert_blames(&failure(&sled(1.0, |scene, x| scene.force("drag", Own(InfiniteSlope), [x], [], []))), "`drag`", 0);
 }
 
+/// √q, with an infinite derivative at the origin.
+struct Tip;
+impl Formula for Tip {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q.sqrt()
+    }
+}
+
+#[test]
+fn a_constraint_with_an_infinite_derivative_is_blamed() {
+    assert_blames(&failure(&sled(1.0, |scene, x| _ = scene.constraint("guide", Own(Tip), [x], []))), "`guide`", 0);
+}
+
 /// A damper that drives, Q = +v: with Δt = 2 s the tangent matrix 1 − Δt/2 of a mass of 1 kg vanishes.
 struct Drives;
 impl Formula for Drives {
