@@ -72,6 +72,7 @@ fn design_variables_running_costs_and_given_momenta_pass() {
     let report = check::gradient(&system, &inputs, Settings::default()).directions(3, 5).complete().run().expect("motion");
     println!("{report}");
     report.assert_passed();
+    assert!(report.directions.iter().all(|row| row.size > 0.0));
     let q = inputs.start.q().clone();
     let p_star = SVector::<f64, 3>::from([0.3, 0.1, 0.2]);
     inputs.start = Start::Momentum { q, p_star: nalgebra::DVector::from_column_slice(p_star.as_slice()) };
@@ -84,13 +85,16 @@ fn a_gradient_of_the_users_own_is_compared_number_by_number() {
     let right = gradient(&system, &inputs, Settings::default()).expect("gradient");
     let u: Vec<f64> = right.controls.iter().copied().collect();
     let last = u.len() - 1;
-    let cases: [(&str, Vec<f64>, Option<Mistake>); 7] = [
+    let largest = u.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+    let cases: [(&str, Vec<f64>, Option<Mistake>); 9] = [
         ("right", u.clone(), None),
         ("with Δt, as Eq. (11) is printed", u.iter().map(|g| g * 0.02).collect(), Some(Mistake::Factor)),
         ("sign", u.iter().map(|g| -g).collect(), Some(Mistake::SignFlipped)),
         ("moved", (0..=last).map(|i| u[i.saturating_sub(1)]).collect(), Some(Mistake::OtherArgument)),
         ("u_0 forgotten", (0..=last).map(|i| if i == 0 { 0.0 } else { u[i] }).collect(), Some(Mistake::Zero)),
         ("continuous adjoint", u.iter().map(|g| g * (1.0 + 1e-4 * g.abs())).collect(), Some(Mistake::FewDigits)),
+        ("not a number", (0..=last).map(|i| if i == 5 { f64::NAN } else { u[i] }).collect(), Some(Mistake::NotFinite)),
+        ("one", (0..=last).map(|i| if i == 5 { u[i] + 1e-8 * largest } else { u[i] }).collect(), Some(Mistake::Unexplained)),
         ("one too few", u[1..].to_vec(), Some(Mistake::Shape)),
     ];
     for (name, values, mistake) in cases {
@@ -99,6 +103,7 @@ fn a_gradient_of_the_users_own_is_compared_number_by_number() {
         let own = &report.own[0];
         println!("{own}");
         assert_eq!(own.verdict == Verdict::Right, mistake.is_none());
+        assert!(!["not a number", "one"].contains(&name) || own.wrong_entries == 1);
         assert_eq!(own.diagnoses.first().map(|d| d.mistake), mistake, "{name}");
         assert_eq!(report.passed(), mistake.is_none());
     }

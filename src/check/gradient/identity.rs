@@ -75,3 +75,37 @@ pub(super) fn identity(
     let first_wrong = errors.iter().find(|(_, error)| error.is_nan() || *error > tolerance).map(|(i, _)| *i);
     Ok(Identity { worst, node, first_wrong })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::random::Random;
+    use super::super::directions::{Part, random};
+    use super::*;
+    use crate::{Grid, Solver, scenes::CartPendulum};
+
+    #[test]
+    fn the_wrong_node_nearest_to_the_end_is_found() {
+        let system = CartPendulum::with_links(1).scene().compile().unwrap();
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+        inputs.controls.fill(10.0);
+        let free = f64::INFINITY;
+        let settings =
+            Settings { keep_adjoint: true, position_tolerance: free, velocity_tolerance: free, ..Settings::default() };
+        let mut solver = Solver::new(&system, settings);
+        solver.simulate(&inputs).unwrap();
+        let gradient = solver.gradient().unwrap().clone();
+        let direction = random(&inputs, &[Part::Controls, Part::Coordinates, Part::Rates], &mut Random::new(1));
+        let adjoint = solver.adjoint_variables().unwrap();
+        let found = |adjoint: &AdjointVariables| {
+            identity(&system, &inputs, settings, &direction, (&gradient, adjoint), 1e-9).unwrap().first_wrong
+        };
+        assert_eq!(found(adjoint), None);
+        let size = adjoint.a.amax();
+        for error in [1e-6 * size, f64::NAN] {
+            let mut wrong = adjoint.clone();
+            wrong.a[(0, 5)] += error;
+            wrong.a[(0, 12)] += error;
+            assert_eq!(found(&wrong), Some(12));
+        }
+    }
+}

@@ -188,3 +188,50 @@ impl DirectionReport {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// dJ = 1 by all ways, but for these errors of adjoint, direct differentiation, complex step and differences.
+    fn row(errors: [f64; 4]) -> DirectionReport {
+        DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, 1.0, 1e-9)
+    }
+
+    fn report(rows: Vec<DirectionReport>, slope: f64, first_wrong: Option<usize>) -> GradientReport {
+        GradientReport {
+            value: 1.0,
+            directions: vec![row([0.0; 4])],
+            singles: rows.len(),
+            worst_singles: rows,
+            taylor: Taylor { remainders: Vec::new(), slope: Some(slope) },
+            identity: Some(Identity { worst: 0.0, node: 0, first_wrong }),
+            rounding: 0.0,
+            own: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_difference_of_any_two_ways_is_seen() {
+        assert_eq!(row([0.5e-9, 0.0, 0.0, 0.5e-6]).verdict, Verdict::Right);
+        for wrong in [2e-9, -2e-9, f64::NAN] {
+            assert_eq!(row([wrong, 0.0, 0.0, 0.0]).verdict, Verdict::Wrong);
+            assert_eq!(row([0.0, 0.0, wrong, 0.0]).verdict, Verdict::OraclesDisagree);
+        }
+        assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::OraclesDisagree);
+        // No step of the differences had a motion.
+        assert_eq!(row([0.0, 0.0, 0.0, f64::NAN]).verdict, Verdict::Right);
+    }
+
+    #[test]
+    fn every_part_of_a_check_counts() {
+        let right = || vec![row([0.0; 4])];
+        assert_eq!(report(right(), 2.0, None).verdict(), Verdict::Right);
+        assert_eq!(report(vec![row([2e-9, 0.0, 0.0, 0.0])], 2.0, None).verdict(), Verdict::Wrong);
+        assert_eq!(report(vec![row([0.0, 0.0, 2e-9, 0.0])], 2.0, None).verdict(), Verdict::OraclesDisagree);
+        let broken = report(right(), 2.0, Some(3));
+        assert!(broken.verdict() == Verdict::Wrong && broken.to_string().contains("BROKEN from node 3"));
+        let low = report(right(), 1.0, None);
+        assert!(low.verdict() == Verdict::Wrong && low.to_string().contains("TOO LOW"));
+    }
+}
