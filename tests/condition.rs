@@ -1,12 +1,13 @@
 //! Where digits are lost, the report says so: pivots by the unknown's name, the growth of the adjoint, drift by the constraint's name.
 
-use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::planar::{Body, Harmonic};
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Grid, Inputs, KineticEnergy, LongSolver, Report, Scalar, Scene, Settings, Solver, System,
+    Constraint, Coordinate, Grid, Inputs, KineticEnergy, LongSolver, Param, Report, Scalar, Scene, Settings, Solver, System,
     Warning,
 };
 use nalgebra::SVector;
+use std::f64::consts::FRAC_PI_2;
 
 /// A chain of two rods, the second of another mass.
 fn chain(mass: f64) -> System {
@@ -186,6 +187,52 @@ impl Constraint<2, 1> for Shaker {
     }
 }
 
+/// Φ = x − sin t.
+struct Swing;
+
+impl Constraint<2, 1> for Swing {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - t.sin()])
+    }
+}
+
+/// Φ = x − ln(1 − 3 t), of which dΦ/dt goes on behind the pole.
+struct Pole;
+
+impl Constraint<2, 1> for Pole {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - (-t * 3.0 + 1.0).ln()])
+    }
+}
+
+/// What is said of the drift of a particle that starts at the origin with a speed along x.
+fn drift_along_x(constraint: impl Constraint<2, 1>, speed: f64, grid: Grid) -> Option<Warning> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("particle", ["x", "y"]);
+    scene.kinetic_energy("particle", Particle, q, []);
+    scene.constraint("slot", constraint, q, []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, grid);
+    inputs.start.rate_mut()[0] = speed;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("motion");
+    println!("{:?}", solver.report().warnings);
+    drift(solver.report()).cloned()
+}
+
+#[test]
+fn a_drift_that_becomes_less_is_told_as_it_was() {
+    // By quadrature of the cosine in steps of 0.8 |Φ| = 0.8²/12 |sin t| at most: 0.05 at node 128, less than 0.02 at the last.
+    let told = drift_along_x(Swing, 1.0, Grid::uniform(130, 0.8));
+    assert!(matches!(told, Some(Warning::Drift { share: 0.04..0.06, step: 128, .. })), "{told:?}");
+}
+
+#[test]
+fn a_position_that_has_no_value_is_told_as_drift() {
+    let told = drift_along_x(Pole, -3.0, Grid::uniform(1, 1.0));
+    assert!(matches!(told, Some(Warning::Drift { violation: f64::INFINITY, share: f64::INFINITY, .. })), "{told:?}");
+}
+
 #[test]
 fn drift_from_constraints_of_ones_own_is_relative_to_their_terms() {
     let told = |constrain: &dyn Fn(&mut Scene, [Coordinate; 2]), (q, v): ([f64; 2], [f64; 2]), dt: f64| {
@@ -211,4 +258,20 @@ fn drift_from_constraints_of_ones_own_is_relative_to_their_terms() {
     assert!(matches!(told(&oval, around, 0.2), Some(Warning::Drift { equation, .. }) if equation.contains("oval")));
     // At the end it is back at x = 0, where any violation is large beside x.
     assert_eq!(told(&shaker, ([0.0, 0.0], [0.0, 1.0]), 0.01), None);
+}
+
+#[test]
+fn drift_of_an_angle_is_relative_to_a_radian() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let constants = [-0.01, 0.01, 3.0, FRAC_PI_2].map(Param::from);
+    scene.driven_angle("drive", Body::GROUND, rod, Harmonic, constants);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.4));
+    let mut solver = Solver::new(&system, Settings::default());
+    let phi = solver.simulate(&inputs).expect("motion").phi(&system, &inputs).expect("motion");
+    // A tenth of how far it turns.
+    println!("{:.1e}", phi[(2, 3)]);
+    assert!(phi[(2, 3)].abs() > 1e-3 && drift(solver.report()).is_none(), "{:?}", solver.report());
 }
