@@ -161,6 +161,27 @@ fn an_oscillation_that_steps_do_not_resolve_stays_on_its_side_and_keeps_its_ener
     }
 }
 
+#[test]
+fn a_force_that_jumps_is_told_once_and_no_more_where_steps_resolve_the_oscillation() {
+    // Turns of 36°, 42° and 45° a step.
+    for stiffness in [4e3, 6e3, 7e3] {
+        let mut scene = Scene::new();
+        let push = scene.control("push");
+        let body = scene.body("body", 1.0, 0.1, [1.1, 0.0, 0.0]);
+        scene.prismatic("rail", Body::GROUND.at(1.1, 0.0), 0.0, body.at(0.0, 0.0), 0.0);
+        scene.spring_damper("spring", Body::GROUND.at(0.0, 0.0), body.at(0.0, 0.0), stiffness, 1.0, 0.0);
+        scene.force("drive", Runaway, [body.coordinates[0]], [push], [0.0.into()]);
+        let system = scene.compile().expect("scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(200, 0.01));
+        inputs.controls.columns_mut(20, 181).fill(0.3 * stiffness);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("motion");
+        let warnings = &solver.report().warnings;
+        println!("{stiffness:e}: {warnings:?}");
+        assert!(matches!(warnings[..], [Warning::Rough { step: 20, steps: 1..=10, .. }]), "{stiffness}: {warnings:?}");
+    }
+}
+
 /// A rod of 1 kg and 1 m that falls from the side, hung on a spring of 1 m.
 fn rod_on_a_spring(stiffness: f64) -> System {
     let mut scene = Scene::new();
@@ -185,6 +206,19 @@ fn corrections_that_shrink_by_a_thousandth_are_rounding() {
 }
 
 #[test]
+fn the_way_from_a_step_of_length_zero_begins_as_late_as_it_can() {
+    // At least ten radians of the spring a step.
+    let system = rod_on_a_spring(1e6);
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+    inputs.start.rate_mut()[0] = 1.0;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("motion");
+    let (iterations, warnings) = (solver.report().newton_iterations, &solver.report().warnings);
+    println!("{iterations} iterations, {warnings:?}");
+    assert!(iterations < 2200 && matches!(warnings[..], [Warning::Rough { .. }]));
+}
+
+#[test]
 fn a_complex_step_ends_where_its_corrections_are_rounding() {
     let system = rod_on_a_spring(1e10);
     let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
@@ -205,8 +239,11 @@ fn a_complex_step_ends_where_its_corrections_are_rounding() {
 fn a_check_says_what_was_left_to_rounding() {
     let system = rod_on_a_spring(1e10);
     let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.002));
-    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a motion");
+    let check = check::gradient(&system, &inputs, Settings::default()).own("mine", check::Part::Steps, vec![0.0; 100]);
+    let report = check.run().expect("a motion");
     println!("{report}");
+    // Nothing is compared with a gradient that is not right.
+    assert!(report.own.is_empty());
     assert!(!report.passed() && report.rounding > 1e-11 && report.to_string().contains("to rounding"));
     assert!(report.directions.iter().all(|row| row.error() <= 1e3 * report.rounding));
     let soft = rod_on_a_spring(1e3);
