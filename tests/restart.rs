@@ -6,7 +6,10 @@ use common::bench::{Bench, Part, lively};
 use common::{assert_gradient_is_exact_with, assert_order, assert_says, largest};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Harmonic};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, Sum, System, scenes::CartPendulum};
+use hamiltonian_adjoint::{
+    Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System, check, scenes::CartPendulum, simulate,
+};
+use nalgebra::SVector;
 
 fn plain() -> Settings {
     Settings::default()
@@ -105,6 +108,62 @@ fn multipliers_that_begin_anew_do_not_grow() {
     println!("σ up to {plain:.1}, rebased every 10 steps {rebased:.2}, q differs by {:.1e}", (&q - &same).amax());
     // Hanging at rest, the rail carries the weight for 40 s.
     assert!(plain > 400.0 && rebased < 0.01 * plain && (q - same).amax() <= 1e-9);
+}
+
+/// The paper's cart with one link, pushed at random.
+fn shaken(steps: usize, dt: f64, force: f64) -> (System, Inputs) {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
+    let mut random = check::Random::new(1);
+    inputs.controls.iter_mut().for_each(|u| *u = random.uniform(-force, force));
+    (system, inputs)
+}
+
+#[test]
+fn the_middle_of_the_multipliers_does_not_wander_away_under_forces_that_change_at_random() {
+    let (system, inputs) = shaken(20_000, 0.002, 50.0);
+    for every in [2, 5] {
+        let mut solver = Solver::new(&system, Settings { rebase_every: every, ..plain() });
+        let sigma = &solver.simulate(&inputs).expect("motion").sigma;
+        let [early, late] = [0, 18_000].map(|from| largest(sigma.columns(from, 2000).clone_owned().as_slice()));
+        println!("rebased every {every} steps: σ up to {early:.2} early, {late:.2} late");
+        assert!(late <= 1.5 * early, "every {every}: {early} {late}");
+    }
+}
+
+#[test]
+fn a_motion_does_not_depend_on_the_one_before() {
+    let (system, inputs) = shaken(200, 0.01, 50.0);
+    let mut wild = inputs.clone();
+    wild.controls *= 100.0;
+    let mut solver = Solver::new(&system, rebased());
+    solver.simulate(&wild).expect("motion");
+    let again = solver.simulate(&inputs).expect("motion");
+    assert_eq!(again, &simulate(&system, &inputs, rebased()).expect("motion"));
+}
+
+/// Φ = x⁴ + y⁴ − 1.
+struct Oval;
+impl Constraint<2, 1> for Oval {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
+        SVector::from([q[0].powi(4) + q[1].powi(4) - 1.0])
+    }
+}
+
+#[test]
+fn a_projection_that_does_not_converge_is_an_error() {
+    let mut scene = Scene::new();
+    let body = scene.body("body", 1.0, 0.1, [1.0, 0.0, 0.0]);
+    scene.constraint("oval", Oval, [body.coordinates[0], body.coordinates[1]], []);
+    let system = scene.compile().expect("scene");
+    for dt in [0.3, 0.5] {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, dt));
+        inputs.start.rate_mut()[1] = 3.0;
+        assert!(simulate(&system, &inputs, plain()).is_ok());
+        let error = simulate(&system, &inputs, projected()).expect_err("far away").error;
+        assert!(matches!(error, Error::Newton { step: 1, residual: 1e-2.., .. }), "{error:?}");
+        assert_says(&error, &["step 1", "the projection onto Φ = 0"]);
+    }
 }
 
 #[test]
