@@ -107,13 +107,20 @@ fn pendulum(hinges: usize, elbows: usize) -> System {
 
 /// A platform on parallel cranks of equal length at this angle; the last is joined to it by a hinge or, without redundancy, by half of one.
 fn parallelogram(cranks: usize, angle: f64, redundant: bool) -> System {
+    on_cranks(cranks, angle, redundant).0.compile()
+}
+
+/// The same, to be added to, and a multiplier of the foot of the first crank.
+fn on_cranks(cranks: usize, angle: f64, redundant: bool) -> (Mechanism, Multiplier) {
     let mut mechanism = Mechanism::new();
     let (sin, cos) = angle.sin_cos();
     let feet = [0.0, 1.5, 0.6, 1.1];
     let rods: Vec<usize> = feet[..cranks].iter().map(|&x| mechanism.rod([x, 0.0], [x + 0.7 * cos, 0.7 * sin])).collect();
     let platform = mechanism.rod([0.7 * cos, 0.7 * sin], [1.5 + 0.7 * cos, 0.7 * sin]);
+    let mut foot = None;
     for (k, (&rod, x)) in rods.iter().zip(feet).enumerate() {
-        mechanism.hinge(None, rod, [x, 0.0]);
+        let sigma = mechanism.hinge(None, rod, [x, 0.0]);
+        foot.get_or_insert(sigma[0]);
         let top = [x + 0.7 * cos, 0.7 * sin];
         if k < 2 || redundant {
             mechanism.hinge(Some(rod), platform, top);
@@ -121,7 +128,7 @@ fn parallelogram(cranks: usize, angle: f64, redundant: bool) -> System {
             mechanism.half_hinge(rod, platform, top);
         }
     }
-    mechanism.compile()
+    (mechanism, foot.expect("a crank"))
 }
 
 /// A triangle of two rods and the ground, its upper corner welded as well: it cannot move, but for a pendulum that hangs from it.
@@ -159,7 +166,10 @@ fn run(system: &System, inputs: &Inputs) -> (Trajectory, Vec<f64>, Vec<Warning>)
 
 /// Adjoint against complex step for controls, steps and momenta.
 fn assert_exact(what: &str, system: &System, inputs: &Inputs) {
-    let settings = Settings::default();
+    assert_exact_with(what, system, inputs, Settings::default());
+}
+
+fn assert_exact_with(what: &str, system: &System, inputs: &Inputs, settings: Settings) {
     let p_star = nalgebra::DVector::from_fn(system.n(), |i, _| 0.2 * number(i + 3));
     let inputs = Inputs { start: Start::Momentum { q: system.initial_coordinates(), p_star }, ..inputs.clone() };
     let gradient = hamiltonian_adjoint::gradient(system, &inputs, settings).unwrap_or_else(|error| panic!("{error}"));
@@ -215,11 +225,74 @@ fn a_second_motion_from_the_same_start_is_the_same_and_another_start_is_looked_a
     assert!(moved.len() == first.compliance.len() && moved != first.compliance);
 }
 
+/// (1 + t) x.
+struct Guide;
+impl Constraint<1, 1> for Guide {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] * (t + 1.0)])
+    }
+}
+
+#[test]
+fn a_start_at_another_time_or_with_another_design_is_looked_at_again() {
+    let mut scene = Scene::new();
+    let mass = scene.design("mass", 1.0);
+    let body = scene.body("body", mass, 0.1, [0.0; 3]);
+    ["guide", "the same"].into_iter().for_each(|name| _ = scene.constraint(name, Guide, [body.coordinates[0]], []));
+    let system = scene.compile().expect("scene");
+    let at_rest = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
+    let (mut later, mut heavier) = (at_rest.clone(), at_rest.clone());
+    later.grid.start = 1.0;
+    heavier.design[0] = 3.0;
+    for other in [later, heavier] {
+        let mut solver = Solver::new(&system, Settings::default());
+        let first = solver.simulate(&at_rest).expect("motion").compliance.clone();
+        let again = solver.simulate(&other).expect("motion").compliance.clone();
+        assert_eq!(again, simulate(&system, &other, Settings::default()).expect("motion").compliance);
+        assert!(first.len() == again.len() && first != again, "{first:?}");
+    }
+}
+
+#[test]
+fn the_gradient_through_restarts_is_exact() {
+    let settings = Settings::default();
+    let ways = [
+        Settings { rebase_every: 3, ..settings },
+        Settings { drift_bound: 0.0, ..settings },
+        Settings { rebase_every: 4, drift_bound: 1e-9, ..settings },
+    ];
+    for (what, system) in [("doubled hinge", pendulum(2, 1)), ("third crank", parallelogram(3, 0.9, true))] {
+        let given = inputs(&system, 20, 0.01);
+        for settings in ways {
+            assert_exact_with(what, &system, &given, settings);
+        }
+    }
+}
+
 /// A multiplier.
 struct Reaction;
 impl Cost<0, 1, 0> for Reaction {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, _b: &SVector<S, 0>) -> S {
         at.sigma[0]
+    }
+}
+
+#[test]
+fn the_gradient_of_a_shared_reaction_through_restarts_is_that_by_complex_step() {
+    let (mut mechanism, sigma) = on_cranks(3, 0.9, true);
+    mechanism.scene.cost("reaction", Reaction, Sum::Plain, [], [sigma], [], []);
+    let system = mechanism.compile();
+    let given = inputs(&system, 20, 0.01);
+    let controls: Vec<Input> =
+        Input::all(&given).into_iter().filter(|input| matches!(input, Input::Control { .. })).collect();
+    let ways = [(3, f64::INFINITY), (1, f64::INFINITY), (0, 0.0)];
+    for settings in ways.map(|(rebase_every, drift_bound)| Settings { rebase_every, drift_bound, ..Settings::default() }) {
+        let gradient = hamiltonian_adjoint::gradient(&system, &given, settings).expect("gradient");
+        let reference = complex_step(&system, &given, settings, &controls).expect("a complex step");
+        let error = relative_error(gradient.controls.as_slice(), &reference);
+        println!("rebased every {}: {error:.1e}", settings.rebase_every);
+        // A share of a reaction is known to five digits, see below.
+        assert!(error <= 1e-4, "{error:e}");
     }
 }
 
@@ -295,15 +368,24 @@ fn constraints_that_contradict_each_other_are_refused_by_name() {
 
 #[test]
 fn drives_that_drift_apart_are_refused_when_they_do() {
-    let mut mechanism = Mechanism::new();
-    let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
-    mechanism.hinge(None, rod, [0.0, 0.0]);
-    let body = mechanism.bodies[0].0;
-    for (name, amplitude) in [("drive", 0.3), ("another drive", 0.301)] {
-        let b = [-amplitude, amplitude, 3.0, FRAC_PI_2].map(Param::from);
-        mechanism.scene.driven_angle(name, Body::GROUND, body, Harmonic, b);
-    }
-    let system = mechanism.compile();
+    let driven = |[first, second]: [[f64; 4]; 2]| {
+        let mut mechanism = Mechanism::new();
+        let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
+        mechanism.hinge(None, rod, [0.0, 0.0]);
+        let body = mechanism.bodies[0].0;
+        for (name, b) in [("drive", first), ("another drive", second)] {
+            mechanism.scene.driven_angle(name, Body::GROUND, body, Harmonic, b.map(Param::from));
+        }
+        mechanism.compile()
+    };
+    // At once, for a start with momenta, whose velocities are not looked at before.
+    let system = driven([0.3, 0.301].map(|amplitude| [0.0, amplitude, 3.0, 0.0]));
+    let mut given = inputs(&system, 100, 0.01);
+    let p_star = nalgebra::DVector::zeros(system.n());
+    given.start = Start::Momentum { q: system.initial_coordinates(), p_star };
+    let error = simulate(&system, &given, Settings::default()).expect_err("contradiction").error;
+    assert!(matches!(error, Error::ContradictoryConstraints { time: 0.0, .. }), "{error:?}");
+    let system = driven([0.3, 0.301].map(|amplitude| [-amplitude, amplitude, 3.0, FRAC_PI_2]));
     let stopped = simulate(&system, &inputs(&system, 100, 0.01), Settings::default()).expect_err("contradiction");
     assert_says(&stopped.error, &["contradict", "`drive`", "`another drive`"]);
 }
@@ -353,6 +435,38 @@ fn a_slider_crank_of_equal_lengths_passes_its_dead_centre() {
     let (crank, rod) = (motion.q[(2, 300)], motion.q[(5, 300)]);
     println!("slider-crank: crank at {crank:.3} rad, rod at {rod:.3}");
     assert!(crank > 4.0 && (crank + rod).abs() <= 1e-9);
+}
+
+#[test]
+fn a_step_that_fails_close_to_a_singular_configuration_says_so() {
+    let once = Settings { max_iterations: 1, max_halvings: 0, ..Settings::default() };
+    for (angle, is_close) in [(1e-4, true), (0.9, false)] {
+        let system = parallelogram(2, angle, true);
+        let error = simulate(&system, &inputs(&system, 10, 0.01), once).expect_err("more iterations").error;
+        println!("{error}");
+        assert_eq!(matches!(error, Error::SingularConfiguration { step: 1, .. }), is_close, "{error:?}");
+    }
+}
+
+#[test]
+fn constraints_that_lose_digits_are_not_taken_for_dependent_ones() {
+    // A four-bar, and beside it two links of which the last is heavy.
+    let mut mechanism = Mechanism::new();
+    let corners = [[-2.0, 0.0], [-2.0, 0.5], [-1.2, 0.7], [-1.0, 0.0]];
+    let rods: Vec<usize> = corners.windows(2).map(|ends| mechanism.rod(ends[0], ends[1])).collect();
+    mechanism.hinge(None, rods[0], corners[0]);
+    mechanism.hinge(Some(rods[0]), rods[1], corners[1]);
+    mechanism.hinge(Some(rods[1]), rods[2], corners[2]);
+    mechanism.hinge(None, rods[2], corners[3]);
+    let mut last = Body::GROUND.at(0.0, 0.0);
+    for (name, mass, x) in [("light", 1.0, 0.5), ("heavy", 1e12, 1.5)] {
+        let link = mechanism.scene.body(name, mass, 0.1 * mass, [x, 0.0, 0.0]);
+        mechanism.scene.revolute(&format!("hinge of the {name} one"), last, link.at(-0.5, 0.0));
+        last = link.at(0.5, 0.0);
+    }
+    let system = mechanism.compile();
+    let (motion, _, warnings) = run(&system, &inputs(&system, 3, 0.001));
+    assert!(matches!(warnings[..], [Warning::LostDigits { .. }]) && motion.compliance.is_empty(), "{warnings:?}");
 }
 
 #[test]
