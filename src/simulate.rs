@@ -89,6 +89,7 @@ impl Forward {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.trajectory.computed = 0;
+        settings.check()?;
         inputs.check(system)?;
         if self.trajectory.times.len() != room {
             self.trajectory = Trajectory::zeros(system, room);
