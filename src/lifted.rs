@@ -113,9 +113,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// J of the last motion.
     ///
     /// # Errors
-    /// No complete motion.
+    /// No complete motion; a cost that is not finite, in real numbers too: √x has a value for every complex x.
     pub fn cost(&self) -> Result<R, Error> {
         self.trajectory.check_complete(&self.inputs)?;
+        self.real.cost()?;
         self.trajectory.cost(self.real.system(), &self.inputs)
     }
 
