@@ -285,6 +285,11 @@ impl fmt::Display for Error {
                  (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
                 seconds(*time)
             ),
+            Error::Overflow { what, value } if value.is_nan() => write!(
+                f,
+                "{what} is NaN: a formula has no derivative there (a root or a power of zero), or sums beyond the range of numbers cancel; \
+                 move the input away from there, or take other units"
+            ),
             Error::Overflow { what, value } => write!(
                 f,
                 "{what} is {value}: a sum is beyond the range of numbers; take other units, scale the cost, or shorten a motion that \

@@ -89,6 +89,11 @@ fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) 
 fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
+        Some((_, violation)) if !violation.is_finite() => {
+            let element = system.find_not_finite(&point(forward, q));
+            let element = element.unwrap_or_else(|| "a constraint (dΦ/dt)".into());
+            Err(Error::Model { element, node: 0, time: forward.trajectory.times[0] })
+        }
         Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
             equation: system.equation_name(j).into(),
             violation,
