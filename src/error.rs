@@ -192,6 +192,17 @@ pub enum Error {
         /// Its time, s.
         time: f64,
     },
+    /// Positions cannot be projected onto Φ = 0, since the kinetic energy is not quadratic in v: T_v(q, 0) ≠ 0.
+    LinearEnergy {
+        /// The coordinate with the largest such momentum.
+        coordinate: String,
+        /// T_v(q, 0), N s or N m s.
+        momentum: f64,
+        /// The step at whose end a projection was due, counted from 1.
+        step: usize,
+        /// When, s.
+        time: f64,
+    },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
         /// The nodes that the grid has.
@@ -305,6 +316,12 @@ impl fmt::Display for Error {
                 f,
                 "the motion was started anew at node {node} (t = {} s), which the paper's system does not know; simulate without \
                  `Settings::drift_bound` and `Settings::rebase_every`",
+                seconds(*time)
+            ),
+            Error::LinearEnergy { coordinate, momentum, step, time } => write!(
+                f,
+                "positions cannot be projected onto Φ = 0 at the end of step {step} (t = {} s): the kinetic energy has a term linear in the \
+                 velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, with shorter steps",
                 seconds(*time)
             ),
             Error::Incomplete { computed: 0, .. } => {

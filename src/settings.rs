@@ -18,9 +18,9 @@ pub struct Settings {
     /// A step without a solution is halved, up to so many times (52 at most, as its length has no more digits); the grid that was taken is in
     /// [`Solver::inputs`](crate::Solver::inputs).
     pub max_halvings: usize,
-    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is above this, in m or rad; infinite for never, as in the paper.
+    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is this or more, in m or rad; 0.0 for every node, infinite for never, as in the paper.
     ///
-    /// The multipliers begin anew there too (see [`restart`](crate::restart)).
+    /// The multipliers begin anew there too (see [`restart`](crate::restart)). Kinetic energies must be quadratic in v for it.
     pub drift_bound: f64,
     /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under
     /// a steady load; 0 for never.

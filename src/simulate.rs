@@ -296,6 +296,9 @@ impl Forward {
                     Error::Newton { step, time, iterations, length, residual, equation }
                 })
             }
+            StepFailure::LinearEnergy { coordinate, momentum } => {
+                Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
+            }
             StepFailure::Projection { iterations, residual } => {
                 let equation = "the projection onto Φ = 0".into();
                 Error::Newton { step, time, iterations, length, residual, equation }
