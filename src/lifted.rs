@@ -160,7 +160,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             ("time steps", real.grid.steps.len() - inserted, inputs.grid.steps.len()),
             ("q0", real.start.q().len(), inputs.start.q().len()),
             ("v0 or p*0", real.start.rate().len(), inputs.start.rate().len()),
-            ("controls", real.controls.len() - inserted * real.controls.nrows(), inputs.controls.len()),
+            ("controls: rows (channels)", real.controls.nrows(), inputs.controls.nrows()),
+            ("controls: columns (nodes, one more than steps)", real.controls.ncols() - inserted, inputs.controls.ncols()),
             ("design variables", real.design.len(), inputs.design.len()),
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {

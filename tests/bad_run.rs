@@ -395,3 +395,22 @@ fn the_formula_that_is_no_number_at_the_start_is_named_and_not_another() {
     });
     assert!(matches!(&rate, Error::Model { element, node: 0, .. } if element == "`root`"), "{rate:?}");
 }
+
+#[test]
+fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
+    use hamiltonian_adjoint::LiftedSolver;
+    use hamiltonian_adjoint::check::{direct_differentiation, no_change};
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    let _ = [scene.control("left"), scene.control("right")];
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.1));
+    let mut direction = no_change(&inputs);
+    direction.controls = DMatrix::zeros(3, 2);
+    let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("3 × 2 for 2 × 3");
+    assert!(matches!(error, Error::Size { expected: 2, found: 3, .. }), "{error:?}");
+    let mut solver = LiftedSolver::<f64>::new(&system, &inputs, Settings::default()).expect("motion");
+    let other = Inputs { controls: DMatrix::zeros(3, 2), ..inputs };
+    assert!(matches!(solver.simulate(&other), Err(Error::Size { expected: 2, found: 3, .. })));
+}
