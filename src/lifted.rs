@@ -325,8 +325,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (unit * largest, unit)).of_part;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
+                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
+                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
                 let is_stalled = sizes.is_stalled(size);
-                done &= correction > 0 && (size <= CONVERGED || is_stalled);
+                done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
             if done {
                 self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));

@@ -7,7 +7,7 @@ use common::{assert_gradient_is_exact_with, assert_order, assert_says, largest};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Harmonic};
 use hamiltonian_adjoint::{
-    Constraint, Error, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System, check,
+    Constraint, Cost, CostPoint, Error, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System, check,
     scenes::CartPendulum, simulate,
 };
 use nalgebra::SVector;
@@ -181,4 +181,45 @@ fn a_kinetic_energy_that_is_not_quadratic_cannot_be_projected_with() {
     assert!(matches!(&error, Error::LinearEnergy { coordinate, step: 1, .. } if coordinate == "bead.y"), "{error:?}");
     assert_says(&error, &["step 1", "linear in the velocities", "`bead.y`", "drift_bound"]);
     simulate(&system, &inputs, rebased()).expect("nothing is projected");
+}
+
+/// q² + ṗ* v/m + (u² + m σ_x σ_y)/m².
+struct Heavy;
+impl Cost<1, 2, 1, 1> for Heavy {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 2, 1>, b: &SVector<S, 1>) -> S {
+        let reaction = at.sigma[0] * at.sigma[1] * b[0];
+        at.q[0] * at.q[0] + at.p_star_dot[0] * at.v[0] / b[0] + (at.u[0] * at.u[0] + reaction) / (b[0] * b[0])
+    }
+}
+
+/// Two rods of some 1e9 kg, the first driven.
+fn heavy() -> (System, Inputs) {
+    const MASS: f64 = 1e9;
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let mass = scene.design("mass", MASS);
+    let first = scene.body("first", mass, 0.1 * MASS, [0.5, 0.0, 0.0]);
+    let second = scene.body("second", mass * 2.0, 0.1 * MASS, [1.5, 0.0, 0.0]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), first.at(-0.5, 0.0));
+    let hinge = scene.revolute("hinge", first.at(0.5, 0.0), second.at(-0.5, 0.0));
+    let motion = [0.0, 0.3, 3.0, 0.0].map(Into::into);
+    scene.driven_angle("drive", Body::GROUND, first, Harmonic, motion);
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", first, second, torque);
+    scene.cost("heavy", Heavy, Sum::Rectangle, [second.coordinates[2]], hinge, [torque], [mass.into()]);
+    let system = scene.compile().expect("scene");
+    let grid = Grid { start: 0.0, steps: vec![0.03, -0.01, 0.05, 0.001, 0.03, 0.03] };
+    let mut inputs = Inputs::at_rest(&system, grid);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = MASS * (i as f64).sin());
+    for (i, v) in [(1, 0.45), (2, 0.9), (4, 0.9)] {
+        inputs.start.rate_mut()[i] = v;
+    }
+    (system, inputs)
+}
+
+#[test]
+fn the_gradient_through_projections_is_exact_in_all_units() {
+    let (system, inputs) = heavy();
+    let settings = Settings { drift_bound: 0.0, rebase_every: 2, ..plain() };
+    assert_gradient_is_exact_with("heavy", &system, &inputs, settings);
 }
