@@ -337,6 +337,7 @@ impl Sweep {
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);
         column_mut(&mut variables.e, i).copy_from_slice(&node.e);
+        column_mut(&mut variables.s, i).copy_from_slice(&self.carried);
 
         let (n, h_next) = (node.a.len(), forward.inputs.grid.steps.get(i).map_or(0.0, |dt| 0.5 * dt));
         let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);

@@ -192,6 +192,17 @@ pub enum Error {
         /// Its time, s.
         time: f64,
     },
+    /// Positions cannot be projected onto Φ = 0, since the kinetic energy is not quadratic in v: T_v(q, 0) ≠ 0.
+    LinearEnergy {
+        /// The coordinate with the largest such momentum.
+        coordinate: String,
+        /// T_v(q, 0), N s or N m s.
+        momentum: f64,
+        /// The step at whose end a projection was due, counted from 1.
+        step: usize,
+        /// When, s.
+        time: f64,
+    },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
         /// The nodes that the grid has.
@@ -285,6 +296,11 @@ impl fmt::Display for Error {
                  (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
                 seconds(*time)
             ),
+            Error::Overflow { what, value } if value.is_nan() => write!(
+                f,
+                "{what} is NaN: a formula has no derivative there (a root or a power of zero), or sums beyond the range of numbers cancel; \
+                 move the input away from there, or take other units"
+            ),
             Error::Overflow { what, value } => write!(
                 f,
                 "{what} is {value}: a sum is beyond the range of numbers; take other units, scale the cost, or shorten a motion that \
@@ -300,6 +316,12 @@ impl fmt::Display for Error {
                 f,
                 "the motion was started anew at node {node} (t = {} s), which the paper's system does not know; simulate without \
                  `Settings::drift_bound` and `Settings::rebase_every`",
+                seconds(*time)
+            ),
+            Error::LinearEnergy { coordinate, momentum, step, time } => write!(
+                f,
+                "positions cannot be projected onto Φ = 0 at the end of step {step} (t = {} s): the kinetic energy has a term linear in the \
+                 velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, with shorter steps",
                 seconds(*time)
             ),
             Error::Incomplete { computed: 0, .. } => {

@@ -4,6 +4,9 @@ use crate::refinement::Refinement;
 use crate::simulate::Forward;
 use crate::{Settings, Warning};
 
+/// Parts of a step below this share of it, as a power of ½, are lost in its rounding.
+const MOST_HALVINGS: usize = 52;
+
 impl Forward {
     /// How the grid taken follows from the given one.
     pub(crate) fn refinement(&self) -> Refinement {
@@ -15,7 +18,7 @@ impl Forward {
         let share = self.refinement().share(node);
         // Below this the end of the step would be its beginning.
         let (t, dt) = (self.trajectory.times[node - self.first - 1], self.inputs.grid.steps[node - 1]);
-        share * 2f64.powi(settings.max_halvings as i32) > 1.5 && t + 0.25 * dt != t
+        share * 2f64.powi(settings.max_halvings.min(MOST_HALVINGS) as i32) > 1.5 && t + 0.25 * dt != t
     }
 
     /// Inserts a node in the middle of the step that ends at `node`, with the mean of the controls at its ends.

@@ -113,9 +113,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// J of the last motion.
     ///
     /// # Errors
-    /// No complete motion.
+    /// No complete motion; a cost that is not finite, in real numbers too: √x has a value for every complex x.
     pub fn cost(&self) -> Result<R, Error> {
         self.trajectory.check_complete(&self.inputs)?;
+        self.real.cost()?;
         self.trajectory.cost(self.real.system(), &self.inputs)
     }
 
@@ -159,7 +160,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             ("time steps", real.grid.steps.len() - inserted, inputs.grid.steps.len()),
             ("q0", real.start.q().len(), inputs.start.q().len()),
             ("v0 or p*0", real.start.rate().len(), inputs.start.rate().len()),
-            ("controls", real.controls.len() - inserted * real.controls.nrows(), inputs.controls.len()),
+            ("controls: rows (channels)", real.controls.nrows(), inputs.controls.nrows()),
+            ("controls: columns (nodes, one more than steps)", real.controls.ncols() - inserted, inputs.controls.ncols()),
             ("design variables", real.design.len(), inputs.design.len()),
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
@@ -323,8 +325,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (unit * largest, unit)).of_part;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
+                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
+                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
                 let is_stalled = sizes.is_stalled(size);
-                done &= correction > 0 && (size <= CONVERGED || is_stalled);
+                done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
             if done {
                 self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));

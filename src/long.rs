@@ -148,6 +148,7 @@ impl<'s> LongSolver<'s> {
 
     fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
         self.checkpoints.clear();
+        self.settings.check()?;
         inputs.check(self.system)?;
         self.plan = self.plan(inputs)?;
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)

@@ -132,9 +132,12 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete, or was started anew on the way.
+    /// A motion that is incomplete, or was started anew on the way; inputs of other sizes than it has.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
-        trajectory.check_complete(inputs)?;
+        if trajectory.computed == 0 || trajectory.computed < trajectory.times.len() {
+            return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: trajectory.computed });
+        }
+        trajectory.check_fits(system, inputs)?;
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
@@ -175,7 +178,7 @@ impl<'a> PaperSystem<'a> {
     /// The gradient by solving Eq. (9) backwards with dense matrices, and Eq. (11) and (12) without the factor Δt.
     ///
     /// # Errors
-    /// A tangent matrix that is singular.
+    /// A tangent matrix that is singular; a cost or adjoint variables that are not finite.
     pub fn gradient(&self) -> Result<PaperGradient, Error> {
         let (n, m, nodes) = (self.system.n(), self.system.m(), self.inputs.grid.nodes());
         let mut gradient = PaperGradient {
@@ -185,11 +188,15 @@ impl<'a> PaperSystem<'a> {
             p_star0: DVector::zeros(n),
             w: DMatrix::zeros(4 * n + m, nodes),
         };
+        self.trajectory.cost(self.system, self.inputs)?;
         let mut from_next = DVector::zeros(4 * n + m);
         for i in (0..nodes).rev() {
             let right = -self.cost_columns(i, |arguments| &mut arguments.y) - &from_next;
             let solved = self.f_y(i).matrix.transpose().lu().solve(&right);
             let w = solved.ok_or_else(|| self.singular(i))?;
+            if let Some(&value) = w.iter().find(|w| !w.is_finite()) {
+                return Err(Error::Overflow { what: format!("w at node {i}"), value });
+            }
             gradient.controls.set_column(i, &(self.cost_columns(i, |arguments| &mut arguments.u) + self.f_u(i).tr_mul(&w)));
             gradient.design += self.cost_columns(i, |arguments| &mut arguments.b) + self.f_b(i).tr_mul(&w);
             if i > 0 {

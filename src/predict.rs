@@ -53,8 +53,11 @@ impl Predictor {
         }
         let most = steps.len();
         self.used = (1..=most).rev().find(|&used| self.find_weights(&steps[most - used..])).unwrap_or(1);
-        // Fewer nodes than steps: not to be used again without looking.
         self.steps[..most].copy_from_slice(steps);
+        if self.used < most {
+            // Weights of the last of these steps: not to be taken for those of the first.
+            self.steps[0] = f64::NAN;
+        }
     }
 
     /// Lagrange's weights w_j = Π (t − t_l)/(t_j − t_l) of the nodes where the steps begin, at the end of the last; false if too large.
@@ -86,5 +89,11 @@ mod tests {
         // Forth, back and forth again: the end lies where node 1 does.
         predictor.prepare(&[1.0, -1.0, 1.0]);
         assert_eq!((predictor.used, &predictor.weights[..2]), (2, &[1.0, 0.0][..]));
+        // The first two of three steps, of which the last two were used.
+        predictor.prepare(&[0.1, 1.0, 1.5]);
+        assert_eq!((predictor.used, &predictor.weights[..2]), (2, &[-1.5, 2.5][..]));
+        predictor.prepare(&[0.1, 1.0]);
+        let [first, second] = [predictor.weights[0], predictor.weights[1]];
+        assert!((first + 10.0).abs() < 1e-12 && (second - 11.0).abs() < 1e-12, "{first}, {second}");
     }
 }

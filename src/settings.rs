@@ -1,5 +1,7 @@
 //! Tolerances and limits.
 
+use crate::Error;
+
 /// How a simulation is solved; the defaults suit nearly every scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -13,12 +15,12 @@ pub struct Settings {
     pub position_tolerance: f64,
     /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
     pub velocity_tolerance: f64,
-    /// A step without a solution is halved, up to so many times; the grid that was taken is in
+    /// A step without a solution is halved, up to so many times (52 at most, as its length has no more digits); the grid that was taken is in
     /// [`Solver::inputs`](crate::Solver::inputs).
     pub max_halvings: usize,
-    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is above this, in m or rad; infinite for never, as in the paper.
+    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is this or more, in m or rad; 0.0 for every node, infinite for never, as in the paper.
     ///
-    /// The multipliers begin anew there too (see [`restart`](crate::restart)).
+    /// The multipliers begin anew there too (see [`restart`](crate::restart)). Kinetic energies must be quadratic in v for it.
     pub drift_bound: f64,
     /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under
     /// a steady load; 0 for never.
@@ -41,6 +43,26 @@ impl Default for Settings {
             drift_bound: f64::INFINITY,
             rebase_every: 0,
             keep_adjoint: false,
+        }
+    }
+}
+
+impl Settings {
+    /// Refuses what no comparison would ever exceed or meet.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let bounds = [
+            ("tolerance", self.tolerance),
+            ("position_tolerance", self.position_tolerance),
+            ("velocity_tolerance", self.velocity_tolerance),
+            ("drift_bound", self.drift_bound),
+        ];
+        let refused =
+            |name: &str, value, must_be| Err(Error::Parameter { what: format!("`Settings::{name}`"), value, must_be });
+        match bounds.into_iter().find(|(_, bound)| bound.is_nan() || *bound < 0.0) {
+            Some((name, value)) => refused(name, value, "a number that is not negative"),
+            None if self.tolerance.is_infinite() => refused("tolerance", self.tolerance, "finite"),
+            None if self.max_iterations == 0 => refused("max_iterations", 0.0, "1 or more"),
+            None => Ok(()),
         }
     }
 }

@@ -89,6 +89,7 @@ impl Forward {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.trajectory.computed = 0;
+        settings.check()?;
         inputs.check(system)?;
         if self.trajectory.times.len() != room {
             self.trajectory = Trajectory::zeros(system, room);
@@ -295,6 +296,9 @@ impl Forward {
                     Error::Newton { step, time, iterations, length, residual, equation }
                 })
             }
+            StepFailure::LinearEnergy { coordinate, momentum } => {
+                Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
+            }
             StepFailure::Projection { iterations, residual } => {
                 let equation = "the projection onto Φ = 0".into();
                 Error::Newton { step, time, iterations, length, residual, equation }
@@ -308,12 +312,25 @@ impl Forward {
         rank::near_singular(system, &at, self.refinement().given_step(node), at.t)
     }
 
+    /// v₀ as given, or zero.
+    fn given_velocity(&self) -> Vec<f64> {
+        match &self.inputs.start {
+            Start::Velocity { v, .. } => v.as_slice().to_vec(),
+            Start::Momentum { p_star, .. } => vec![0.0; p_star.len()],
+        }
+    }
+
     /// Which element is to blame for a value that is not finite: tried where the last good node stood.
     fn not_finite(&self, system: &System, node: usize) -> Error {
         let time = self.trajectory.times[node - self.first];
         let last = self.at(node.saturating_sub(1));
-        let q = if node == 0 { &self.start_q } else { last.q };
-        let at = At { q, u: column(&self.inputs.controls, node), t: time, ..last };
+        let u = column(&self.inputs.controls, node);
+        let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
+        let at = match node {
+            // What the iteration left of v₀ and σ₀ may be no numbers.
+            0 => At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last },
+            _ => At { u, t: time, ..last },
+        };
         let step = self.refinement().given_step(node);
         match system.find_not_finite(&at) {
             Some(element) => Error::Model { element, node: step, time },

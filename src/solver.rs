@@ -64,7 +64,7 @@ impl<'s> Solver<'s> {
     /// J of the last motion.
     ///
     /// # Errors
-    /// No complete motion.
+    /// No complete motion; a cost that is not finite.
     pub fn cost(&self) -> Result<f64, Error> {
         let Forward { trajectory, inputs, .. } = &self.forward;
         trajectory.check_complete(inputs)?;

@@ -41,6 +41,11 @@ pub(crate) enum StepFailure {
         iterations: usize,
         residual: f64,
     },
+    /// A kinetic energy with a term linear in v, which no projection knows: the coordinate and T_v(q, 0).
+    LinearEnergy {
+        coordinate: usize,
+        momentum: f64,
+    },
     NotFinite,
 }
 

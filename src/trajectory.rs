@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use crate::refinement::Refinement;
 use crate::scalar::Real;
-use crate::system::{At, CostAt, Sums};
-use crate::{Error, Inputs, System, Warning};
+use crate::system::{At, CostAt, CostRows, Sums};
+use crate::{Error, Inputs, System, Warning, error};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +116,7 @@ impl<R: Real> Trajectory<R> {
     /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs of other sizes.
+    /// Inputs of other sizes; a cost or a sum that is not finite.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
@@ -125,10 +125,28 @@ impl<R: Real> Trajectory<R> {
         let mut sum = R::zero();
         for i in first..self.computed {
             if let Some(weights) = refinement.weights(&inputs.grid.steps, i) {
-                sum += system.cost(&self.cost_at(inputs, i), &weights);
+                let value = system.cost(&self.cost_at(inputs, i), &weights);
+                if !is_finite(value) {
+                    return Err(self.bad_cost(system, inputs, &refinement, i));
+                }
+                sum += value;
             }
         }
-        Ok(sum)
+        if is_finite(sum) { Ok(sum) } else { Err(Error::Overflow { what: "J".into(), value: sum.part(0) }) }
+    }
+
+    /// Which cost of a node is not finite.
+    fn bad_cost(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, node: usize) -> Error {
+        let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
+        let at = self.cost_at(inputs, node);
+        let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
+        let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
+        let t = at.t.part(0);
+        let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
+        let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
+        let bad = |weights| system.costs().iter().find_map(|costs| costs.find_not_finite(&at, &weights, &mut rows));
+        let name = refinement.weights(&steps, node).and_then(bad).unwrap_or("the cost");
+        Error::Model { element: error::quoted(name), node: refinement.given_step(node), time: t }
     }
 
     /// Φ(q_i, t_i) in m or rad (m × nodes).
@@ -160,12 +178,12 @@ impl<R: Real> Trajectory<R> {
     }
 
     /// Refuses inputs that this motion of this system cannot have been computed from.
-    fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
+    pub(crate) fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
         let nodes = self.times.len();
         let sizes = [
             ("the trajectory's coordinates", system.n(), self.q.nrows()),
             ("the trajectory's multipliers", system.m(), self.sigma.nrows()),
-            ("time nodes", nodes, inputs.grid.nodes()),
+            ("time nodes (`Solver::inputs` has those of the motion)", nodes, inputs.grid.nodes()),
             ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
             ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
             ("design variables", system.designs(), inputs.design.len()),
@@ -187,6 +205,10 @@ pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
 pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
     let rows = matrix.nrows();
     &mut matrix.as_mut_slice()[i * rows..(i + 1) * rows]
+}
+
+fn is_finite<R: Real>(x: R) -> bool {
+    (0..R::PARTS).all(|part| x.part(part).is_finite())
 }
 
 /// Numbers of all equations at all nodes, if they are finite.

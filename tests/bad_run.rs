@@ -5,8 +5,8 @@ mod common;
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Start, Sum,
-    System, scenes::CartPendulum, simulate,
+    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, LongSolver, Scalar,
+    Scene, Settings, Solver, Start, Sum, System, scenes::CartPendulum, simulate,
 };
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -268,4 +268,149 @@ fn a_gradient_that_overflows_is_an_error() {
     assert!(solver.cost().is_ok_and(|j| (j - 10.0).abs() < 1e-12));
     let error = solver.gradient().expect_err("a gradient beyond the numbers").clone();
     assert_says(&error, &["dJ/db", "`weight`", "inf"]);
+}
+
+#[test]
+fn settings_that_no_comparison_would_heed_are_refused() {
+    let (system, mut inputs) = cart();
+    inputs.start.q_mut()[2] = 0.1;
+    let default = Settings::default();
+    let cases = [
+        (Settings { tolerance: f64::NAN, ..default }, "`Settings::tolerance` is NaN"),
+        (Settings { tolerance: f64::INFINITY, ..default }, "`Settings::tolerance` is inf; it must be finite"),
+        (Settings { position_tolerance: f64::NAN, ..default }, "`Settings::position_tolerance` is NaN"),
+        (Settings { velocity_tolerance: -1.0, ..default }, "`Settings::velocity_tolerance` is -1"),
+        (Settings { drift_bound: f64::NAN, ..default }, "`Settings::drift_bound` is NaN"),
+        (Settings { max_iterations: 0, ..default }, "`Settings::max_iterations` is 0; it must be 1 or more"),
+    ];
+    for (settings, words) in cases {
+        let error = simulate(&system, &inputs, settings).expect_err("bad settings").error;
+        assert!(matches!(error, Error::Parameter { .. }), "{error:?}");
+        assert_says(&error, &[words]);
+        assert_eq!(
+            LongSolver::new(&system, settings, 1_000_000).gradient(&inputs).err().map(|e| e.to_string()),
+            Some(error.to_string())
+        );
+    }
+}
+
+#[test]
+fn any_number_of_halvings_may_be_allowed() {
+    let (system, mut inputs) = runaway();
+    inputs.grid.steps = vec![0.02, 0.02, 0.5, 0.15];
+    inputs.controls = DMatrix::zeros(0, 5);
+    let inserted = |max_halvings| {
+        let settings = Settings { max_halvings, ..Settings::default() };
+        simulate(&system, &inputs, settings).expect("motion").inserted
+    };
+    assert!(!inserted(10).is_empty());
+    for most in [60, 1024, 1 << 31, usize::MAX] {
+        assert_eq!(inserted(most), inserted(10), "{most}");
+    }
+}
+
+/// h = √q, which has no real value behind q = 0.
+struct Root;
+impl Cost<1> for Root {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0].sqrt()
+    }
+}
+
+#[test]
+fn a_cost_that_is_no_number_is_an_error_whoever_asks_for_it() {
+    use hamiltonian_adjoint::check::{self, Input};
+    use hamiltonian_adjoint::paper_system::PaperSystem;
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.cost("root", Root, Sum::Plain, q, [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+    inputs.start.q_mut()[0] = 0.15;
+    inputs.start.rate_mut()[0] = -1.0;
+    let settings = Settings::default();
+    let mut solver = Solver::new(&system, settings);
+    let motion = solver.simulate(&inputs).expect("motion").clone();
+    let x = [Input::Coordinate(0)];
+    let errors = [
+        solver.cost().err(),
+        motion.cost(&system, &inputs).err(),
+        check::complex_step(&system, &inputs, settings, &x).err(),
+        check::tangent(&system, &inputs, settings, &x).err(),
+        check::central_differences(&system, &inputs, settings, &x, 1e-6).err(),
+        check::direct_differentiation(&system, &inputs, settings, &check::no_change(&inputs)).err(),
+        PaperSystem::new(&system, &inputs, &motion).expect("complete").gradient().err(),
+    ];
+    for (who, error) in errors.into_iter().enumerate() {
+        let Some(Error::Model { element, node: 2, .. }) = error else { panic!("{who}: {error:?}") };
+        assert_eq!(element, "`root`");
+    }
+}
+
+/// Q = 1/u or √u: at u = 0 the first is no number, and the second has no derivative.
+struct Inverse(bool);
+impl Force<1, 1> for Inverse {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([if self.0 { at.u[0].recip() } else { at.u[0].sqrt() }])
+    }
+}
+impl Constraint<1, 1> for Root {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0].sqrt()])
+    }
+}
+
+fn sled(add: impl FnOnce(&mut Scene, [Coordinate; 1])) -> Error {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.cost("square", Square, Sum::Terminal, q, [], [], []);
+    add(&mut scene, q);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+    hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect_err("no number")
+}
+
+/// q² + q.
+struct Square;
+impl Cost<1> for Square {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0] * at.q[0] + at.q[0]
+    }
+}
+
+#[test]
+fn the_formula_that_is_no_number_at_the_start_is_named_and_not_another() {
+    let by = |root| {
+        sled(|scene, q| {
+            let u = scene.control("u");
+            scene.force("drive", Inverse(root), q, [u], []);
+        })
+    };
+    assert!(matches!(by(true), Error::Model { element, node: 0, .. } if element == "`drive`"));
+    assert_says(&by(false), &["dJ/du at node", "NaN", "no derivative"]);
+    let rate = sled(|scene, q| {
+        scene.constraint("root", Root, q, []);
+    });
+    assert!(matches!(&rate, Error::Model { element, node: 0, .. } if element == "`root`"), "{rate:?}");
+}
+
+#[test]
+fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
+    use hamiltonian_adjoint::LiftedSolver;
+    use hamiltonian_adjoint::check::{direct_differentiation, no_change};
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    let _ = [scene.control("left"), scene.control("right")];
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.1));
+    let mut direction = no_change(&inputs);
+    direction.controls = DMatrix::zeros(3, 2);
+    let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("3 × 2 for 2 × 3");
+    assert!(matches!(error, Error::Size { expected: 2, found: 3, .. }), "{error:?}");
+    let mut solver = LiftedSolver::<f64>::new(&system, &inputs, Settings::default()).expect("motion");
+    let other = Inputs { controls: DMatrix::zeros(3, 2), ..inputs };
+    assert!(matches!(solver.simulate(&other), Err(Error::Size { expected: 2, found: 3, .. })));
 }

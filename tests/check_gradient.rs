@@ -117,3 +117,28 @@ fn a_cost_of_nothing_is_no_success() {
     println!("{report}");
     assert_eq!(report.verdict(), Verdict::NothingCompared);
 }
+
+#[test]
+fn a_derivative_that_is_zero_is_no_reason_for_alarm() {
+    /// q + v σ².
+    struct Reaction;
+    impl Cost<1, 1> for Reaction {
+        fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 1, 0>, _b: &SVector<S, 0>) -> S {
+            at.q[0] + at.v[0] * at.sigma[0] * at.sigma[0]
+        }
+    }
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.3, 0.1, [0.3, -0.4, -0.9]);
+    let pivot = scene.revolute(
+        "pivot",
+        Body::GROUND.at(0.0, 0.0),
+        rod.at(-0.3 * 0.9f64.cos() - 0.4 * 0.9f64.sin(), -0.3 * 0.9f64.sin() + 0.4 * 0.9f64.cos()),
+    );
+    scene.cost("reaction", Reaction, Sum::Terminal, [rod.coordinates[2]], [pivot[0]], [], []);
+    let system = scene.compile().expect("scene");
+    // σ₀ = 0, and complex step leaves the square of its step.
+    check::gradient(&system, &Inputs::at_rest(&system, Grid::uniform(0, 0.1)), Settings::default())
+        .run()
+        .expect("motion")
+        .assert_passed();
+}

@@ -1,7 +1,7 @@
 //! The condensed sweep against the paper's full 4n + m system.
 
 use hamiltonian_adjoint::paper_system::PaperSystem;
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, Start, scenes::CartPendulum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, Start, scenes::CartPendulum};
 use nalgebra::DMatrix;
 
 fn difference(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
@@ -35,4 +35,22 @@ fn the_condensed_sweep_gives_the_papers_adjoint_variables_and_gradient() {
         println!("{what}: relative difference {error:.1e}");
         assert!(error <= 1e-12, "{what}: {error:.1e}");
     }
+}
+
+#[test]
+fn inputs_that_the_motion_does_not_belong_to_are_refused() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.02));
+    inputs.controls.fill(1e3);
+    inputs.grid.steps[2] = 1.0;
+    let mut solver = Solver::new(&system, Settings { max_iterations: 4, ..Settings::default() });
+    let motion = solver.simulate(&inputs).expect("motion").clone();
+    assert!(!motion.inserted.is_empty());
+    let error = PaperSystem::new(&system, &inputs, &motion).err().expect("halved steps");
+    assert!(matches!(error, Error::Size { found: 5, .. }), "{error:?}");
+    assert!(error.to_string().contains("`Solver::inputs`"), "{error}");
+    assert!(PaperSystem::new(&system, solver.inputs(), &motion).is_ok());
+    let mut other = solver.inputs().clone();
+    other.controls = DMatrix::zeros(2, other.controls.ncols());
+    assert!(matches!(PaperSystem::new(&system, &other, &motion).err(), Some(Error::Size { .. })));
 }

@@ -7,7 +7,8 @@ use common::{assert_gradient_is_exact_with, assert_order, assert_says, largest};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Harmonic};
 use hamiltonian_adjoint::{
-    Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System, check, scenes::CartPendulum, simulate,
+    Constraint, Cost, CostPoint, Error, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System, check,
+    scenes::CartPendulum, simulate,
 };
 use nalgebra::SVector;
 
@@ -175,4 +176,106 @@ fn the_papers_system_knows_no_restarts() {
     let error = PaperSystem::new(&system, &inputs, motion).err().expect("restarts");
     assert!(matches!(error, Error::Restarted { node: 3, .. }), "{error:?}");
     assert_says(&error, &["node 3", "rebase_every"]);
+}
+
+#[test]
+fn a_check_of_the_gradient_knows_that_restarts_begin_with_the_multipliers_before() {
+    for (name, system) in [("four-bar", four_bar()), ("driven", driven())] {
+        let inputs = lively(&system, 14, 0.02);
+        // Which nodes reach a bound that is not zero may change with the inputs, and J jumps there.
+        for settings in [projected(), rebased()] {
+            let report = check::gradient(&system, &inputs, settings).run().expect("motion");
+            println!("{name}: {:?}", report.identity);
+            report.assert_passed();
+        }
+    }
+}
+
+/// ½ |v + Ω × q|², seen from a frame that turns at Ω = b.
+struct Turning;
+impl KineticEnergy<2, 1> for Turning {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 1>) -> S {
+        let (x, y) = (v[0] - b[0] * q[1], v[1] + b[0] * q[0]);
+        (x * x + y * y) * 0.5
+    }
+}
+
+/// x² + y² = 1.
+struct Circle;
+impl Constraint<2, 1> for Circle {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0] * q[0] + q[1] * q[1] - 1.0])
+    }
+}
+
+/// A bead on a circle, at (1, 0).
+fn bead(rate: f64) -> (System, Inputs) {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("bead", ["x", "y"]);
+    scene.place(q[0], 1.0);
+    let rate = scene.design("Ω", rate);
+    scene.kinetic_energy("turning", Turning, q, [rate.into()]);
+    scene.constraint("circle", Circle, q, []);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    (system, inputs)
+}
+
+#[test]
+fn a_bound_of_zero_projects_every_node_also_where_nothing_has_drifted() {
+    let (system, inputs) = bead(0.0);
+    let mut solver = Solver::new(&system, projected());
+    assert_eq!(solver.simulate(&inputs).expect("at rest").restarted.len(), 10);
+}
+
+#[test]
+fn a_kinetic_energy_that_is_not_quadratic_cannot_be_projected_with() {
+    let (system, mut inputs) = bead(0.5);
+    inputs.start.rate_mut()[1] = 1.0;
+    let mut solver = Solver::new(&system, projected());
+    let error = solver.simulate(&inputs).expect_err("a term linear in v").clone();
+    assert!(matches!(&error, Error::LinearEnergy { coordinate, step: 1, .. } if coordinate == "bead.y"), "{error:?}");
+    assert_says(&error, &["step 1", "linear in the velocities", "`bead.y`", "drift_bound"]);
+    simulate(&system, &inputs, rebased()).expect("nothing is projected");
+}
+
+/// q² + ṗ* v/m + (u² + m σ_x σ_y)/m².
+struct Heavy;
+impl Cost<1, 2, 1, 1> for Heavy {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 2, 1>, b: &SVector<S, 1>) -> S {
+        let reaction = at.sigma[0] * at.sigma[1] * b[0];
+        at.q[0] * at.q[0] + at.p_star_dot[0] * at.v[0] / b[0] + (at.u[0] * at.u[0] + reaction) / (b[0] * b[0])
+    }
+}
+
+/// Two rods of some 1e9 kg, the first driven.
+fn heavy() -> (System, Inputs) {
+    const MASS: f64 = 1e9;
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let mass = scene.design("mass", MASS);
+    let first = scene.body("first", mass, 0.1 * MASS, [0.5, 0.0, 0.0]);
+    let second = scene.body("second", mass * 2.0, 0.1 * MASS, [1.5, 0.0, 0.0]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), first.at(-0.5, 0.0));
+    let hinge = scene.revolute("hinge", first.at(0.5, 0.0), second.at(-0.5, 0.0));
+    let motion = [0.0, 0.3, 3.0, 0.0].map(Into::into);
+    scene.driven_angle("drive", Body::GROUND, first, Harmonic, motion);
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", first, second, torque);
+    scene.cost("heavy", Heavy, Sum::Rectangle, [second.coordinates[2]], hinge, [torque], [mass.into()]);
+    let system = scene.compile().expect("scene");
+    let grid = Grid { start: 0.0, steps: vec![0.03, -0.01, 0.05, 0.001, 0.03, 0.03] };
+    let mut inputs = Inputs::at_rest(&system, grid);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = MASS * (i as f64).sin());
+    for (i, v) in [(1, 0.45), (2, 0.9), (4, 0.9)] {
+        inputs.start.rate_mut()[i] = v;
+    }
+    (system, inputs)
+}
+
+#[test]
+fn the_gradient_through_projections_is_exact_in_all_units() {
+    let (system, inputs) = heavy();
+    let settings = Settings { drift_bound: 0.0, rebase_every: 2, ..plain() };
+    assert_gradient_is_exact_with("heavy", &system, &inputs, settings);
 }

@@ -75,7 +75,8 @@ pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(
         ("direction: time steps", inputs.grid.steps.len(), direction.grid.steps.len()),
         ("direction: q0", inputs.start.q().len(), direction.start.q().len()),
         ("direction: v0 or p*0", inputs.start.rate().len(), direction.start.rate().len()),
-        ("direction: controls", inputs.controls.len(), direction.controls.len()),
+        ("direction: controls: rows (channels)", inputs.controls.nrows(), direction.controls.nrows()),
+        ("direction: controls: columns (nodes)", inputs.controls.ncols(), direction.controls.ncols()),
         ("direction: design variables", inputs.design.len(), direction.design.len()),
     ];
     if let Some((what, expected, found)) = sizes.into_iter().find(|(_, expected, found)| expected != found) {

@@ -49,6 +49,8 @@ use crate::{Error, Settings, System};
 const MOST_CORRECTIONS: usize = 25;
 /// So many times the largest range away from zero, σ is put in the middle of its range again.
 const WANDERED: f64 = 2.0;
+/// Momenta at rest below this fraction of those of the motion are rounding.
+const LINEAR: f64 = 1e-12;
 /// A correction below this fraction of the largest coordinate is rounding.
 const ROUNDING: f64 = 1e-15;
 
@@ -128,7 +130,9 @@ impl Restart<'_> {
 /// Restarts the motion at a node, if it is due there.
 pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
     let rebase = settings.rebase_every > 0 && node.is_multiple_of(settings.rebase_every);
-    let project = settings.drift_bound < f64::INFINITY && drift(forward, system, node) > settings.drift_bound;
+    // With a bound of 0.0 at every node, also where rounding happens to leave Φ = 0.
+    let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
+    let project = may_drift && drift(forward, system, node) >= settings.drift_bound;
     if !rebase && !project {
         return Ok(());
     }
@@ -231,10 +235,14 @@ fn projection(forward: &mut Forward, system: &System, node: usize, at: &mut Poin
     let factored = forward.newton.factor(system, 0.0, &blocks, &mut forward.report);
     forward.newton.evaluation.blocks = blocks;
     factored.map_err(StepFailure::Singular)?;
+    let momentum = largest(&at.left.v);
     at.x.v.fill(0.0);
     let mut last = f64::INFINITY;
     for corrections in 0..MOST_CORRECTIONS {
         l_v(forward, system, node, at);
+        if corrections == 0 {
+            check_quadratic(&at.left.v, momentum)?;
+        }
         at.left.sigma.fill(0.0);
         let (t, design) = (forward.trajectory.times[k], forward.inputs.design.as_slice());
         system.phi(&At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u: &[], t, design }, &mut at.left.sigma);
@@ -264,6 +272,15 @@ fn projection(forward: &mut Forward, system: &System, node: usize, at: &mut Poin
         at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
     }
     Err(failed(MOST_CORRECTIONS, last))
+}
+
+/// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
+fn check_quadratic(at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
+    let linear = |p: &f64| p.abs() > LINEAR * momentum;
+    let Some(first) = at_rest.iter().position(linear) else { return Ok(()) };
+    let larger = |most: usize, i: usize| if at_rest[i].abs() > at_rest[most].abs() { i } else { most };
+    let coordinate = (0..at_rest.len()).fold(first, larger);
+    Err(StepFailure::LinearEnergy { coordinate, momentum: at_rest[coordinate] })
 }
 
 fn failed(iterations: usize, residual: f64) -> StepFailure {

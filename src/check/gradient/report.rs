@@ -7,6 +7,8 @@ use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
 /// What is left to rounding by an ordinary motion is less.
 const ROUGH: f64 = 1e-12;
+/// Where all terms are zero, complex step leaves the square of its step, 1e-60.
+const NOTHING: f64 = 1e-40;
 
 /// One direction, four ways.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +68,7 @@ impl DirectionReport {
     /// Judges again, with errors relative to at least `floor`.
     pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
         self.size = self.size.max(self.direct.abs()).max(floor);
-        let exact = tolerance * self.size;
+        let exact = tolerance * self.size.max(NOTHING);
         let seen = DIFFERENCED * self.size + CAUTION * self.differences_error;
         let near = |a: f64, b: f64, within: f64| (a - b).abs() <= within;
         let oracles = near(self.direct, self.complex_step, exact);
