@@ -50,6 +50,13 @@ pub enum Error {
         /// What it must be.
         must_be: &'static str,
     },
+    /// A direction, or lifted inputs, with another kind of start than the inputs that they belong to.
+    StartKind {
+        /// What the inputs start with: velocities, augmented momenta.
+        expected: &'static str,
+        /// What was given.
+        found: &'static str,
+    },
     /// An input with the wrong number of entries.
     Size {
         /// Which input.
@@ -145,6 +152,17 @@ pub enum Error {
         residual: f64,
         /// The equation that holds it.
         equation: String,
+    },
+    /// Positions at the end of a step could not be projected onto Φ = 0.
+    Projection {
+        /// The step, counted from 1.
+        step: usize,
+        /// The time at its end, s.
+        time: f64,
+        /// How many corrections were made.
+        iterations: usize,
+        /// The last of them, in m or rad.
+        correction: f64,
     },
     /// The tangent matrix K of a step is singular.
     SingularStep {
@@ -281,6 +299,19 @@ impl fmt::Display for Error {
                 "Newton did not converge in step {step} (t = {} s, last tried with Δt = {length:.3e} s): the relative residual after \
                  iteration {iterations} is {residual:.2e} in {equation}; try a shorter time step, or raise \
                  `Settings::max_iterations` or `Settings::max_halvings`",
+                seconds(*time)
+            ),
+            Error::StartKind { expected, found } => {
+                write!(
+                    f,
+                    "the start gives {found}, and the inputs that it belongs to {expected}; use the same kind of `Start`"
+                )
+            }
+            Error::Projection { step, time, iterations, correction } => write!(
+                f,
+                "positions at the end of step {step} (t = {} s) could not be projected onto Φ = 0: after {iterations} corrections they \
+                 still move by {correction:.2e} m or rad; they have drifted too far, so take shorter steps or a smaller \
+                 `Settings::drift_bound`",
                 seconds(*time)
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(

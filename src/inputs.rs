@@ -88,6 +88,19 @@ impl<R: Real> Start<R> {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        match self {
+            Start::Velocity { .. } => "velocities",
+            Start::Momentum { .. } => "augmented momenta",
+        }
+    }
+
+    /// Refuses a change of velocities where momenta are given, and the other way round.
+    pub(crate) fn check_kind<T: Real>(&self, changed: &Start<T>) -> Result<(), Error> {
+        let (expected, found) = (self.kind(), changed.kind());
+        if expected == found { Ok(()) } else { Err(Error::StartKind { expected, found }) }
+    }
+
     fn map<T>(&self, f: impl Fn(R) -> T) -> Start<T>
     where
         T: nalgebra::Scalar,

@@ -166,7 +166,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
             Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
-            None => Ok(()),
+            None => real.start.check_kind(&inputs.start),
         }
     }
 

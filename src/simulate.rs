@@ -299,10 +299,7 @@ impl Forward {
             StepFailure::LinearEnergy { coordinate, momentum } => {
                 Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
             }
-            StepFailure::Projection { iterations, residual } => {
-                let equation = "the projection onto Φ = 0".into();
-                Error::Newton { step, time, iterations, length, residual, equation }
-            }
+            StepFailure::Projection { iterations, correction } => Error::Projection { step, time, iterations, correction },
         }
     }
 

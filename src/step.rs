@@ -39,7 +39,7 @@ pub(crate) enum StepFailure {
     /// The projection onto Φ = 0.
     Projection {
         iterations: usize,
-        residual: f64,
+        correction: f64,
     },
     /// A kinetic energy with a term linear in v, which no projection knows: the coordinate and T_v(q, 0).
     LinearEnergy {

@@ -411,6 +411,14 @@ fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
     let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("3 × 2 for 2 × 3");
     assert!(matches!(error, Error::Size { expected: 2, found: 3, .. }), "{error:?}");
     let mut solver = LiftedSolver::<f64>::new(&system, &inputs, Settings::default()).expect("motion");
-    let other = Inputs { controls: DMatrix::zeros(3, 2), ..inputs };
+    let other = Inputs { controls: DMatrix::zeros(3, 2), ..inputs.clone() };
     assert!(matches!(solver.simulate(&other), Err(Error::Size { expected: 2, found: 3, .. })));
+
+    let start = Start::Momentum { q: inputs.start.q().clone(), p_star: inputs.start.rate().clone() };
+    let other = Inputs { start: start.clone(), ..inputs.clone() };
+    let of_lifted = solver.simulate(&other).expect_err("momenta");
+    let direction = Inputs { start, ..no_change(&inputs) };
+    let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("momenta");
+    assert_eq!(error, of_lifted);
+    assert_says(&error, &["augmented momenta", "velocities", "`Start`"]);
 }

@@ -162,8 +162,8 @@ fn a_projection_that_does_not_converge_is_an_error() {
         inputs.start.rate_mut()[1] = 3.0;
         assert!(simulate(&system, &inputs, plain()).is_ok());
         let error = simulate(&system, &inputs, projected()).expect_err("far away").error;
-        assert!(matches!(error, Error::Newton { step: 1, residual: 1e-2.., .. }), "{error:?}");
-        assert_says(&error, &["step 1", "the projection onto Φ = 0"]);
+        assert!(matches!(error, Error::Projection { step: 1, correction: 1e-2.., .. }), "{error:?}");
+        assert_says(&error, &["step 1", "projected onto Φ = 0", "drift_bound"]);
     }
 }
 

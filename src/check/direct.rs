@@ -82,6 +82,7 @@ pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(
     if let Some((what, expected, found)) = sizes.into_iter().find(|(_, expected, found)| expected != found) {
         return Err(Error::Size { what, expected, found });
     }
+    inputs.start.check_kind(&direction.start)?;
     let mut moved = inputs.lift::<R>();
     let change = |to: &mut [R], from: &[f64], by: &[f64]| {
         to.iter_mut().zip(from.iter().zip(by)).for_each(|(to, (&x, &d))| *to = make(x, d));

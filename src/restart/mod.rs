@@ -283,6 +283,6 @@ fn check_quadratic(at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
     Err(StepFailure::LinearEnergy { coordinate, momentum: at_rest[coordinate] })
 }
 
-fn failed(iterations: usize, residual: f64) -> StepFailure {
-    StepFailure::Projection { iterations, residual }
+fn failed(iterations: usize, correction: f64) -> StepFailure {
+    StepFailure::Projection { iterations, correction }
 }

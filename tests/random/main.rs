@@ -109,7 +109,10 @@ impl Tally {
 
 /// Singular configurations and steps that are too long come up in any random motion.
 fn accident(error: &Error) -> bool {
-    matches!(error, Error::Newton { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. })
+    matches!(
+        error,
+        Error::Newton { .. } | Error::Projection { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. }
+    )
 }
 
 /// Dependent constraints may be too many, or be contradicted by the drift of positions.

@@ -44,7 +44,10 @@ pub const APART: &str = "positions have drifted from their constraints";
 
 /// A step without a solution.
 pub fn no_solution(error: &Error) -> bool {
-    matches!(error, Error::Newton { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. })
+    matches!(
+        error,
+        Error::Newton { .. } | Error::Projection { .. } | Error::SingularStep { .. } | Error::SingularConfiguration { .. }
+    )
 }
 
 /// Positions that have drifted.
