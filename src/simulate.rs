@@ -277,7 +277,7 @@ impl Forward {
             StepFailure::Singular(breakdown) => !breakdown.pivot.is_finite(),
             _ => false,
         };
-        overflows && matches!(self.not_finite(system, node), Error::Model { .. })
+        overflows && self.find_not_finite(system, node, 0.0).is_some()
     }
 
     pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
@@ -317,19 +317,27 @@ impl Forward {
         }
     }
 
-    /// Which element is to blame for a value that is not finite: tried where the last good node stood.
-    fn not_finite(&self, system: &System, node: usize) -> Error {
-        let time = self.trajectory.times[node - self.first];
+    /// The element that gives no number where the last good node stood, or where its velocities lead within so many seconds.
+    fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<String> {
         let last = self.at(node.saturating_sub(1));
         let u = column(&self.inputs.controls, node);
-        let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
-        let at = match node {
+        if node == 0 {
             // What the iteration left of v₀ and σ₀ may be no numbers.
-            0 => At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last },
-            _ => At { u, t: time, ..last },
-        };
+            let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
+            return system.find_not_finite(&At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last });
+        }
+        let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
+        system.find_not_finite(&At { q: &q, u, t: self.trajectory.times[node - self.first], ..last })
+    }
+
+    /// Which element is to blame for a value that is not finite.
+    fn not_finite(&self, system: &System, node: usize) -> Error {
+        let time = self.trajectory.times[node - self.first];
         let step = self.refinement().given_step(node);
-        match system.find_not_finite(&at) {
+        let given_step = || self.inputs.grid.steps[node - 1] / self.refinement().share(node);
+        let is_there = self.find_not_finite(system, node, 0.0);
+        let is_ahead = || if node == 0 { None } else { self.find_not_finite(system, node, given_step()) };
+        match is_there.or_else(is_ahead) {
             Some(element) => Error::Model { element, node: step, time },
             None => Error::Newton {
                 step,

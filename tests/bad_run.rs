@@ -396,6 +396,30 @@ fn the_formula_that_is_no_number_at_the_start_is_named_and_not_another() {
     assert!(matches!(&rate, Error::Model { element, node: 0, .. } if element == "`root`"), "{rate:?}");
 }
 
+/// A force √q.
+struct RootForce;
+impl Force<1> for RootForce {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([at.q[0].sqrt()])
+    }
+}
+
+#[test]
+fn a_formula_that_a_motion_runs_out_of_is_named() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("root", RootForce, q, [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.start.q_mut()[0] = 0.1;
+    inputs.start.rate_mut()[0] = -1.0;
+    let stopped = simulate(&system, &inputs, Settings::default()).expect_err("x < 0");
+    println!("{}", stopped.error);
+    assert!(matches!(&stopped.error, Error::Model { element, .. } if element == "`root`"), "{:?}", stopped.error);
+    assert!(stopped.trajectory.computed > 8);
+}
+
 #[test]
 fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
     use hamiltonian_adjoint::LiftedSolver;
