@@ -280,7 +280,22 @@ fn corrections(links: usize, dt: f64) -> usize {
 /// The reactions of 300 links are a thousand times their momenta, and so is what is left of them in the residual.
 #[test]
 fn rounding_of_large_multipliers_is_not_iterated() {
-    assert!(corrections(300, 0.002) <= 130);
+    let count = corrections(300, 0.002);
+    assert!(count <= 130, "{count}");
+}
+
+#[test]
+fn the_work_of_a_motion_grows_linearly_with_its_steps() {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    for steps in [100, 1000] {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2e-3));
+        inputs.controls.fill(10.0);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        solver.gradient().expect("a gradient");
+        assert!(solver.report().newton_iterations <= 2 * steps + 1);
+        assert_eq!(solver.adjoint_report().factorisations, steps + 1);
+    }
 }
 
 /// What a link costs is linear work times corrections; of waves that steps resolve well, the first guess is good enough for one.
