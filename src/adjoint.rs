@@ -31,7 +31,7 @@ use crate::simulate::Forward;
 use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::Newton;
-use crate::{Error, Settings, Start, System, Warning, error};
+use crate::{Error, Settings, Start, System, Warning};
 
 /// The growth of the adjoint variables is looked at every so many nodes.
 const LOOK_EVERY: usize = 16;
@@ -238,8 +238,8 @@ impl Sweep {
         if self.cost.is_finite() {
             return Ok(());
         }
-        let names = system.costs().iter().find_map(|costs| costs.find_not_finite(&at, &weights, &mut self.cost));
-        Err(Error::Model { element: error::quoted(names.unwrap_or("the cost")), node: given, time: at.t })
+        let element = system.find_bad_cost(&at, &weights, &mut self.cost);
+        Err(Error::Model { element, node: given, time: at.t })
     }
 
     fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {

@@ -307,7 +307,6 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let forward = self.real.forward_mut();
         let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
-        let largest = real.iter().fold(0.0f64, |largest, q| largest.max(q.part(0).abs()));
         let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
             let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
@@ -321,8 +320,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 self.real.forward_mut().newton.solve(system, &mut self.part);
-                let unit = self.unit[part];
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (unit * largest, unit)).of_part;
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.

@@ -334,16 +334,16 @@ impl Forward {
     fn not_finite(&self, system: &System, node: usize) -> Error {
         let time = self.trajectory.times[node - self.first];
         let step = self.refinement().given_step(node);
-        let given_step = || self.inputs.grid.steps[node - 1] / self.refinement().share(node);
-        let is_there = self.find_not_finite(system, node, 0.0);
-        let is_ahead = || if node == 0 { None } else { self.find_not_finite(system, node, given_step()) };
-        match is_there.or_else(is_ahead) {
+        let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
+        // Node 0 has no step, and nothing ahead.
+        let given_length = length / self.refinement().share(node.max(1));
+        match [0.0, given_length].into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead)) {
             Some(element) => Error::Model { element, node: step, time },
             None => Error::Newton {
                 step,
                 time,
                 iterations: self.report.most_iterations,
-                length: node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]),
+                length,
                 residual: f64::INFINITY,
                 equation: "all equations (the iteration overflowed)".into(),
             },

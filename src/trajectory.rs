@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::refinement::Refinement;
 use crate::scalar::Real;
 use crate::system::{At, CostAt, CostRows, Sums};
-use crate::{Error, Inputs, System, Warning, error};
+use crate::{Error, Inputs, System, Warning};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,9 +144,9 @@ impl<R: Real> Trajectory<R> {
         let t = at.t.part(0);
         let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
         let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
-        let bad = |weights| system.costs().iter().find_map(|costs| costs.find_not_finite(&at, &weights, &mut rows));
-        let name = refinement.weights(&steps, node).and_then(bad).unwrap_or("the cost");
-        Error::Model { element: error::quoted(name), node: refinement.given_step(node), time: t }
+        let bad = |weights| system.find_bad_cost(&at, &weights, &mut rows);
+        let element = refinement.weights(&steps, node).map_or_else(|| "the cost".into(), bad);
+        Error::Model { element, node: refinement.given_step(node), time: t }
     }
 
     /// Φ(q_i, t_i) in m or rad (m × nodes).

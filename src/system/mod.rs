@@ -261,6 +261,12 @@ impl System {
         structure::constants(&self.batches, design, into);
     }
 
+    /// The first cost whose value or derivatives are not finite, for an error message; `rows` is overwritten.
+    pub(crate) fn find_bad_cost(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> String {
+        let name = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
+        error::quoted(name.unwrap_or("the cost"))
+    }
+
     /// The first element whose contributions are not finite, for an error message.
     pub(crate) fn find_not_finite(&self, at: &At<f64>) -> Option<String> {
         self.batches.iter().find_map(|batch| batch.find_not_finite(at)).map(error::quoted)
