@@ -2,6 +2,11 @@
 //!
 //! `cargo run --release --example cart_pendulum -- --help`
 
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::num::IntErrorKind;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -24,6 +29,9 @@ usage: cargo run --release --example cart_pendulum -- [options]
   --repeat R           how often to compute; the times are medians (1)
   --help               this text
 
+each at most once; at most 10000 links, as many nodes as fit into 1 GiB (1.2 million with 3 links), and
+100 million links x steps x repetitions, which take some minutes; the library's LongSolver knows no such end
+
 output
   cost                 J = 1/2 sum (phi_j - pi/2)^2 at the end
   final_angles         phi_j at the end, rad
@@ -32,9 +40,17 @@ output
   phi_max, phi_dot_max largest violation of the constraints at position (m, rad) and velocity level
   forward_s            seconds for the simulation
   value_and_gradient_s seconds for the simulation and the adjoint sweep
+  warnings             what the library says of the motion although it succeeded; on standard error too
 
-exit status: 0; 1 if the simulation fails; 2 if the arguments or the file are wrong
+exit status: 0; 1 if the simulation fails or its results cannot be printed; 2 if the arguments or the file are wrong
 ";
+
+/// Compiling more than these takes longer than anyone waits.
+const MOST_LINKS: usize = 10_000;
+/// Of all numbers that belong to the nodes.
+const MOST_BYTES: usize = 1 << 30;
+/// links × steps × repetitions.
+const MOST_WORK: usize = 100_000_000;
 
 /// What stops the program.
 #[derive(Debug, PartialEq)]
@@ -43,11 +59,13 @@ pub enum Failure {
     Usage(String),
     /// A simulation that did not come to its end.
     Simulation(String),
+    /// A result that is lost.
+    Output(String),
 }
 
 enum Controls {
     Constant(f64),
-    File(String),
+    File(PathBuf),
 }
 
 struct Options {
@@ -59,26 +77,19 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match answer(&arguments) {
-        Ok(text) => {
-            print!("{text}");
-            ExitCode::SUCCESS
-        }
-        Err(Failure::Usage(message)) => {
-            eprintln!("error: {message}\ntry --help");
-            ExitCode::from(2)
-        }
-        Err(Failure::Simulation(message)) => {
-            eprintln!("error: {message}");
-            ExitCode::from(1)
-        }
-    }
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let (status, message) = match answer(&arguments).and_then(|text| print(&text, &mut io::stdout())) {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Usage(message)) => (2, format!("{message} (try --help)")),
+        Err(Failure::Simulation(message) | Failure::Output(message)) => (1, message),
+    };
+    say(&format!("error: {message}"));
+    ExitCode::from(status)
 }
 
-/// The whole program but for printing.
-pub fn answer(arguments: &[String]) -> Result<String, Failure> {
-    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+/// The whole program but for printing its answer.
+pub fn answer(arguments: &[impl AsRef<OsStr>]) -> Result<String, Failure> {
+    if arguments.iter().any(|argument| argument.as_ref() == "--help" || argument.as_ref() == "-h") {
         return Ok(HELP.into());
     }
     let options = parse(arguments)?;
@@ -89,30 +100,46 @@ pub fn answer(arguments: &[String]) -> Result<String, Failure> {
     compute(&options, &controls).map_err(|error| Failure::Simulation(error.to_string()))
 }
 
+/// Prints to the end, or says that a disk is full or nobody reads.
+pub fn print(text: &str, out: &mut impl Write) -> Result<(), Failure> {
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    written.map_err(|error| Failure::Output(format!("cannot print the results: {error}")))
+}
+
+/// Says a line on standard error; unlike `eprintln!` it does not panic where nobody listens.
+fn say(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
 fn usage<T>(message: impl Into<String>) -> Result<T, Failure> {
     Err(Failure::Usage(message.into()))
 }
 
-fn parse(arguments: &[String]) -> Result<Options, Failure> {
+fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Options, Failure> {
     let mechanism = CartPendulum::default();
     let mut options = Options { mechanism, steps: 100, dt: 0.02, controls: Controls::Constant(10.0), repeat: 1 };
-    let (mut force, mut file) = (None, None);
-    let mut rest = arguments.iter();
+    let (mut force, mut file, mut seen) = (None, None, Vec::new());
+    let mut rest = arguments.iter().map(AsRef::as_ref);
     while let Some(flag) = rest.next() {
         let known = ["--links", "--length", "--friction-joint", "--steps", "--dt", "--controls", "--force", "--repeat"];
-        if !known.contains(&flag.as_str()) {
-            return usage(format!("unknown argument `{flag}`"));
+        let Some(flag) = known.into_iter().find(|known| flag == *known) else {
+            return usage(format!("unknown argument `{}`", shown(&flag.to_string_lossy())));
+        };
+        if seen.contains(&flag) {
+            return usage(format!("{flag} is given twice"));
         }
+        seen.push(flag);
         let Some(value) = rest.next() else { return usage(format!("{flag} needs a value")) };
-        match flag.as_str() {
-            "--links" => options.mechanism.links = positive_count(flag, value)?,
-            "--length" => options.mechanism.link_length = number(flag, value)?,
-            "--friction-joint" => options.mechanism.friction_joint = count(flag, value)?,
-            "--steps" => options.steps = positive_count(flag, value)?,
-            "--dt" => options.dt = number(flag, value)?,
-            "--controls" => file = Some(value.clone()),
-            "--force" => force = Some(number(flag, value)?),
-            _ => options.repeat = positive_count(flag, value)?,
+        let text = &*value.to_string_lossy();
+        match flag {
+            "--links" => options.mechanism.links = positive_count(flag, text)?,
+            "--length" => options.mechanism.link_length = number(flag, text)?,
+            "--friction-joint" => options.mechanism.friction_joint = count(flag, text)?,
+            "--steps" => options.steps = positive_count(flag, text)?,
+            "--dt" => options.dt = number(flag, text)?,
+            "--controls" => file = Some(value.into()),
+            "--force" => force = Some(number(flag, text)?),
+            _ => options.repeat = positive_count(flag, text)?,
         }
     }
     options.controls = match (force, file) {
@@ -121,7 +148,16 @@ fn parse(arguments: &[String]) -> Result<Options, Failure> {
         (None, Some(file)) => Controls::File(file),
         (None, None) => options.controls,
     };
-    let CartPendulum { links, friction_joint, link_length, .. } = options.mechanism;
+    check(&options)?;
+    Ok(options)
+}
+
+/// Refuses what makes no sense or is too much, before there is anything of it.
+fn check(options: &Options) -> Result<(), Failure> {
+    let (CartPendulum { links, friction_joint, link_length, .. }, steps) = (options.mechanism, options.steps);
+    if links > MOST_LINKS {
+        return usage(format!("--links {links}: at most {MOST_LINKS}"));
+    }
     if friction_joint >= links {
         return usage(format!("--friction-joint {friction_joint}: {links} links have the joints 0 to {}", links - 1));
     }
@@ -131,18 +167,37 @@ fn parse(arguments: &[String]) -> Result<Options, Failure> {
     if options.dt == 0.0 {
         return usage("--dt 0: a step must have a length");
     }
-    Ok(options)
+    // `System::bytes_per_node`, inputs, gradient, and a number in words.
+    let most_steps = MOST_BYTES / (152 * links + 400);
+    if steps > most_steps {
+        return usage(format!("--steps {steps}: at most {most_steps} with {links} links, whose nodes take 1 GiB"));
+    }
+    let most_repeats = MOST_WORK / (links * steps);
+    if options.repeat > most_repeats {
+        return usage(format!("--repeat {}: at most {most_repeats} with {links} links and {steps} steps", options.repeat));
+    }
+    Ok(())
+}
+
+/// The beginning of a text, in one line whatever is in it.
+fn shown(text: &str) -> String {
+    text.chars().take(60).flat_map(char::escape_debug).collect()
 }
 
 fn number(place: &str, text: &str) -> Result<f64, Failure> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => usage(format!("{place}: `{text}` is not a number")),
+        _ => usage(format!("{place}: `{}` is not a number", shown(text))),
     }
 }
 
 fn count(flag: &str, text: &str) -> Result<usize, Failure> {
-    text.parse().or_else(|_| usage(format!("{flag}: `{text}` is not a whole number from 0 up")))
+    match text.parse() {
+        Ok(value) => Ok(value),
+        // To be refused with what is allowed.
+        Err(error) if *error.kind() == IntErrorKind::PosOverflow => Ok(usize::MAX),
+        Err(_) => usage(format!("{flag}: `{}` is not a whole number from 0 up", shown(text))),
+    }
 }
 
 fn positive_count(flag: &str, text: &str) -> Result<usize, Failure> {
@@ -152,18 +207,26 @@ fn positive_count(flag: &str, text: &str) -> Result<usize, Failure> {
     }
 }
 
-fn read_controls(file: &str, expected: usize) -> Result<Vec<f64>, Failure> {
-    let text = std::fs::read_to_string(file).or_else(|error| usage(format!("{file}: {error}")))?;
+fn read_controls(file: &Path, expected: usize) -> Result<Vec<f64>, Failure> {
+    let name = shown(&file.to_string_lossy());
+    // A device may never end.
+    let most = 1_000_000 + 100 * expected;
+    let mut text = String::new();
+    let read = File::open(file).and_then(|file| file.take(most as u64 + 1).read_to_string(&mut text));
+    let length = read.or_else(|error| usage(format!("{name}: {error}")))?;
+    if length > most {
+        return usage(format!("{name}: more than {most} bytes, but {} steps need {expected} numbers", expected - 1));
+    }
     let mut controls = Vec::new();
     for (line, content) in text.lines().enumerate() {
         let value = content.split('#').next().unwrap_or("").trim();
         if !value.is_empty() {
-            controls.push(number(&format!("{file}:{}", line + 1), value)?);
+            controls.push(number(&format!("{name}:{}", line + 1), value)?);
         }
     }
     match controls.len() {
         found if found == expected => Ok(controls),
-        found => usage(format!("{file}: {found} numbers, but {} steps need {expected}", expected - 1)),
+        found => usage(format!("{name}: {found} numbers, but {} steps need {expected}", expected - 1)),
     }
 }
 
@@ -182,12 +245,15 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
     }
     let gradient = solver.gradient()?.clone();
     let motion = solver.trajectory();
+    let warnings: Vec<String> =
+        solver.report().warnings.iter().chain(&solver.adjoint_report().warnings).map(ToString::to_string).collect();
+    warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     let last = motion.computed - 1;
     let angles = (1..=options.mechanism.links).map(|link| motion.q[(3 * link + 2, last)]);
-    // `{:?}` writes a number with the digits that give it back exactly.
+    // `{:?}` writes a number with the digits that give it back exactly, and a text in quotes.
     Ok(format!(
         "{{\n  \"cost\": {:?},\n  \"final_angles\": {},\n  \"gradient\": {},\n  \"newton_iterations\": {},\n  \
-         \"phi_max\": {:?},\n  \"phi_dot_max\": {:?},\n  \"forward_s\": {:?},\n  \"value_and_gradient_s\": {:?}\n}}\n",
+         \"phi_max\": {:?},\n  \"phi_dot_max\": {:?},\n  \"forward_s\": {:?},\n  \"value_and_gradient_s\": {:?},\n  \"warnings\": {}\n}}\n",
         gradient.value,
         list(angles),
         list(gradient.controls.iter().copied()),
@@ -196,12 +262,13 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
         motion.phi_dot(&system, solver.inputs())?.amax(),
         median(forward),
         median(both),
+        list(warnings.iter()),
     ))
 }
 
-fn list(numbers: impl Iterator<Item = f64>) -> String {
-    let numbers: Vec<String> = numbers.map(|x| format!("{x:?}")).collect();
-    format!("[{}]", numbers.join(", "))
+fn list<T: std::fmt::Debug>(values: impl Iterator<Item = T>) -> String {
+    let values: Vec<String> = values.map(|x| format!("{x:?}")).collect();
+    format!("[{}]", values.join(", "))
 }
 
 fn median(mut times: Vec<f64>) -> f64 {

@@ -4,7 +4,10 @@
 #[expect(dead_code, reason = "the example's main")]
 mod cart_pendulum;
 
-use cart_pendulum::{Failure, answer};
+use std::fs::File;
+use std::io::{self, Write};
+
+use cart_pendulum::{Failure, answer, print};
 use serde_json::Value;
 
 fn run(arguments: &str) -> Result<String, Failure> {
@@ -80,9 +83,91 @@ fn wrong_arguments_are_refused_by_name() {
         ("--length -1", "--length -1: a link must be longer than 0"),
         ("--links 2 --friction-joint 2", "--friction-joint 2: 2 links have the joints 0 to 1"),
         ("--force 1 --controls file", "give --force or --controls, not both"),
+        ("--links 2 --steps 3 --links 2", "--links is given twice"),
+        ("--force 1 --force 1", "--force is given twice"),
+        ("--dt NaN", "--dt: `NaN` is not a number"),
+        ("--dt 0", "--dt 0: a step must have a length"),
+        ("--steps -1", "--steps: `-1` is not a whole number from 0 up"),
+        ("--repeat 1e18", "--repeat: `1e18` is not a whole number from 0 up"),
+        ("stray", "unknown argument `stray`"),
     ] {
         assert_eq!(run(arguments), Err(Failure::Usage(said.into())), "{arguments}");
     }
+}
+
+#[test]
+fn sizes_that_nothing_can_hold_are_refused_with_what_is_allowed() {
+    for (arguments, allowed) in [
+        ("--links 10001", "at most 10000"),
+        ("--links 18446744073709551615 --steps 18446744073709551615", "at most 10000"),
+        ("--friction-joint 18446744073709551615", "3 links have the joints 0 to 2"),
+        ("--steps 18446744073709551615", "at most 1254371 with 3 links"),
+        ("--steps 99999999999999999999999999999999999999999999", "at most 1254371 with 3 links"),
+        ("--links 10000 --steps 707", "at most 706 with 10000 links"),
+        ("--repeat 18446744073709551615", "at most 333333 with 3 links and 100 steps"),
+        // The most links and steps, which are too many only to be computed again and again.
+        ("--links 10000 --steps 706 --repeat 15", "at most 14 with 10000 links and 706 steps"),
+    ] {
+        let Err(Failure::Usage(message)) = run(arguments) else { panic!("{arguments}: not refused") };
+        assert!(message.contains(allowed) && !message.contains('\n'), "{arguments}: {message}");
+    }
+}
+
+#[test]
+fn what_is_no_text_or_has_no_end_is_refused_in_one_short_line() {
+    let long = "9".repeat(1_000_000);
+    for arguments in [vec!["--links", "a\nb"], vec![long.as_str()], vec!["--dt", "\u{7}"], vec!["--controls", "/dev/zero"]] {
+        let Err(Failure::Usage(message)) = answer(&arguments) else { panic!("not refused") };
+        assert!(message.len() < 200 && !message.contains(char::is_control), "{message}");
+    }
+    #[cfg(unix)]
+    {
+        use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+        let wild = OsStr::from_bytes(b"\xff");
+        for flag in ["", "--links", "--controls", "--force"] {
+            let arguments: Vec<&OsStr> = [OsStr::new(flag), wild].into_iter().filter(|text| !text.is_empty()).collect();
+            assert!(matches!(answer(&arguments), Err(Failure::Usage(message)) if !message.is_empty()), "{flag}");
+        }
+    }
+}
+
+/// A disk with room for so many bytes.
+struct Disk(usize);
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = bytes.len().min(self.0);
+        self.0 -= written;
+        if written == 0 { Err(io::ErrorKind::StorageFull.into()) } else { Ok(written) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_result_that_is_lost_is_a_failure() {
+    let text = run("--steps 2").expect("an answer");
+    assert_eq!(print(&text, &mut Disk(text.len())), Ok(()));
+    for room in [0, 1, text.len() - 1] {
+        assert!(matches!(print(&text, &mut Disk(room)), Err(Failure::Output(message)) if message.contains("cannot print")));
+    }
+    if let Ok(mut full) = File::options().write(true).open("/dev/full") {
+        assert!(matches!(print(&text, &mut full), Err(Failure::Output(_))));
+    }
+}
+
+#[test]
+fn warnings_of_the_run_are_in_the_json() {
+    let warnings = |arguments: &str| {
+        let json: Value = serde_json::from_str(&run(arguments).expect("an answer")).expect("JSON");
+        let text = |warning: &Value| warning.as_str().expect("a text").to_string();
+        json["warnings"].as_array().expect("a list").iter().map(text).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings(""), [""; 0]);
+    let told = warnings("--dt 1").join("\n");
+    assert!(told.contains("turns by"), "{told}");
 }
 
 #[test]
@@ -97,4 +182,5 @@ fn help_names_every_argument() {
     for flag in ["--links", "--length", "--friction-joint", "--steps", "--dt", "--controls", "--force", "--repeat"] {
         assert!(help.contains(flag), "{flag}");
     }
+    assert!(help.contains("at most 10000 links") && help.contains("1.2 million with 3 links"));
 }

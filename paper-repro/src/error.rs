@@ -2,20 +2,17 @@
 
 use std::{error, fmt, io, path::PathBuf};
 
-use crate::plot::PlotError;
-
 /// A run that could not be finished.
 #[derive(Debug)]
 pub enum Error {
     /// A scene, a simulation or a gradient failed.
     Simulation(hamiltonian_adjoint::Error),
-    /// A figure could not be drawn or written.
-    Figure {
-        /// The path of its files, without suffix.
-        stem: PathBuf,
-        /// Why.
-        source: PlotError,
-    },
+    /// A figure could not be drawn, for the reason that the drawing library states.
+    Drawing(String),
+    /// Flags that are unknown, or make no sense.
+    Usage(String),
+    /// What was to be printed is lost.
+    Output(io::Error),
     /// A file or folder could not be written.
     File {
         /// Its path.
@@ -29,7 +26,9 @@ impl fmt::Display for Error {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Simulation(source) => write!(out, "the simulation failed: {source}"),
-            Error::Figure { stem, source } => write!(out, "{}: {source}", stem.display()),
+            Error::Usage(problem) => write!(out, "{problem} (try --help)"),
+            Error::Output(source) => write!(out, "cannot write to standard output: {source}"),
+            Error::Drawing(reason) => write!(out, "cannot draw the figure: {reason}"),
             Error::File { path, source } => {
                 write!(out, "cannot write {}: {source}; choose another folder with --out", path.display())
             }
@@ -38,6 +37,13 @@ impl fmt::Display for Error {
 }
 
 impl error::Error for Error {}
+
+impl Error {
+    /// What the drawing library says.
+    pub fn drawing(reason: impl fmt::Display) -> Self {
+        Error::Drawing(reason.to_string())
+    }
+}
 
 impl From<hamiltonian_adjoint::Error> for Error {
     fn from(source: hamiltonian_adjoint::Error) -> Self {

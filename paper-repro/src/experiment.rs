@@ -1,6 +1,6 @@
 //! The runs behind the figures, each made when it is first asked for and only once.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{Inputs, Settings as SolverSettings, Solver, System, Trajectory};
@@ -25,6 +25,7 @@ pub struct Experiment {
     gradients: OnceCell<Gradients>,
     optimum: OnceCell<Optimum>,
     timing: OnceCell<Timing>,
+    warnings: RefCell<Vec<String>>,
 }
 
 /// dJ/du at the start, by two methods.
@@ -58,6 +59,7 @@ impl Experiment {
             gradients: OnceCell::new(),
             optimum: OnceCell::new(),
             timing: OnceCell::new(),
+            warnings: RefCell::default(),
         })
     }
 
@@ -73,8 +75,9 @@ impl Experiment {
     pub fn violations(&self) -> Result<&Violations, Error> {
         once(&self.violations, || {
             let mut solver = Solver::new(&self.system, SolverSettings::default());
-            let motion = solver.simulate(&self.inputs)?;
-            Ok(Violations::of(&self.system, &self.inputs, motion)?)
+            solver.simulate(&self.inputs)?;
+            self.note_warnings(&solver);
+            Ok(Violations::of(&self.system, &self.inputs, solver.trajectory())?)
         })
     }
 
@@ -85,7 +88,10 @@ impl Experiment {
     pub fn gradients(&self) -> Result<&Gradients, Error> {
         once(&self.gradients, || {
             let settings = SolverSettings::default();
-            let gradient = hamiltonian_adjoint::gradient(&self.system, &self.inputs, settings)?;
+            let mut solver = Solver::new(&self.system, settings);
+            solver.simulate(&self.inputs)?;
+            let gradient = solver.gradient()?.clone();
+            self.note_warnings(&solver);
             let controls = self.controls();
             Ok(Gradients {
                 adjoint: controls.iter().map(|control| control.in_gradient(&gradient)).collect(),
@@ -116,6 +122,7 @@ impl Experiment {
                 inputs.controls.copy_from(&last.u);
             }
             let motion = solver.simulate(&inputs)?.clone();
+            self.note_warnings(&solver);
             Ok(Optimum { history, motion })
         })
     }
@@ -131,6 +138,20 @@ impl Experiment {
     /// The runs that were made, for the summary.
     pub fn made(&self) -> (Option<&Violations>, Option<&Gradients>, Option<&Optimum>, Option<&Timing>) {
         (self.violations.get(), self.gradients.get(), self.optimum.get(), self.timing.get())
+    }
+
+    /// What the library warned of in these runs, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.borrow().clone()
+    }
+
+    fn note_warnings(&self, solver: &Solver) {
+        let mut known = self.warnings.borrow_mut();
+        for warning in solver.report().warnings.iter().chain(&solver.adjoint_report().warnings).map(ToString::to_string) {
+            if !known.contains(&warning) {
+                known.push(warning);
+            }
+        }
     }
 
     /// u_0 … u_N.

@@ -4,6 +4,7 @@ mod constraints;
 mod error;
 mod experiment;
 mod figures;
+mod files;
 mod jacobians;
 mod parts;
 pub mod plot;
@@ -16,11 +17,10 @@ pub mod table;
 mod timing;
 mod work_precision;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand, error::ErrorKind};
+use clap::{Parser, Subcommand};
 
 use error::Error;
 use experiment::Experiment;
@@ -32,7 +32,7 @@ use table::{Claim, Verdict};
 /// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
 ///
 /// Each figure is written as SVG, PNG and CSV, the numbers as summary.json. The exit status is 1 if a claim
-/// that must hold does not.
+/// that must hold does not or something could not be computed, written or printed, and 2 if the arguments are wrong.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -62,67 +62,60 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    if let Some(problem) = cli.settings.problem() {
-        Cli::command().error(ErrorKind::ValueValidation, problem).exit();
-    }
-    let holds = match &cli.command {
-        Some(Command::Jacobians { out }) => compare_equations(out.clone()),
+    let (status, problem) = match start() {
+        Ok(true) => return ExitCode::SUCCESS,
+        Ok(false) => (1, "a claim that must hold failed".to_owned()),
+        Err(error) => (if matches!(error, Error::Usage(_)) { 2 } else { 1 }, error.to_string()),
+    };
+    files::say(&format!("error: {problem}"));
+    ExitCode::from(status)
+}
+
+/// Does what is asked for; whether all claims that must hold do.
+fn start() -> Result<bool, Error> {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(asked) if !asked.use_stderr() => return files::print(&asked.to_string()).map(|()| true),
+        Err(wrong) => return Err(Error::Usage(in_a_line(&wrong.to_string()))),
+    };
+    match &cli.command {
+        Some(Command::Jacobians { out }) => compare_equations(out.as_deref()),
         Some(Command::WorkPrecision(options)) => work_precision::run(options),
         Some(Command::Stress(options)) => stress::run(options),
         None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
-    };
-    match holds {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => {
-            eprintln!("error: a claim that must hold failed");
-            ExitCode::FAILURE
-        }
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
     }
+}
+
+/// What is wrong and what is allowed, without the usage.
+fn in_a_line(error: &str) -> String {
+    let lines: Vec<&str> = error.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    lines.join(" ").trim_start_matches("error: ").to_owned()
 }
 
 /// Makes what is asked for and prints the table.
 fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
-    let folder = cli.out.unwrap_or_else(settings::default_folder);
+    cli.settings.check()?;
+    let folder = files::folder(cli.out.as_deref())?;
     let mut parts = if cli.parts.is_empty() { Part::PAPER.to_vec() } else { cli.parts };
     parts.sort();
     parts.dedup();
-    write(&folder, |folder| std::fs::create_dir_all(folder))?;
     let mut claims = cli.settings.assumptions();
     let experiment = Experiment::new(cli.settings)?;
     for part in parts {
         claims.extend(part.make(&experiment, &folder)?);
     }
-    let summary = serde_json::to_string_pretty(&Summary::new(&experiment, &claims));
-    write(&folder.join("summary.json"), |path| std::fs::write(path, summary? + "\n"))?;
-    // A reader who closes the pipe early has what they want.
-    let _ =
-        writeln!(std::io::stdout(), "{}\nfigures, data and summary.json are in {}", table::text(&claims), folder.display());
+    files::write_json(&folder.join("summary.json"), &Summary::new(&experiment, &claims))?;
+    experiment.warnings().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
+    files::print(&format!("{}\nfigures, data and summary.json are in {}\n", table::text(&claims), folder.display()))?;
     Ok(claims)
 }
 
 /// Writes and prints how the paper's formulas compare with the true derivatives; whether all corrected ones are right.
-fn compare_equations(out: Option<PathBuf>) -> Result<bool, Error> {
-    let folder = out.unwrap_or_else(settings::default_folder);
-    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+fn compare_equations(out: Option<&Path>) -> Result<bool, Error> {
+    let folder = files::folder(out)?;
     let findings = jacobians::report()?;
-    write(&folder.join("jacobians.txt"), |path| std::fs::write(path, findings.to_string()))?;
-    write(&folder.join("jacobians.md"), |path| std::fs::write(path, findings.markdown()))?;
-    // A reader who closes the pipe early has what they want.
-    let _ = writeln!(
-        std::io::stdout(),
-        "{findings}
-jacobians.txt and jacobians.md are in {}",
-        folder.display()
-    );
+    files::write(&folder.join("jacobians.txt"), findings.to_string())?;
+    files::write(&folder.join("jacobians.md"), findings.markdown())?;
+    files::print(&format!("{findings}\njacobians.txt and jacobians.md are in {}\n", folder.display()))?;
     Ok(findings.all_corrected_hold())
-}
-
-/// Names the path in the error, if there is one.
-fn write(path: &Path, how: impl FnOnce(&Path) -> std::io::Result<()>) -> Result<(), Error> {
-    how(path).map_err(|source| Error::File { path: path.to_owned(), source })
 }

@@ -1,11 +1,10 @@
 //! What the paper leaves open, as flags: they decide the mechanism, its inputs and the line search.
 
-use std::path::{Path, PathBuf};
-
 use clap::Args;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Grid, Inputs, System};
 
+use crate::error::Error;
 use crate::steepest_descent::LineSearch;
 use crate::table::{Claim, Verdict};
 
@@ -34,7 +33,7 @@ pub struct Settings {
     #[arg(long, value_name = "HINGE", default_value_t = 0)]
     pub friction_joint: u16,
     /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
-    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub iterations: u32,
     /// First step length α that each line search tries (assumed)
     #[arg(long, value_name = "ALPHA", default_value_t = USUAL.first, value_parser = positive, allow_negative_numbers = true)]
@@ -42,8 +41,8 @@ pub struct Settings {
     /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
     #[arg(long, value_name = "SHARE", default_value_t = USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
     pub armijo: f64,
-    /// Factor by which a refused step is shortened (assumed)
-    #[arg(long, value_name = "FACTOR", default_value_t = USUAL.shorten, value_parser = share, allow_negative_numbers = true)]
+    /// Factor by which a refused step is shortened, at most 0.99 (assumed)
+    #[arg(long, value_name = "FACTOR", default_value_t = USUAL.shorten, value_parser = shortening, allow_negative_numbers = true)]
     pub backtrack: f64,
 }
 
@@ -106,19 +105,16 @@ impl Settings {
         rows.map(claim).to_vec()
     }
 
-    /// What is wrong with the flags taken together.
-    pub fn problem(&self) -> Option<String> {
+    /// Refuses flags that do not go together.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self) -> Result<(), Error> {
         let (joint, links) = (self.friction_joint, self.links);
-        (joint >= links).then(|| {
-            format!("--friction-joint {joint}: hinges are numbered from 0, and {links} link(s) have {links} of them")
-        })
+        let problem =
+            || format!("--friction-joint {joint}: hinges are numbered from 0, and {links} link(s) have {links} of them");
+        if joint < links { Ok(()) } else { Err(Error::Usage(problem())) }
     }
-}
-
-/// Where the figures go unless told otherwise: `out` in the folder of this package, or here if that folder is gone.
-pub fn default_folder() -> PathBuf {
-    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    if package.is_dir() { package.join("out") } else { PathBuf::from("out") }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -133,4 +129,9 @@ fn positive(text: &str) -> Result<f64, String> {
 fn share(text: &str) -> Result<f64, String> {
     finite(text)
         .and_then(|value| if value > 0.0 && value < 1.0 { Ok(value) } else { Err("must lie between 0 and 1".to_owned()) })
+}
+
+/// Nearer to 1, a step that nothing shortens would be tried for ever.
+fn shortening(text: &str) -> Result<f64, String> {
+    share(text).and_then(|value| if value <= 0.99 { Ok(value) } else { Err("must be at most 0.99".to_owned()) })
 }

@@ -16,13 +16,12 @@ mod scenes;
 mod singular;
 mod units;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::{settings, table, write};
+use crate::{files, table};
 use row::{Curve, Row, Trial, Verdict};
 
 /// Tries extremes, long motions and singular configurations and says what held
@@ -52,8 +51,7 @@ const RANDOM: &str = "Random scenes are tried by `RANDOM_SCENES=2000 cargo test 
 /// # Errors
 /// Files that cannot be written.
 pub fn run(options: &Options) -> Result<bool, Error> {
-    let folder = options.out.clone().unwrap_or_else(settings::default_folder);
-    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+    let folder = files::folder(options.out.as_deref())?;
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
     for trial in trials(options.short) {
         let (row, more) = trial.judge();
@@ -70,16 +68,10 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         rows.len()
     );
     let markdown = format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table::bars(Row::HEADS, &cells));
-    write(&folder.join("stress.md"), |path| std::fs::write(path, markdown))?;
-    let json = serde_json::to_string_pretty(&Report { short: options.short, rows: &rows, curves: &curves });
-    write(&folder.join("stress.json"), |path| std::fs::write(path, json? + "\n"))?;
-    // A reader who closes the pipe early has what they want.
-    let _ = writeln!(
-        std::io::stdout(),
-        "{}\n{summary}\nfigures, stress.md and stress.json are in {}",
-        table::aligned(Row::HEADS, &cells),
-        folder.display()
-    );
+    files::write(&folder.join("stress.md"), markdown)?;
+    files::write_json(&folder.join("stress.json"), &Report { short: options.short, rows: &rows, curves: &curves })?;
+    let table = table::aligned(Row::HEADS, &cells);
+    files::print(&format!("{table}\n{summary}\nfigures, stress.md and stress.json are in {}\n", folder.display()))?;
     Ok(failed == 0)
 }
 

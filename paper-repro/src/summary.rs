@@ -16,6 +16,8 @@ pub struct Summary<'a> {
     constraints: Option<ConstraintNumbers>,
     optimization: Option<OptimizationNumbers>,
     timing: Option<TimingNumbers>,
+    /// What the library says of the motions.
+    warnings: Vec<String>,
     claims: &'a [Claim],
 }
 
@@ -78,6 +80,7 @@ impl<'a> Summary<'a> {
             constraints: violations.map(ConstraintNumbers::from),
             optimization: optimum.map(OptimizationNumbers::from),
             timing: timing.map(TimingNumbers::from),
+            warnings: experiment.warnings(),
             claims,
         }
     }

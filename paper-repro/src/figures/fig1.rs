@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
-use super::{mechanism::CART, saved};
+use super::mechanism::CART;
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::plot::{Colour, Point, Scene, SceneChart, Shape};
@@ -41,7 +41,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let range = Some(((left, low - 0.15), (right, 0.9)));
     let scenes = vec![Scene { title: String::new(), shapes }];
     let chart = SceneChart { scenes, range, width: (UNIT * (right - left)).min(2000.0), ..SceneChart::default() };
-    saved(chart.save(stem), stem)?;
+    chart.save(stem)?;
     Ok(claims(experiment))
 }
 

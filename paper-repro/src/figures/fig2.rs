@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{mechanism, saved};
+use super::mechanism;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Colour, Scene, SceneChart, Shape};
@@ -33,7 +33,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         columns: 2,
         ..SceneChart::default()
     };
-    saved(chart.save(stem), stem)?;
+    chart.save(stem)?;
     Ok(claims(experiment, optimum))
 }
 

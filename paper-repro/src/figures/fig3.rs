@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::saved;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Colour, LineChart, Series, Style};
@@ -48,7 +47,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         series: vec![optimality, cost],
         ..LineChart::default()
     };
-    saved(chart.save(stem), stem)?;
+    chart.save(stem)?;
     Ok(claims(experiment, optimum))
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::saved;
 use crate::constraints::Violations;
 use crate::error::Error;
 use crate::experiment::Experiment;
@@ -38,7 +37,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         ],
         ..LineChart::default()
     };
-    saved(chart.save(stem), stem)?;
+    chart.save(stem)?;
     Ok(claims(violations))
 }
 

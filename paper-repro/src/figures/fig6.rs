@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::saved;
 use crate::error::Error;
 use crate::experiment::{Experiment, Gradients};
 use crate::plot::{Axis, Colour, LineChart, Panels, Series, Style};
@@ -37,7 +36,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
         ..above.clone()
     };
     let panels = Panels { charts: vec![above, below], ..Panels::default() };
-    saved(panels.save(stem), stem)?;
+    panels.save(stem)?;
     Ok(claims(gradients, &times))
 }
 

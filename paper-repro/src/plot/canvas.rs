@@ -1,17 +1,17 @@
 //! A page of marks in points, rendered to SVG and to PNG by the same function.
 
-use super::{Colour, PlotError, Point, fonts};
+use super::{Colour, Point, fonts};
+use crate::error::Error;
 use plotters::{
     backend::{BitMapBackend, DrawingBackend, SVGBackend},
     coord::Shift,
     drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea},
-    element::{BitMapElement, Circle, DashedPathElement, PathElement, Polygon},
+    element::{Circle, DashedPathElement, PathElement, Polygon},
     style::{
         Color, FontDesc, FontFamily, FontTransform, IntoTextStyle, RGBColor, WHITE,
         text_anchor::{HPos, Pos, VPos},
     },
 };
-use std::path::Path;
 
 /// Device pixels to the point of the page: marks land on whole device pixels.
 const FINENESS: f64 = 6.0;
@@ -113,7 +113,7 @@ impl Canvas {
     }
 
     /// The page as SVG, one user unit to the point.
-    pub(super) fn svg(&self) -> Result<String, PlotError> {
+    pub(super) fn svg(&self) -> Result<String, Error> {
         let (width, height) = self.device_size();
         let mut out = String::new();
         self.render(&SVGBackend::with_string(&mut out, (width, height)).into_drawing_area(), Hand::SVG)?;
@@ -122,17 +122,18 @@ impl Canvas {
         Ok(out.replacen(&fine, &points, 1))
     }
 
-    /// Writes the page as PNG, two pixels to the point, smoothed from finer ones.
-    pub(super) fn write_png(&self, path: &Path) -> Result<(), PlotError> {
+    /// The page as PNG, two pixels to the point, smoothed from finer ones.
+    pub(super) fn png(&self) -> Result<Vec<u8>, Error> {
         let (width, height) = self.device_size();
         let mut fine = vec![0; 3 * width as usize * height as usize];
         self.render(&BitMapBackend::with_buffer(&mut fine, (width, height)).into_drawing_area(), Hand::BITMAP)?;
-        let size = (width / SMOOTHING as u32, height / SMOOTHING as u32);
-        let image = BitMapElement::with_owned_buffer((0, 0), size, averaged(&fine, width as usize))
-            .ok_or_else(|| PlotError::draw("the bitmap has the wrong size"))?;
-        let page = BitMapBackend::new(path, size).into_drawing_area();
-        page.draw(&image).map_err(PlotError::draw)?;
-        page.present().map_err(PlotError::draw)
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, width / SMOOTHING as u32, height / SMOOTHING as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header().map_err(Error::drawing)?;
+        writer.write_image_data(&averaged(&fine, width as usize)).map_err(Error::drawing)?;
+        writer.finish().map_err(Error::drawing)?;
+        Ok(out)
     }
 
     /// The size in device pixels, a multiple of the smoothing.
@@ -142,9 +143,9 @@ impl Canvas {
     }
 
     /// Draws all marks on the area of any backend.
-    fn render<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, hand: Hand) -> Result<(), PlotError> {
+    fn render<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, hand: Hand) -> Result<(), Error> {
         fonts::register()?;
-        area.fill(&WHITE).map_err(PlotError::draw)?;
+        area.fill(&WHITE).map_err(Error::drawing)?;
         for mark in &self.marks {
             match mark {
                 Mark::Line { points, colour, width, dashed } => hand.line(area, points, *colour, *width, *dashed),
@@ -157,9 +158,9 @@ impl Canvas {
                 }
                 Mark::Text(text) => hand.write(area, text),
             }
-            .map_err(PlotError::draw)?;
+            .map_err(Error::drawing)?;
         }
-        area.present().map_err(PlotError::draw)
+        area.present().map_err(Error::drawing)
     }
 }
 

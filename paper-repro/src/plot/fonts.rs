@@ -1,17 +1,17 @@
 //! DejaVu Sans, compiled in, as the sans-serif family of the bitmaps and the measure of all text.
 
-use super::PlotError;
+use crate::error::Error;
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 use std::sync::OnceLock;
 
 /// Makes the fonts known to the drawing library, once.
-pub(super) fn register() -> Result<(), PlotError> {
+pub(super) fn register() -> Result<(), Error> {
     static DONE: OnceLock<bool> = OnceLock::new();
     let known = DONE.get_or_init(|| {
         let add = |bold| register_font("sans-serif", style(bold), bytes(bold)).is_ok();
         add(false) && add(true)
     });
-    known.then_some(()).ok_or_else(|| PlotError::draw("the font is not readable"))
+    known.then_some(()).ok_or_else(|| Error::drawing("the font is not readable"))
 }
 
 /// The width of the text, in the unit of the em.

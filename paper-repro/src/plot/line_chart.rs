@@ -1,13 +1,14 @@
 //! Curves and markers over one horizontal and one or two vertical axes.
 
 use super::{
-    Axis, Colour, Legend, PlotError, Point,
+    Axis, Colour, Legend, Point,
     axis::{Ruler, Tick},
     canvas::Canvas,
     csv,
     frame::{self, Frame, Margins, Rect},
     legend::Entry,
 };
+use crate::error::Error;
 use std::path::Path;
 
 /// How a series is drawn.
@@ -84,7 +85,7 @@ pub(super) struct Layout {
 
 impl LineChart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
-    pub fn save(&self, stem: &Path) -> Result<(), PlotError> {
+    pub fn save(&self, stem: &Path) -> Result<(), Error> {
         let mut canvas = Canvas::new(self.size.0, self.size.1);
         let page = Rect { left: 4.0, top: 4.0, right: self.size.0 - 4.0, bottom: self.size.1 - 4.0 };
         let layout = self.layout(page);

@@ -4,7 +4,6 @@ mod axis;
 mod canvas;
 mod colour;
 mod csv;
-mod error;
 mod fonts;
 mod frame;
 mod legend;
@@ -15,7 +14,6 @@ mod shape;
 
 pub use axis::{Axis, Scale};
 pub use colour::Colour;
-pub use error::PlotError;
 pub use legend::Legend;
 pub use line_chart::{LineChart, Series, Style};
 pub use panels::Panels;
@@ -25,17 +23,16 @@ pub use shape::Shape;
 /// A point of the data or of the page, x to the right; y is up in the data and down on the page.
 pub type Point = (f64, f64);
 
+use crate::error::Error;
+use crate::files;
 use canvas::Canvas;
 use std::{ffi::OsString, path::Path, path::PathBuf};
 
-/// Writes the drawing and its data to the three files of the stem, and makes their folder if there is none.
-fn save(stem: &Path, canvas: &Canvas, csv: &str) -> Result<(), PlotError> {
-    if let Some(folder) = stem.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    std::fs::write(with_suffix(stem, ".csv"), csv)?;
-    std::fs::write(with_suffix(stem, ".svg"), canvas.svg()?)?;
-    canvas.write_png(&with_suffix(stem, ".png"))
+/// Writes the drawing and its data to the three files of the stem.
+fn save(stem: &Path, canvas: &Canvas, csv: &str) -> Result<(), Error> {
+    files::write(&with_suffix(stem, ".csv"), csv)?;
+    files::write(&with_suffix(stem, ".svg"), canvas.svg()?)?;
+    files::write(&with_suffix(stem, ".png"), canvas.png()?)
 }
 
 /// Appends to the stem, which may itself have a dot (`fig5.a`).
@@ -51,7 +48,8 @@ mod tests {
 
     /// A stem in a folder of its own.
     fn stem(name: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("paper-repro-{name}-{}", std::process::id())).join("figure.1")
+        let folder = std::env::temp_dir().join(format!("paper-repro-{name}-{}", std::process::id()));
+        files::folder(Some(&folder)).unwrap().join("figure.1")
     }
 
     fn remove(stem: &Path) {

@@ -1,11 +1,12 @@
 //! Several charts in one figure, their frames aligned.
 
 use super::{
-    Colour, LineChart, PlotError,
+    Colour, LineChart,
     canvas::{Canvas, Text},
     csv,
     frame::{LARGE, Margins, Rect},
 };
+use crate::error::Error;
 use std::path::Path;
 
 /// Charts in a grid, row by row.
@@ -30,7 +31,7 @@ const GAP: f64 = 10.0;
 
 impl Panels {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`, the latter in long form.
-    pub fn save(&self, stem: &Path) -> Result<(), PlotError> {
+    pub fn save(&self, stem: &Path) -> Result<(), Error> {
         let columns = self.columns.max(1);
         let rows = self.charts.len().div_ceil(columns).max(1);
         let (width, height) = self.charts.first().map_or((0.0, 0.0), |chart| chart.size);

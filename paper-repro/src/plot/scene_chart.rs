@@ -1,7 +1,7 @@
 //! Pictures of a planar mechanism, with one scale for both directions.
 
 use super::{
-    Colour, PlotError, Point, Shape,
+    Colour, Point, Shape,
     axis::{Ruler, extent},
     canvas::Canvas,
     csv,
@@ -9,6 +9,7 @@ use super::{
     legend::{Entry, Legend},
     panels::titled_page,
 };
+use crate::error::Error;
 use std::path::Path;
 
 /// One picture.
@@ -58,7 +59,7 @@ impl Default for SceneChart {
 
 impl SceneChart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
-    pub fn save(&self, stem: &Path) -> Result<(), PlotError> {
+    pub fn save(&self, stem: &Path) -> Result<(), Error> {
         const GAP: f64 = 8.0;
         let columns = self.columns.max(1);
         let rows = self.scenes.len().div_ceil(columns).max(1);

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::row::{Curve, Quantity};
 use crate::error::Error;
-use crate::figures::saved;
 use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Series, Style};
 
 /// The size of one of three panels side by side.
@@ -39,8 +38,7 @@ pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
             (Quantity::Gradient, "adjoint against complex step"),
         ];
         let panels = Panels { charts: titles.map(chart).to_vec(), columns: 3, ..Panels::default() };
-        let stem = folder.join(name);
-        saved(panels.save(&stem), &stem)?;
+        panels.save(&folder.join(name))?;
     }
     Ok(())
 }

@@ -6,7 +6,6 @@ use super::Measured;
 use super::convergence::{Convergence, Reading};
 use super::methods::Methods;
 use crate::error::Error;
-use crate::figures::saved;
 use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Point, Series, Style};
 
 /// The size of one of two panels side by side.
@@ -43,7 +42,7 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
 }
 
 fn save(panels: Panels, stem: &Path) -> Result<(), Error> {
-    saved(panels.save(stem), stem)
+    panels.save(stem)
 }
 
 /// The errors of a scheme.

@@ -17,7 +17,6 @@ mod reference;
 mod stopwatch;
 mod tables;
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -25,7 +24,7 @@ use hamiltonian_adjoint::{Composition, scenes::CartPendulum};
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::{settings, write};
+use crate::files;
 use convergence::{Convergence, Reading};
 use exactness::Exactness;
 use findings::{Finding, Verdict};
@@ -64,20 +63,17 @@ struct Report<'a> {
 /// # Errors
 /// A simulation without a solution, files that cannot be written.
 pub fn run(options: &Options) -> Result<bool, Error> {
-    let folder = options.out.clone().unwrap_or_else(settings::default_folder);
-    write(&folder, |folder| std::fs::create_dir_all(folder))?;
+    let folder = files::folder(options.out.as_deref())?;
     let measured = measure(options.short)?;
     figures::draw(&measured, &folder)?;
     let findings = findings::all(&measured);
     let tables = tables::all(&measured, &findings);
     let markdown: Vec<String> = tables.iter().map(|table| table.markdown.clone()).collect();
-    write(&folder.join("work_precision.md"), |path| std::fs::write(path, markdown.join("\n")))?;
-    let json = serde_json::to_string_pretty(&Report { measured: &measured, findings: &findings });
-    write(&folder.join("work_precision.json"), |path| std::fs::write(path, json? + "\n"))?;
-    // A reader who closes the pipe early has what they want.
-    let mut out = std::io::stdout();
-    let _ = tables.iter().try_for_each(|table| writeln!(out, "{}", table.text));
-    let _ = writeln!(out, "figures, work_precision.md and work_precision.json are in {}", folder.display());
+    files::write(&folder.join("work_precision.md"), markdown.join("\n"))?;
+    files::write_json(&folder.join("work_precision.json"), &Report { measured: &measured, findings: &findings })?;
+    let text: String = tables.iter().map(|table| table.text.clone() + "\n").collect();
+    let place = folder.display();
+    files::print(&format!("{text}figures, work_precision.md and work_precision.json are in {place}\n"))?;
     Ok(findings.iter().all(|finding| finding.verdict != Verdict::Failed))
 }
 
