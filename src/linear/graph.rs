@@ -2,6 +2,18 @@
 
 use std::collections::BTreeSet;
 
+#[cfg(test)]
+thread_local! {
+    /// How often a neighbour was looked at or moved in this thread.
+    pub(super) static VISITS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
+/// Counts visits in tests.
+fn count(_visits: usize) {
+    #[cfg(test)]
+    VISITS.set(VISITS.get() + _visits);
+}
+
 /// Undirected graph without loops, as the set of neighbours of each vertex.
 #[derive(Debug, Clone)]
 pub(super) struct Graph {
@@ -21,12 +33,24 @@ impl Graph {
 
     /// Neighbours of vertex `v` in ascending order.
     pub(super) fn neighbours(&self, v: usize) -> impl Iterator<Item = usize> {
-        self.neighbours[v].iter().copied()
+        self.neighbours[v].iter().copied().inspect(|_| count(1))
     }
 
     /// Whether {a, b} is an edge.
     pub(super) fn adjacent(&self, a: usize, b: usize) -> bool {
+        count(1);
         self.neighbours[a].contains(&b)
+    }
+
+    /// The number of neighbours of vertex `v`.
+    pub(super) fn degree(&self, v: usize) -> usize {
+        self.neighbours[v].len()
+    }
+
+    /// The neighbours that two vertices share, in time that depends on the smaller of their degrees.
+    pub(super) fn common(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
+        let (few, many) = if self.degree(a) < self.degree(b) { (a, b) } else { (b, a) };
+        self.neighbours(few).filter(move |&w| self.adjacent(w, many))
     }
 
     /// Adds the edge {a, b}; a loop is left out.
@@ -39,12 +63,21 @@ impl Graph {
 
     /// Takes vertex `v` out, joins its neighbours to one another (the fill), and returns them.
     pub(super) fn eliminate(&mut self, v: usize) -> Vec<usize> {
-        let clique: Vec<usize> = std::mem::take(&mut self.neighbours[v]).into_iter().collect();
+        let clique = self.remove(v);
+        count(clique.len() * clique.len());
         for &a in &clique {
-            self.neighbours[a].remove(&v);
             self.neighbours[a].extend(clique.iter().filter(|&&b| b != a));
         }
         clique
+    }
+
+    /// Takes vertex `v` out with its edges and returns its neighbours.
+    pub(super) fn remove(&mut self, v: usize) -> Vec<usize> {
+        let neighbours: Vec<usize> = std::mem::take(&mut self.neighbours[v]).into_iter().collect();
+        for &a in &neighbours {
+            self.neighbours[a].remove(&v);
+        }
+        neighbours
     }
 
     /// The graph of the classes of vertices, two of them adjacent if members of theirs are.

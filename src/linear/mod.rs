@@ -14,6 +14,7 @@
 mod block_lu;
 mod condense;
 mod constant;
+mod fill;
 mod graph;
 mod kernel;
 mod lu;
@@ -23,6 +24,7 @@ mod pattern;
 mod size;
 mod square;
 mod symbolic;
+mod waiting;
 
 #[cfg(test)]
 mod samples;
@@ -30,5 +32,5 @@ mod samples;
 mod tests;
 
 pub(crate) use block_lu::{BlockLu, Breakdown};
-pub(crate) use pattern::{Group, Pattern};
+pub(crate) use pattern::{Branch, Group, Pattern};
 pub(crate) use symbolic::Symbolic;

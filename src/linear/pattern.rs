@@ -21,8 +21,17 @@ pub(crate) struct Pattern {
 pub(crate) struct Group {
     /// The unknowns of the group.
     pub(crate) unknowns: Vec<usize>,
-    /// Indices of the groups that have to be eliminated before this one.
-    pub(crate) after: Vec<usize>,
+    /// The group that it hangs on in the tree that branches belong to; none for a root, and for what is in no branch.
+    pub(crate) parent: Option<usize>,
+    /// What has to be eliminated before this group.
+    pub(crate) after: Vec<Branch>,
+}
+
+/// A group, its parent, its parent's parent, …: so many of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Branch {
+    pub(crate) from: usize,
+    pub(crate) length: usize,
 }
 
 impl Pattern {
@@ -73,10 +82,11 @@ impl Pattern {
                 None => return false,
             }
         }
-        let mut afters = self.groups.iter().flat_map(|group| &group.after);
+        let afters = self.groups.iter().flat_map(|group| group.after.iter().map(|branch| branch.from));
+        let mut mentioned = afters.chain(self.groups.iter().filter_map(|group| group.parent));
         self.constant.len() == self.size
             && seen.iter().all(|&count| count == 1)
             && self.entries.iter().all(|&(i, j)| i < self.size && j < self.size)
-            && afters.all(|&g| g < self.groups.len())
+            && mentioned.all(|g| g < self.groups.len())
     }
 }

@@ -28,8 +28,7 @@ pub(super) fn blocks(sizes: &[usize], edges: &[(usize, usize)]) -> Pattern {
     for &size in sizes {
         let unknowns = (pattern.size..pattern.size + size).collect();
         pattern.size += size;
-        let after = vec![];
-        pattern.groups.push(Group { unknowns, after });
+        pattern.groups.push(Group { unknowns, ..Group::default() });
     }
     let loops = (0..sizes.len()).map(|g| (g, g));
     for (a, b) in edges.iter().copied().chain(loops) {
@@ -79,8 +78,7 @@ pub(super) fn bodies(parents: &[usize]) -> Pattern {
             }
         }
         pattern.constant.extend([true, true, false, false, false]);
-        let after = vec![];
-        pattern.groups.push(Group { unknowns: own, after });
+        pattern.groups.push(Group { unknowns: own, ..Group::default() });
     }
     pattern.size = 5 * parents.len();
     pattern

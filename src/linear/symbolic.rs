@@ -54,7 +54,7 @@ impl Symbolic {
             (pattern.groups.iter()).map(|group| group.unknowns.iter().copied().filter(|&u| left[u]).collect()).collect();
         let sizes: Vec<usize> = members.iter().map(Vec::len).collect();
         let quotient = graph.quotient(sizes.len(), &pattern.group_of());
-        let order = order(quotient, &sizes, &pattern.groups);
+        let order = order(&quotient, &sizes, &pattern.groups);
         let shapes = shapes(graph, &order, &members);
 
         let unknowns: Vec<usize> = (condensed.iter().map(|step| step.unknown))

@@ -1,8 +1,9 @@
 //! Solutions against dense LU, the choice of condensed unknowns, breakdowns.
 
+use super::graph::VISITS;
 use super::node::Shape;
 use super::samples::{Random, blocks, bodies, fill, sizes, tree};
-use super::{BlockLu, Group, Pattern, Symbolic};
+use super::{BlockLu, Branch, Group, Pattern, Symbolic};
 use nalgebra::{DMatrix, DVector};
 
 /// Constant part: what lies on constant unknowns, and a third of the rest in two summands.
@@ -132,6 +133,10 @@ fn star_and_single_node() {
     }
 }
 
+fn single(group: usize) -> Branch {
+    Branch { from: group, length: 1 }
+}
+
 /// Multipliers of three kinds wait for their coordinates; A and B are random with A dominant.
 #[test]
 fn saddle_points_with_after() {
@@ -140,12 +145,12 @@ fn saddle_points_with_after() {
     let multipliers = pattern.groups[6].unknowns[0]..pattern.size;
     (pattern.entries).retain(|(i, j)| !(multipliers.contains(i) && multipliers.contains(j)));
     for k in 0..6 {
-        pattern.groups[6 + k].after = vec![k, (k + 1) % 6];
+        pattern.groups[6 + k].after = [k, (k + 1) % 6].map(single).into();
     }
     check(&pattern, 6.0, 3);
     // Contradictory demands must not hang.
-    pattern.groups[0].after = vec![1];
-    pattern.groups[1].after = vec![0];
+    pattern.groups[0].after = vec![single(1)];
+    pattern.groups[1].after = vec![single(0)];
     assert_eq!(Symbolic::analyse(&pattern).nodes().count(), 12);
 }
 
@@ -279,7 +284,8 @@ fn redundant_constraints_are_reported() {
         for constants in [0, 2, 4] {
             let groups = ends.iter().enumerate().map(|(g, &end)| Group {
                 unknowns: (if g == 0 { 0 } else { ends[g - 1] }..end).collect(),
-                after: (0..g).collect(),
+                after: (0..g).map(single).collect(),
+                parent: None,
             });
             let s = Symbolic::analyse(&Pattern {
                 size: 4,
@@ -294,5 +300,54 @@ fn redundant_constraints_are_reported() {
             });
             assert!(result.expect_err("singular").unknown >= 2);
         }
+    }
+}
+
+/// Strings of constant bodies and of others, stars of both, and loops that all wait for bodies far away: twice the size is twice the work.
+#[test]
+fn the_analysis_takes_work_in_proportion_to_the_size() {
+    let chain = |size: usize| bodies(&(0..size).map(|b| b.wrapping_sub(1)).collect::<Vec<_>>());
+    let star = |size: usize| bodies(&(0..size).map(|b| if b == 0 { usize::MAX } else { 0 }).collect::<Vec<_>>());
+    // A string of single constant unknowns that can be condensed from its end only, in descending order.
+    let string = |size: usize, constant: bool| {
+        let mut pattern = blocks(&vec![1; size], &(1..size).map(|b| (b - 1, b)).collect::<Vec<_>>());
+        pattern.constant = (0..size).map(|b| constant && b > 0).collect();
+        pattern
+    };
+    let hub = |size: usize| {
+        let mut pattern = blocks(&vec![1; size], &(1..size).map(|b| (0, b)).collect::<Vec<_>>());
+        pattern.constant = vec![true; size];
+        pattern
+    };
+    // Rungs between two strings, of which each waits for both down to the ground.
+    let ladder = |size: usize| {
+        let sides = (2..2 * size).map(|b| (b - 2, b));
+        let rungs = (0..size).flat_map(|k| [2 * k, 2 * k + 1].map(|b| (b, 2 * size + k)));
+        let mut pattern = blocks(&vec![2; 3 * size], &sides.chain(rungs).collect::<Vec<_>>());
+        for b in 2..2 * size {
+            pattern.groups[b].parent = Some(b - 2);
+        }
+        for k in 0..size {
+            pattern.groups[2 * size + k].after = [2 * k, 2 * k + 1].map(|from| Branch { from, length: k + 1 }).into();
+        }
+        pattern
+    };
+    let patterns: [(&str, &dyn Fn(usize) -> Pattern); 6] = [
+        ("chain", &chain),
+        ("star", &star),
+        ("string", &|size| string(size, false)),
+        ("constant string", &|size| string(size, true)),
+        ("constant star", &hub),
+        ("ladder", &ladder),
+    ];
+    for (name, pattern) in patterns {
+        let [small, large] = [500, 4000].map(|size| {
+            let pattern = pattern(size);
+            let before = VISITS.get();
+            Symbolic::analyse(&pattern);
+            VISITS.get() - before
+        });
+        println!("{name}: {small} visits for 500 bodies, {large} for 4000");
+        assert!(large < 9 * small, "{name}: {small} and {large}");
     }
 }

@@ -15,7 +15,7 @@ use super::batch::{AnyBatch, At};
 use super::constants::Entry;
 use super::jet::Form;
 use crate::equilibrate::equilibrate;
-use crate::linear::Group;
+use crate::linear::{Branch, Group};
 
 /// A constraint: its equations and the blocks of coordinates it touches.
 struct Joint {
@@ -27,6 +27,10 @@ struct Joint {
 struct Tree {
     rank: Vec<usize>,
     parent: Vec<Option<usize>>,
+    /// The number of bodies from here to the root, this one included.
+    depth: Vec<usize>,
+    /// An ancestor far away, by which any other is reached in a number of leaps that grows like the logarithm of the depth.
+    leap: Vec<Option<usize>>,
 }
 
 /// What is eliminated together, and the equations that close loops.
@@ -46,8 +50,8 @@ pub(super) fn groups(
     let tree = Tree::new(blocks.len(), &joints);
     // On the constraints some rows may depend on others that are independent elsewhere.
     let jacobians = [generic(n), initial.to_vec()].map(|q| jacobian(batches, &q, m, design));
-    let mut groups: Vec<Group> =
-        blocks.iter().map(|range| Group { unknowns: range.clone().collect(), after: Vec::new() }).collect();
+    let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
+    let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     let mut closing = Vec::new();
     for joint in joints {
@@ -62,7 +66,7 @@ pub(super) fn groups(
     }
     for joint in &closing {
         let after = tree.loop_of(&joint.blocks);
-        groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), after });
+        groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), parent: None, after });
     }
     Groups { groups, closing: closing.into_iter().flat_map(|joint| joint.equations).collect() }
 }
@@ -91,7 +95,12 @@ impl Tree {
             }
         }
         let grounded = joints.iter().filter(|joint| joint.blocks.len() == 1).map(|joint| (joint.blocks[0], None));
-        let mut tree = Tree { rank: vec![usize::MAX; count], parent: vec![None; count] };
+        let mut tree = Tree {
+            rank: vec![usize::MAX; count],
+            parent: vec![None; count],
+            depth: vec![1; count],
+            leap: vec![None; count],
+        };
         let mut next = 0;
         for start in std::iter::once(grounded.collect()).chain((0..count).map(|body| vec![(body, None)])) {
             let mut queue = VecDeque::from(start);
@@ -99,12 +108,25 @@ impl Tree {
                 if tree.rank[body] != usize::MAX {
                     continue;
                 }
-                (tree.rank[body], tree.parent[body]) = (next, parent);
+                tree.rank[body] = next;
+                tree.hang(body, parent);
                 next += 1;
                 queue.extend(neighbours[body].iter().map(|&outer| (outer, Some(body))));
             }
         }
         tree
+    }
+
+    fn hang(&mut self, body: usize, parent: Option<usize>) {
+        let Some(parent) = parent else { return };
+        self.parent[body] = Some(parent);
+        self.depth[body] = self.depth[parent] + 1;
+        // Two leaps of one length become a leap over both.
+        let depth = |body: Option<usize>| body.map_or(0, |body| self.depth[body]);
+        let first = self.leap[parent];
+        let second = first.and_then(|body| self.leap[body]);
+        let alike = self.depth[parent] - depth(first) == depth(first) - depth(second);
+        self.leap[body] = if alike { second } else { Some(parent) };
     }
 
     /// The body that these blocks' constraint joins to its parent, if that is what it does.
@@ -115,12 +137,31 @@ impl Tree {
     }
 
     /// The bodies between those a constraint touches and where their branches meet, the meeting point left out.
-    fn loop_of(&self, blocks: &[usize]) -> Vec<usize> {
-        let path = |body: usize| std::iter::successors(Some(body), |&b| self.parent[b]).collect::<Vec<_>>();
-        let paths: Vec<Vec<usize>> = blocks.iter().map(|&b| path(b)).collect();
-        let common = |body: &usize| paths.len() > 1 && paths.iter().all(|path| path.contains(body));
-        let all: BTreeSet<usize> = paths.iter().flatten().copied().filter(|body| !common(body)).collect();
-        all.into_iter().collect()
+    fn loop_of(&self, blocks: &[usize]) -> Vec<Branch> {
+        let meeting = match blocks {
+            [first, others @ ..] if !others.is_empty() => {
+                others.iter().try_fold(*first, |meeting, &body| self.meeting(meeting, body))
+            }
+            _ => None,
+        };
+        let end = meeting.map_or(0, |body| self.depth[body]);
+        let branches = blocks.iter().map(|&from| Branch { from, length: self.depth[from] - end });
+        branches.filter(|branch| branch.length > 0).collect()
+    }
+
+    /// Where the branches of two bodies meet, if they do not end in the ground before.
+    fn meeting(&self, a: usize, b: usize) -> Option<usize> {
+        let (mut a, mut b) = if self.depth[a] < self.depth[b] { (b, a) } else { (a, b) };
+        while self.depth[a] > self.depth[b] {
+            let far = self.leap[a].filter(|&far| self.depth[far] >= self.depth[b]);
+            a = far.or(self.parent[a])?;
+        }
+        // At equal depths leaps are equally long.
+        while a != b {
+            let up = if self.leap[a] == self.leap[b] { &self.parent } else { &self.leap };
+            (a, b) = (up[a]?, up[b]?);
+        }
+        Some(a)
     }
 }
 
