@@ -115,7 +115,7 @@ impl Forward {
         match counter {
             Some(steps) => *steps += 1,
             None => {
-                let (step, time) = (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
+                let (step, time) = (self.given_step(node), self.trajectory.times[node - self.first]);
                 self.report.warn(Warning::Rough { step, time, steps: 1 });
             }
         }

@@ -22,7 +22,7 @@ impl Forward {
     /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.
     #[inline]
     pub(crate) fn watch_drift(&mut self, system: &System, node: usize, settings: &Settings) {
-        let is_last = node + 1 == self.inputs.grid.nodes();
+        let is_last = node + 1 == self.nodes();
         if (is_last || node >= FIRST && node.is_power_of_two()) && system.m() > 0 {
             self.measure_drift(system, node, settings);
         }
@@ -86,7 +86,7 @@ impl Forward {
         if before.is_some_and(|(.., before)| before >= share) {
             return;
         }
-        let here = || (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
+        let here = || (self.given_step(node), self.trajectory.times[node - self.first]);
         let (step, time) = before.map_or_else(here, |(step, time, _)| (step, time));
         let equation = system.equation_name(j).to_string();
         self.report.replace(Warning::Drift { equation, violation, share, step, time });

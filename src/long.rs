@@ -9,11 +9,15 @@
 //!                                     ├──┤   until a part fits into the window
 //! ```
 //!
-//! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times.
+//! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times. Nodes that are inserted where steps are halved are not known
+//! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
+//! that is known then, and taken once more.
 
 use crate::adjoint::Sweep;
 use crate::gradient::Gradient;
 use crate::predict::Predictor;
+use crate::refinement::Refinement;
+use crate::restart::Restarts;
 use crate::simulate::Forward;
 use crate::trajectory::{Report, Trajectory, column_mut};
 use crate::{Error, Inputs, Settings, System};
@@ -24,6 +28,8 @@ const HISTORY: usize = Predictor::MOST;
 const MOST_LEVELS: usize = 4;
 /// The shortest window that makes sense.
 const SHORTEST: usize = 16;
+/// One node in so many is planned besides those of the given grid.
+const SPARE: usize = 8;
 
 /// Value and gradient of motions that are too long to be stored, within so many bytes.
 ///
@@ -42,6 +48,8 @@ pub struct LongSolver<'s> {
     system: &'s System,
     settings: Settings,
     bytes: usize,
+    /// The nodes of the given grid.
+    given: usize,
     forward: Forward,
     sweep: Sweep,
     plan: Plan,
@@ -70,12 +78,23 @@ pub struct State<'a> {
 /// How the memory is divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Plan {
+    /// The most nodes of the grid taken.
+    nodes: usize,
     /// L.
     window: usize,
     /// c.
     checkpoints: usize,
     /// r.
     levels: usize,
+}
+
+impl Plan {
+    const NONE: Plan = Plan { nodes: 0, window: 0, checkpoints: 0, levels: 0 };
+
+    /// A checkpoint of the first level comes after every so many nodes.
+    fn part(&self) -> usize {
+        (self.nodes - 1).div_ceil(self.checkpoints.max(1)).max(self.window)
+    }
 }
 
 /// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ.
@@ -95,9 +114,10 @@ impl<'s> LongSolver<'s> {
             system,
             settings: Settings { keep_adjoint: false, ..settings },
             bytes,
+            given: 0,
             forward: Forward::new(system),
             sweep: Sweep::new(system),
-            plan: Plan { window: 0, checkpoints: 0, levels: 0 },
+            plan: Plan::NONE,
             checkpoints: Vec::new(),
         }
     }
@@ -108,21 +128,27 @@ impl<'s> LongSolver<'s> {
     /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
     pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
         self.begin(inputs)?;
-        self.forward_to_end(usize::MAX, &mut visit)
+        self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
     }
 
     /// J and its derivatives with respect to all inputs, the same numbers that a [`Solver`](crate::Solver) gives.
     ///
     /// # Errors
-    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory.
+    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory, which may turn out
+    /// only where steps are halved.
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
         self.begin(inputs)?;
-        let end = inputs.grid.nodes() - 1;
-        self.forward_to_end(end.div_ceil(self.plan.checkpoints.max(1)).max(self.plan.window), &mut |_| ())?;
-        let end = self.forward.inputs.grid.nodes() - 1;
+        if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
+            let taken = self.forward.nodes();
+            self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken))?;
+            self.forward.make_room(self.plan.window + HISTORY);
+            self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
+            self.forward.begin_again(self.system, &self.settings)?;
+            self.forward_to_end(self.plan.part(), &mut |_| ())?;
+        }
         self.sweep.begin(self.system, &self.forward, &self.settings);
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
-        let mut to = end;
+        let mut to = self.forward.nodes() - 1;
         for from in starts.into_iter().rev().chain([0]) {
             self.back(from, to)?;
             self.checkpoints.pop();
@@ -147,72 +173,107 @@ impl<'s> LongSolver<'s> {
     }
 
     fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
-        self.checkpoints.clear();
+        self.checkpoints = Vec::new();
         self.settings.check()?;
         inputs.check(self.system)?;
-        self.plan = self.plan(inputs)?;
+        self.given = inputs.grid.nodes();
+        let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given))?;
+        // Some nodes more, should steps be halved, unless they make the work much larger.
+        let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
+        self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
+        self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
+        self.forward.ahead.most_nodes = self.plan.nodes;
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
     }
 
-    /// The plan for the memory at hand, or how much would do.
-    fn plan(&self, inputs: &Inputs) -> Result<Plan, Error> {
-        let plan = |bytes| self.plan_within(bytes, inputs.grid.nodes());
-        plan(self.bytes).ok_or_else(|| {
-            let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
-            while plan(needed).is_none() {
-                (too_few, needed) = (needed, 2 * needed);
-            }
-            while needed - too_few > needed / 100 {
-                let middle = too_few + (needed - too_few) / 2;
-                *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
-            }
-            Error::Memory { given: self.bytes, needed }
-        })
+    /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
+    fn bytes_of_grid(&self, nodes: usize) -> usize {
+        let number = size_of::<f64>();
+        // Inputs on the grid taken, and the gradient on the given one.
+        let columns = (nodes + self.given) * (1 + self.system.k()) * number;
+        // The list of the inserted nodes may have room for twice as many.
+        let inserted = 2 * (nodes - self.given) * size_of::<usize>();
+        columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
     }
 
-    /// The fewest levels that reach the end of the grid with so many bytes.
+    /// How much would do for so many nodes.
+    fn too_little(&self, nodes: usize) -> Error {
+        let plan = |bytes| self.plan_within(bytes, nodes);
+        let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
+        while plan(needed).is_none() {
+            (too_few, needed) = (needed, 2 * needed);
+        }
+        while needed - too_few > needed / 100 {
+            let middle = too_few + (needed - too_few) / 2;
+            *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
+        }
+        Error::Memory { given: self.bytes, needed }
+    }
+
+    /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
-        let number = size_of::<f64>();
         let stored = self.system.bytes_per_node(&self.settings);
         let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
-        let checkpoint = HISTORY * len * number + size_of::<Checkpoint>();
-        // Inputs and gradient of the whole grid.
-        let whole = nodes * number * 2 * (1 + self.system.k());
-        let free = bytes.checked_sub(whole + HISTORY * stored)?;
+        let checkpoint = HISTORY * len * size_of::<f64>() + size_of::<Checkpoint>();
+        let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
         if free >= nodes * stored {
-            return Some(Plan { window: nodes, checkpoints: 0, levels: 0 });
+            return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
         }
         let plans = (1..=MOST_LEVELS).map(|levels| {
             let (window, checkpoints) = (free / 2 / stored, free / 2 / checkpoint / levels);
-            Plan { window, checkpoints, levels }
+            Plan { nodes, window, checkpoints, levels }
         });
         let reach = |plan: &Plan| plan.window as f64 * (plan.checkpoints as f64).powi(plan.levels as i32);
         plans.into_iter().find(|plan| plan.window >= SHORTEST && reach(plan) >= nodes as f64)
     }
 
-    /// Computes everything from node 0 on, with a checkpoint after every so many nodes.
-    fn forward_to_end(&mut self, every: usize, visit: &mut impl FnMut(&State)) -> Result<(), Error> {
+    /// Computes everything from node 0 on, with a checkpoint after every so many nodes; false if there were more than planned, and the
+    /// checkpoints had to go.
+    fn forward_to_end(&mut self, mut every: usize, visit: &mut impl FnMut(&State)) -> Result<bool, Error> {
         visit(&self.forward.state(0));
-        let mut shown = 1;
+        let (mut shown, mut as_planned) = (1, true);
         loop {
             let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
             let result = self.advance(until.saturating_add(1));
             let reached = self.forward.reached();
             (shown..reached).for_each(|node| visit(&self.forward.state(node)));
             shown = reached;
-            result?;
-            if reached == self.forward.inputs.grid.nodes() {
-                return Ok(());
+            let has_room = result?;
+            if reached == self.forward.nodes() {
+                return Ok(as_planned);
             }
-            if reached > until {
+            if !has_room {
+                (every, as_planned) = (usize::MAX, false);
+                self.give_up_checkpoints()?;
+            } else if reached > until {
                 self.checkpoints.push(self.forward.save());
             }
             self.slide_if_full();
         }
     }
 
+    /// Makes room for more nodes of the grid, by keeping nothing but the shortest window of the motion.
+    fn give_up_checkpoints(&mut self) -> Result<(), Error> {
+        self.checkpoints = Vec::new();
+        self.forward.slide();
+        self.forward.restarts = Restarts::default();
+        self.plan.window = SHORTEST;
+        self.forward.make_room(SHORTEST + HISTORY);
+        let nodes = self.forward.nodes();
+        let window = (SHORTEST + HISTORY) * self.system.bytes_per_node(&self.settings);
+        let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
+        let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
+        if free < of_one_more {
+            // That many at least.
+            return Err(self.too_little(2 * nodes));
+        }
+        self.plan.nodes = nodes + free / of_one_more;
+        self.forward.ahead.most_nodes = self.plan.nodes;
+        Ok(())
+    }
+
     /// Computes the nodes before this one, as far as the window has room.
-    fn advance(&mut self, end: usize) -> Result<(), Error> {
+    fn advance(&mut self, end: usize) -> Result<bool, Error> {
         let room = self.forward.first + self.plan.window + HISTORY;
         self.forward.advance(self.system, &self.settings, room.min(end))
     }
@@ -232,6 +293,7 @@ impl<'s> LongSolver<'s> {
             return self.split(from, to);
         }
         self.forward.advance(self.system, &self.settings, to + 1)?;
+        debug_assert!(self.forward.reached() > to, "known steps are taken again");
         let last = if from == 0 { 0 } else { from + 1 };
         self.sweep.back(self.system, &mut self.forward, last..to + 1)
     }
@@ -295,6 +357,8 @@ impl Forward {
         self.first += from;
         self.trajectory.computed = count;
         self.restarts.clear();
+        // Whether there was any is all that is asked of those before.
+        self.trajectory.restarted.truncate(1);
     }
 
     /// The last nodes that were computed.
@@ -313,6 +377,8 @@ impl Forward {
         columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));
         (self.smooth_from, self.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
         self.restarts.clear();
+        self.ahead.again();
+        self.trajectory.restarted.truncate(1);
         self.trajectory.restarted.retain(|&node| node <= checkpoint.node);
     }
 }

@@ -117,6 +117,7 @@ pub struct PaperSystem<'a> {
     pub(crate) system: &'a System,
     pub(crate) inputs: &'a Inputs,
     pub(crate) trajectory: &'a Trajectory,
+    refinement: Refinement,
 }
 
 /// Everything that f_i and h_i depend on, on any numbers.
@@ -141,7 +142,8 @@ impl<'a> PaperSystem<'a> {
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
-        Ok(PaperSystem { system, inputs, trajectory })
+        let refinement = Refinement::new(&inputs.grid.steps, &trajectory.inserted);
+        Ok(PaperSystem { system, inputs, trajectory, refinement })
     }
 
     /// y_i = (v, ṗ*, q, p*, σ)_i.
@@ -290,8 +292,7 @@ impl<'a> PaperSystem<'a> {
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
-        let refinement = Refinement::new(&self.inputs.grid.steps, &self.trajectory.inserted);
-        let Some(weights) = refinement.weights(&steps, i) else { return DVector::zeros(columns) };
+        let Some(weights) = self.refinement.weights(&steps, i) else { return DVector::zeros(columns) };
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();

@@ -40,9 +40,11 @@ impl Refinement {
         if inserted.is_empty() {
             return refinement;
         }
-        let ends: Vec<usize> = (1..=steps.len()).filter(|node| inserted.binary_search(node).is_err()).collect();
+        refinement.parts.reserve_exact(steps.len());
+        let mut inserted = inserted.iter().peekable();
+        let ends = (1..=steps.len()).filter(|node| inserted.next_if(|&next| next == node).is_none());
         let mut first = 0;
-        for (step, &end) in ends.iter().enumerate() {
+        for (step, end) in ends.enumerate() {
             let parts = &steps[first..end];
             let length: f64 = parts.iter().sum();
             let mut done = 0.0;
@@ -55,14 +57,14 @@ impl Refinement {
         refinement
     }
 
+    /// The bytes of one that is not that of the given grid, for so many nodes.
+    pub(crate) fn bytes(nodes: usize) -> usize {
+        nodes * size_of::<Part>()
+    }
+
     /// The step taken that ends at node ≥ 1: its given step, counted from 0, its share of it and where in it it ends.
     fn part(&self, node: usize) -> Part {
         self.parts.get(node - 1).copied().unwrap_or(Part { step: node - 1, share: 1.0, end: 1.0 })
-    }
-
-    /// The share of its given step that the step taken which ends at node ≥ 1 has.
-    pub(crate) fn share(&self, node: usize) -> f64 {
-        self.part(node).share
     }
 
     /// The number of the given step that ends at or behind a node of the grid taken, counted from 1.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::continuation::Continuation;
+use crate::halving::Ahead;
 use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
@@ -19,8 +20,9 @@ const CONTRADICTION: f64 = 1e-6;
 
 /// A motion, with what the adjoint sweep needs of it.
 pub(crate) struct Forward {
-    /// On the grid that is taken.
+    /// On the grid that is taken; what is ahead stands behind a gap, while there is one.
     pub(crate) inputs: Inputs,
+    pub(crate) ahead: Ahead,
     /// The node that column 0 of the trajectory holds.
     pub(crate) first: usize,
     pub(crate) trajectory: Trajectory,
@@ -60,6 +62,7 @@ impl Forward {
         };
         Forward {
             inputs: empty,
+            ahead: Ahead::new(),
             first: 0,
             trajectory: Trajectory::zeros(system, 0),
             blocks: DMatrix::zeros(0, 0),
@@ -83,7 +86,7 @@ impl Forward {
 
     pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
         self.begin(system, inputs, inputs.grid.nodes(), settings)?;
-        self.advance(system, settings, usize::MAX)
+        self.advance(system, settings, usize::MAX).map(|_| ())
     }
 
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
@@ -98,6 +101,7 @@ impl Forward {
         self.inputs.copy_from(inputs);
         self.report = Report::default();
         self.trajectory.inserted.clear();
+        self.ahead.forget();
         self.most_turn = Warning::TURN;
         self.continuation.counted = 0;
         self.newton.evaluation.set_design(system, inputs.design.as_slice());
@@ -108,6 +112,7 @@ impl Forward {
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
         (self.first, self.smooth_from, self.most_range) = (0, 0, 0.0);
         self.restarts.clear();
+        self.ahead.again();
         self.trajectory.computed = 0;
         self.trajectory.restarted.clear();
         self.trajectory.compliance.clear();
@@ -116,29 +121,53 @@ impl Forward {
         start::solve(self, system, settings)
     }
 
-    /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved.
-    pub(crate) fn advance(&mut self, system: &System, settings: &Settings, end: usize) -> Result<(), Error> {
-        let mut node = self.first + self.trajectory.computed;
-        while node < self.inputs.grid.nodes().min(end) {
-            match self.step(system, node, settings) {
-                Ok(()) => {
-                    self.check_compliant(system, node, settings)?;
-                    self.watch_turns(system, node);
-                    restart::apply(self, system, node, settings)?;
-                    self.watch_drift(system, node, settings);
-                    node += 1;
-                    self.trajectory.computed = node - self.first;
-                }
-                Err(failure) if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) => {
-                    return Err(self.explain(system, node, failure));
-                }
-                Err(_) => self.halve(node),
+    /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved. False if there is no memory for
+    /// a node that had to be inserted.
+    pub(crate) fn advance(&mut self, system: &System, settings: &Settings, end: usize) -> Result<bool, Error> {
+        let was_known = self.ahead.is_known(self.nodes());
+        let done = self.take_steps(system, settings, end);
+        let next = self.first + self.trajectory.computed;
+        if done.is_err() || next == self.nodes() {
+            // Of a step that failed it is known how it was halved.
+            self.close_gap(next - usize::from(done.is_ok()));
+            if done.is_ok() && !was_known {
+                self.warn_of_halved_steps();
             }
         }
-        if node == self.inputs.grid.nodes() {
-            self.warn_of_halved_steps();
+        done
+    }
+
+    fn take_steps(&mut self, system: &System, settings: &Settings, end: usize) -> Result<bool, Error> {
+        let mut node = self.first + self.trajectory.computed;
+        while node < self.nodes().min(end) {
+            self.take(node);
+            if !self.step_or_part(system, node, settings)? {
+                return Ok(false);
+            }
+            self.keep(node);
+            self.check_compliant(system, node, settings)?;
+            self.watch_turns(system, node);
+            restart::apply(self, system, node, settings)?;
+            self.watch_drift(system, node, settings);
+            node += 1;
+            self.trajectory.computed = node - self.first;
         }
-        Ok(())
+        Ok(true)
+    }
+
+    /// Solves the step into a node, halved as often as it takes; false if there is no memory for another node.
+    fn step_or_part(&mut self, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
+        while let Err(failure) = self.step(system, node, settings) {
+            if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) {
+                return Err(self.explain(system, node, failure));
+            }
+            if self.nodes() == self.ahead.most_nodes {
+                self.put_back(node);
+                return Ok(false);
+            }
+            self.halve(node);
+        }
+        Ok(true)
     }
 
     fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
@@ -210,7 +239,7 @@ impl Forward {
             return;
         }
         let unknown = system.unknown_name(self.newton.worst_unknown(system));
-        let (step, time) = (self.refinement().given_step(node), self.trajectory.times[node - self.first]);
+        let (step, time) = (self.given_step(node), self.trajectory.times[node - self.first]);
         self.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
     }
 
@@ -223,7 +252,7 @@ impl Forward {
         let worst = system.sines().coordinates().fold(i, |worst, i| if turn(i) > turn(worst) { i } else { worst });
         self.most_turn = turn(worst);
         let coordinate = system.coordinate_name(worst).to_string();
-        let (step, time) = (self.refinement().given_step(node), self.trajectory.times[k]);
+        let (step, time) = (self.given_step(node), self.trajectory.times[k]);
         self.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
     }
 
@@ -282,7 +311,7 @@ impl Forward {
 
     pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
         let time = self.trajectory.times[node - self.first];
-        let step = self.refinement().given_step(node);
+        let step = self.given_step(node);
         let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
         match failure {
             StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
@@ -306,7 +335,7 @@ impl Forward {
     /// Whether the constraints lose rank where the last good node stood.
     fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
         let at = self.at(node.checked_sub(1)?);
-        rank::near_singular(system, &at, self.refinement().given_step(node), at.t)
+        rank::near_singular(system, &at, self.given_step(node), at.t)
     }
 
     /// v₀ as given, or zero.
@@ -333,11 +362,10 @@ impl Forward {
     /// Which element is to blame for a value that is not finite.
     fn not_finite(&self, system: &System, node: usize) -> Error {
         let time = self.trajectory.times[node - self.first];
-        let step = self.refinement().given_step(node);
+        let step = self.given_step(node);
         let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
         // Node 0 has no step, and nothing ahead.
-        let given_length = length / self.refinement().share(node.max(1));
-        match [0.0, given_length].into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead)) {
+        match [0.0, self.given_length(node)].into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead)) {
             Some(element) => Error::Model { element, node: step, time },
             None => Error::Newton {
                 step,

@@ -65,12 +65,13 @@ impl<R: Real> Trajectory<R> {
         4 * n + m + 1
     }
 
-    /// Room for one more node.
-    pub(crate) fn add_column(&mut self) {
-        self.times.push(R::zero());
+    /// Room for so many nodes, of which the first stay as they are.
+    pub(crate) fn resize(&mut self, nodes: usize) {
+        self.times.resize(nodes, R::zero());
+        self.times.shrink_to_fit();
         for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
-            let columns = matrix.ncols();
-            *matrix = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero())).insert_column(columns, R::zero());
+            let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
+            *matrix = old.resize_horizontally(nodes, R::zero());
         }
     }
 

@@ -1,13 +1,19 @@
 //! A solver that has been used once allocates nothing per step, and keeps as many bytes for a node as it says.
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
-use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Settings, Solver, System, scenes::CartPendulum};
+#[path = "scenes/structures.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod structures;
+
+use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Scene, Settings, Solver, System, scenes::CartPendulum};
 use std::alloc::{GlobalAlloc, Layout, System as Memory};
 use std::cell::Cell;
 
 thread_local! {
     /// Allocations of this thread: other tests run beside.
     static COUNT: Cell<usize> = const { Cell::new(0) };
+    /// Bytes that were ever allocated.
+    static TOTAL: Cell<usize> = const { Cell::new(0) };
     /// Bytes that are allocated at present.
     static BYTES: Cell<isize> = const { Cell::new(0) };
     /// The most bytes that were allocated since this was set to `BYTES`.
@@ -15,6 +21,7 @@ thread_local! {
 }
 
 fn grow(bytes: isize) {
+    TOTAL.set(TOTAL.get() + bytes.max(0) as usize);
     BYTES.set(BYTES.get() + bytes);
     PEAK.set(PEAK.get().max(BYTES.get()));
 }
@@ -36,6 +43,8 @@ unsafe impl GlobalAlloc for Counting {
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
+        // It may have to be moved as a whole.
+        TOTAL.set(TOTAL.get() + layout.size());
         grow(size as isize - layout.size() as isize);
         unsafe { Memory.realloc(memory, layout, size) }
     }
@@ -121,6 +130,82 @@ fn a_long_solver_keeps_to_the_bytes_it_is_given() {
             println!("{bytes} bytes given, at most {held} held, workspace {workspace}");
             assert!(held <= bytes + workspace, "{held} of {bytes}");
         }
+    }
+}
+
+/// The cart with so many steps, of which every fifth is far too long for one iteration matrix.
+fn with_long_steps(system: &System, steps: usize) -> (Inputs, Settings) {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.005));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 10.0 * (0.02 * i as f64).sin());
+    inputs.grid.steps.iter_mut().skip(3).step_by(5).for_each(|dt| *dt = 0.4);
+    (inputs, Settings { max_iterations: 4, rebase_every: 1, ..Settings::default() })
+}
+
+#[test]
+fn a_long_solver_keeps_to_the_bytes_it_is_given_where_steps_are_halved() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    for (steps, rebase_every) in [(300, 0), (300, 1), (2000, 0)] {
+        let (inputs, settings) = with_long_steps(&system, steps);
+        let settings = Settings { rebase_every, ..settings };
+        let workspace = bytes_held(&system, settings, 1);
+        let (mut fits, mut bytes) = (0, 5_000);
+        while bytes < 20_000_000 {
+            let before = BYTES.get();
+            PEAK.set(before);
+            let mut long = LongSolver::new(&system, settings, bytes as usize);
+            let result = long.gradient(&inputs).map(|_| ());
+            let held = PEAK.get() - before;
+            println!("{bytes} bytes given, at most {held} held, workspace {workspace}: {result:?}");
+            assert!(held <= bytes + workspace, "{held} of {bytes}");
+            assert!(matches!(result, Ok(()) | Err(Error::Memory { .. })), "{result:?}");
+            fits += usize::from(result.is_ok());
+            bytes = bytes * 3 / 2;
+        }
+        assert!(fits > 5, "{fits}");
+    }
+}
+
+/// Bytes that were allocated on the way, those that were given back too.
+fn bytes_of(work: impl FnOnce()) -> usize {
+    let before = TOTAL.get();
+    work();
+    TOTAL.get() - before
+}
+
+#[test]
+fn the_bytes_that_halved_steps_take_grow_like_their_number() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let of = |steps: usize| {
+        let (inputs, settings) = with_long_steps(&system, steps);
+        let mut inserted = 0;
+        let mut solver = Solver::new(&system, Settings { rebase_every: 0, ..settings });
+        let bytes = bytes_of(|| {
+            inserted = solver.simulate(&inputs).expect("a motion").inserted.len();
+            solver.gradient().expect("a gradient");
+        });
+        (inserted, bytes)
+    };
+    let [(few, of_few), (many, of_many)] = [of(200), of(4000)];
+    let ratio = of_many as f64 / of_few as f64 * few as f64 / many as f64;
+    println!("{of_few} bytes for {few} inserted nodes, {of_many} for {many}: {ratio:.2}");
+    assert!(few > 50 && many > 10 * few && ratio < 2.0, "{ratio}");
+}
+
+#[test]
+fn the_bytes_that_compiling_takes_grow_like_the_scene() {
+    type Sized = fn(usize) -> Scene;
+    let doubled: Sized = |bars| structures::string(bars, 2);
+    let tree: Sized = |bodies| structures::binary_tree(bodies.ilog2());
+    let scenes =
+        [("chain", structures::chain as Sized), ("ladder", structures::ladder), ("doubled", doubled), ("tree", tree)];
+    for (name, scene) in scenes {
+        let [few, many] = [128, 2048].map(|size| {
+            let scene = scene(size);
+            bytes_of(|| drop(scene.compile().expect("a scene")))
+        });
+        let ratio = many as f64 / few as f64 / 16.0;
+        println!("{name}: {few} and {many} bytes, {ratio:.2}");
+        assert!(ratio < 1.5, "{name}: {ratio}");
     }
 }
 

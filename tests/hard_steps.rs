@@ -101,6 +101,37 @@ fn the_limit_of_halving_is_kept_and_then_it_is_an_error() {
 }
 
 #[test]
+fn a_grid_that_was_left_on_the_way_holds_all_that_was_given() {
+    let (system, mut inputs) = runaway(Sum::Plain);
+    inputs.grid.steps[7] = 0.6;
+    for max_halvings in [0, 1, 2, 6, 20] {
+        let mut solver = Solver::new(&system, Settings { max_halvings, ..Settings::default() });
+        for _ in 0..2 {
+            solver.simulate(&inputs).expect_err("beyond infinity");
+            let (motion, taken) = (solver.trajectory(), solver.inputs());
+            let nodes = taken.grid.nodes();
+            assert_eq!((motion.times.len(), motion.q.ncols(), taken.controls.ncols()), (nodes, nodes, nodes));
+            assert!(motion.inserted.is_sorted() && motion.computed < nodes && motion.phi(&system, taken).is_ok());
+            let given: Vec<usize> = (0..nodes).filter(|i| !motion.inserted.contains(i)).collect();
+            assert_eq!(given.len(), inputs.grid.nodes(), "{max_halvings}: {:?}", motion.inserted);
+            let times = taken.grid.times();
+            for (k, &node) in given.iter().enumerate() {
+                assert_eq!(taken.controls[(0, node)], inputs.controls[(0, k)], "{max_halvings}: node {node}");
+                assert!((times[node] - inputs.grid.times()[k]).abs() <= 1e-15, "{max_halvings}: node {node}");
+            }
+            // Between them controls are linear.
+            for &node in &motion.inserted {
+                let k = given.partition_point(|&other| other < node);
+                let [t0, t1] = [k - 1, k].map(|k| times[given[k]]);
+                let [u0, u1] = [k - 1, k].map(|k| inputs.controls[(0, k)]);
+                let expected = u0 + (u1 - u0) * (times[node] - t0) / (t1 - t0);
+                assert!((taken.controls[(0, node)] - expected).abs() <= 1e-15, "{max_halvings}: node {node}");
+            }
+        }
+    }
+}
+
+#[test]
 fn hard_starts_of_the_cart_have_a_motion_and_an_exact_gradient() {
     // Few long steps, as large as the swing-up's grid can be made; and controls that jump by 2e4 N.
     let jumping = |i: usize| if (i / 3).is_multiple_of(2) { 1e4 } else { -1e4 };

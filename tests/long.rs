@@ -2,8 +2,16 @@
 
 mod common;
 
+#[path = "scenes/structures.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod structures;
+
 use common::assert_says;
-use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Settings, Solver, System, scenes::CartPendulum, simulate};
+use hamiltonian_adjoint::{
+    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LongSolver, Scalar,
+    Scene, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
+};
+use nalgebra::SVector;
 
 fn cart(steps: usize, dt: f64) -> (System, Inputs) {
     let system = CartPendulum::default().scene().compile().expect("scene");
@@ -83,4 +91,152 @@ fn too_little_memory_is_an_error_and_a_failed_run_leaves_nothing_behind() {
     inputs.controls = nalgebra::DMatrix::zeros(1, 101);
     let expected = hamiltonian_adjoint::gradient(&system, &inputs, still).map(|gradient| gradient.controls);
     assert_eq!(long.gradient(&inputs).map(|gradient| gradient.controls.clone()), expected);
+}
+
+/// A mass of 1 kg with a steep drag, pushed by a control.
+struct Dragged;
+impl KineticEnergy<1> for Dragged {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+impl Force<1, 1, 1> for Dragged {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([at.u[0] - b[0] * at.v[0].powi(3) + at.q[0].sin() * 30.0])
+    }
+}
+impl Cost<1, 0, 1> for Dragged {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.q[0] * at.q[0] * 0.5 + at.v[0] * at.u[0] * at.t
+    }
+}
+
+fn dragged() -> System {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    let (u, b) = (scene.control("push"), scene.design("drag", 300.0));
+    scene.kinetic_energy("mass", Dragged, q, []);
+    scene.force("drag", Dragged, q, [u], [b.into()]);
+    scene.cost("on the way", Dragged, Sum::Trapezoidal, q, [], [u], []);
+    scene.compile().expect("scene")
+}
+
+/// So many steps of which every sixth but those of the first third meets a jump that it must be divided for.
+fn jumps(system: &System, steps: usize, force: f64) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.5));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = if 3 * i > steps && i % 6 < 3 { force } else { -1.0 });
+    inputs
+}
+
+/// Asserts that within so many bytes the gradient is the stored one or an error; returns the steps computed per step, if there was room.
+fn assert_same_or_too_little(
+    system: &System,
+    inputs: &Inputs,
+    settings: Settings,
+    bytes: usize,
+    stored: &Stored,
+) -> Option<f64> {
+    let mut long = LongSolver::new(system, settings, bytes);
+    match long.gradient(inputs) {
+        Ok(gradient) => assert!(gradient == &stored.gradient, "{bytes} bytes: {gradient:?}"),
+        Err(Error::Memory { given, needed }) => {
+            assert!(given == bytes && needed > bytes, "{bytes} bytes: {needed}");
+            return None;
+        }
+        Err(error) => panic!("{bytes} bytes: {error}"),
+    }
+    assert!(long.inputs() == &stored.inputs, "{bytes} bytes");
+    assert_eq!(long.report().warnings, stored.warnings, "{bytes} bytes");
+    Some(long.report().factorisations as f64 / stored.factorisations as f64)
+}
+
+/// What a [`Solver`] says.
+struct Stored {
+    gradient: Gradient,
+    inputs: Inputs,
+    inserted: usize,
+    warnings: Vec<Warning>,
+    factorisations: usize,
+}
+
+fn stored(system: &System, inputs: &Inputs, settings: Settings) -> Stored {
+    let mut solver = Solver::new(system, settings);
+    let inserted = solver.simulate(inputs).expect("motion").inserted.len();
+    let gradient = solver.gradient().expect("gradient").clone();
+    let report = solver.report();
+    let (warnings, factorisations) = (report.warnings.clone(), report.factorisations);
+    Stored { gradient, inputs: solver.inputs().clone(), inserted, warnings, factorisations }
+}
+
+/// From next to nothing to more than enough, and where each error says.
+fn assert_every_budget(what: &str, system: &System, inputs: &Inputs, settings: Settings) -> usize {
+    let stored = stored(system, inputs, settings);
+    let all = stored.inputs.grid.nodes() * (system.bytes_per_node(&settings) + 16 * (1 + system.k()) + 60);
+    let mut works = Vec::new();
+    let mut bytes = 500;
+    while bytes < 2 * all {
+        works.extend(assert_same_or_too_little(system, inputs, settings, bytes, &stored));
+        bytes = bytes * 4 / 3;
+    }
+    println!("{what}: {} inserted nodes; work in simulations, by memory: {works:.2?}", stored.inserted);
+    // Four levels of checkpoints and the grid found out before are the most.
+    assert!(works.len() >= 3 && works.iter().all(|work| *work <= 6.0), "{what}: {works:?}");
+    assert!(works.last() == Some(&1.0) || stored.inserted > 0, "{what}: {works:?}");
+    // As much as is asked for is enough in the end.
+    let mut bytes = 500;
+    while let Err(error) = LongSolver::new(system, settings, bytes).gradient(inputs) {
+        let Error::Memory { needed, .. } = error else { panic!("{error:?}") };
+        assert!(needed > bytes, "{needed} of {bytes}");
+        bytes = needed;
+    }
+    assert!(bytes < 4 * all, "{bytes} for {all}");
+    assert!(assert_same_or_too_little(system, inputs, settings, bytes, &stored).is_some());
+    stored.inserted
+}
+
+#[test]
+fn nodes_that_halved_steps_insert_fit_into_every_budget() {
+    let system = dragged();
+    let settings = Settings { max_iterations: 5, ..Settings::default() };
+    let counts = [(60, 0.0), (60, 1e4), (400, 1e3), (900, 1e5), (40, 1e6)].map(|(steps, force)| {
+        assert_every_budget(&format!("{steps} steps, {force} N"), &system, &jumps(&system, steps, force), settings)
+    });
+    assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
+}
+
+#[test]
+fn ten_thousand_inserted_nodes_are_the_same_from_checkpoints() {
+    let system = dragged();
+    let settings = Settings { max_iterations: 5, ..Settings::default() };
+    let inputs = jumps(&system, 7000, 1e5);
+    let stored = stored(&system, &inputs, settings);
+    println!("{} inserted nodes", stored.inserted);
+    assert!(stored.inserted >= 10_000, "{}", stored.inserted);
+    let sizes = [400_000, 1_100_000, 1_200_000, 1_400_000, 4_000_000];
+    let works = sizes.map(|bytes| assert_same_or_too_little(&system, &inputs, settings, bytes, &stored));
+    println!("work in simulations: {works:.2?}");
+    assert!(works[1..].iter().all(|work| work.is_some()), "{works:?}");
+}
+
+#[test]
+fn halved_steps_of_restarted_composed_and_dependent_motions_fit_into_every_budget() {
+    let (cart, mut inputs) = cart(150, 0.01);
+    assert_eq!(assert_every_budget("not halved", &cart, &inputs, Settings::default()), 0);
+    [50, 51, 90, 149].into_iter().for_each(|step| inputs.grid.steps[step] = 1.0);
+    let few = Settings { max_iterations: 4, ..Settings::default() };
+    let restarted = Settings { rebase_every: 7, ..few };
+    let projected = Settings { drift_bound: 1e-7, rebase_every: 3, ..few };
+    for (what, settings) in [("plain", few), ("restarted", restarted), ("projected", projected)] {
+        assert!(assert_every_budget(what, &cart, &inputs, settings) > 0, "{what}");
+    }
+
+    let mut composed = Inputs::at_rest(&cart, Grid::composed(30, 0.3, Composition::Suzuki4));
+    composed.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 20.0 * (0.1 * i as f64).cos());
+    assert!(assert_every_budget("composed", &cart, &composed, Settings { rebase_every: 5, ..few }) > 0);
+
+    let doubled = structures::string(3, 2).compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&doubled, Grid::uniform(120, 0.01));
+    inputs.controls.fill(0.3);
+    [40, 41, 100].into_iter().for_each(|step| inputs.grid.steps[step] = 0.8);
+    assert!(assert_every_budget("dependent", &doubled, &inputs, few) > 0);
 }
