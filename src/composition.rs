@@ -16,7 +16,7 @@
 //! Above order 2 some γ_j must be negative. Sources: E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed.,
 //! Springer 2006 ("HLW" here), sections II.4 and V.3.2, and the articles named at [`Composition`].
 
-use crate::Grid;
+use crate::{Grid, memory};
 
 /// A symmetric composition, named by its authors and its order.
 ///
@@ -125,7 +125,11 @@ impl Grid {
     /// assert_eq!(grid.steps.len(), 100);
     /// assert!((grid.times()[100] - 2.0).abs() < 1e-14);
     /// ```
+    ///
+    /// # Panics
+    /// If the steps cannot be held in memory.
     pub fn composed(macro_steps: usize, dt: f64, composition: Composition) -> Self {
+        memory::require("the steps of a grid", macro_steps, composition.stages() * size_of::<f64>());
         let stages = composition.coefficients().iter().map(|gamma| gamma * dt);
         Grid { start: 0.0, steps: stages.cycle().take(macro_steps * composition.stages()).collect() }
     }

@@ -203,6 +203,13 @@ pub enum Error {
         /// About so many bytes are needed.
         needed: usize,
     },
+    /// More than the memory of the machine, before any of it was allocated.
+    OutOfMemory {
+        /// What would be stored.
+        what: &'static str,
+        /// About so many bytes.
+        bytes: usize,
+    },
     /// The paper's system was asked for of a motion that was started anew on the way.
     Restarted {
         /// The first node where that happened.
@@ -270,7 +277,7 @@ impl fmt::Display for Error {
                 "at t = {} s the constraint Jacobian has rank {rank} but {rows} rows, {} too many; dependent: {}; remove the \
                  equations that follow from others",
                 seconds(*time),
-                rows - rank,
+                rows.saturating_sub(*rank),
                 equations.join(", ")
             ),
             Error::ContradictoryConstraints { equations, violation, time } => write!(
@@ -343,6 +350,11 @@ impl fmt::Display for Error {
             Error::Memory { given, needed } => {
                 write!(f, "{given} bytes are too few for this motion and its gradient; about {needed} are needed")
             }
+            Error::OutOfMemory { what, bytes } => write!(
+                f,
+                "{what} cannot be held in memory: {bytes} bytes or more; take fewer steps or a smaller scene, or a `LongSolver` for a \
+                 long motion"
+            ),
             Error::Restarted { node, time } => write!(
                 f,
                 "the motion was started anew at node {node} (t = {} s), which the paper's system does not know; simulate without \

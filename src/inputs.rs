@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::scalar::Real;
 use crate::trajectory::column;
-use crate::{Error, System};
+use crate::{Error, System, memory};
 
 /// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,11 @@ pub struct Grid<R = f64> {
 
 impl Grid {
     /// N equal steps from t = 0.
+    ///
+    /// # Panics
+    /// If they cannot be held in memory.
     pub fn uniform(steps: usize, dt: f64) -> Self {
+        memory::require("the steps of a grid", steps, size_of::<f64>());
         Grid { start: 0.0, steps: vec![dt; steps] }
     }
 }
@@ -136,7 +140,11 @@ impl<R> Inputs<R> {
 
 impl Inputs {
     /// At rest where the scene placed its bodies, with zero controls and the design of the scene.
+    ///
+    /// # Panics
+    /// If the controls cannot be held in memory.
     pub fn at_rest(system: &System, grid: Grid) -> Self {
+        memory::require("the controls", grid.nodes(), system.k() * size_of::<f64>());
         Inputs {
             start: Start::Velocity { q: system.initial_coordinates(), v: DVector::zeros(system.n()) },
             controls: DMatrix::zeros(system.k(), grid.nodes()),

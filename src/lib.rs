@@ -93,6 +93,7 @@ mod lifted;
 mod linear;
 mod long;
 mod many;
+mod memory;
 pub mod paper_system;
 pub mod planar;
 mod predict;

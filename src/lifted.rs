@@ -12,7 +12,7 @@ use crate::scalar::Real;
 use crate::system::{At, Pair, Sums};
 use crate::trajectory::{column, column_mut};
 use crate::trapezoid::{NOISE, SMALL};
-use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
+use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory, memory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
 const CONVERGED: f64 = 1e-14;
@@ -70,6 +70,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         real.simulate(inputs)?;
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
+        let node = Trajectory::<R>::len_of_node(n, m) + 1 + system.k();
+        memory::check("the motion on other numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
         let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes());
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
@@ -92,14 +94,17 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// Simulates with inputs whose real parts are those of the real motion.
     ///
     /// # Errors
-    /// A step whose corrections do not converge; sizes that differ from those of the real inputs.
+    /// A step whose corrections do not converge; sizes that differ from those of the real inputs; parts that are not finite.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.trajectory.computed = 0;
         self.rounding = 0.0;
         self.check_sizes(inputs)?;
+        if let Some(value) = (0..R::PARTS).find_map(|part| parts(inputs, part).find(|x| !x.is_finite())) {
+            return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
+        }
         self.inputs = self.refinement.refine(inputs);
         for part in 1..R::PARTS {
-            self.unit[part] = largest_part(inputs, part);
+            self.unit[part] = parts(inputs, part).fold(0.0, |largest, x| largest.max(x.abs()));
         }
         let times = self.inputs.grid.times();
         self.trajectory.times.copy_from_slice(&times);
@@ -133,8 +138,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     /// The real motion.
-    pub fn real(&mut self) -> &mut Solver<'s> {
-        &mut self.real
+    pub fn real(&self) -> &Solver<'s> {
+        &self.real
     }
 
     fn step(&mut self, i: usize, restart: Option<Restart>) -> Result<(), Error> {
@@ -368,12 +373,12 @@ impl Shrinking {
     }
 }
 
-/// The largest absolute value that one part has in any input.
-fn largest_part<R: Real>(inputs: &Inputs<R>, part: usize) -> f64 {
+/// One part of all inputs.
+fn parts<R: Real>(inputs: &Inputs<R>, part: usize) -> impl Iterator<Item = f64> {
     let (grid, start) = (&inputs.grid, &inputs.start);
     let states = start.q().iter().chain(start.rate().iter());
     let all = states.chain(&inputs.controls).chain(&inputs.design).chain(&grid.steps).chain([&grid.start]);
-    all.fold(0.0, |largest, x| largest.max(x.part(part).abs()))
+    all.map(move |x| x.part(part))
 }
 
 /// The size of a correction.

@@ -86,6 +86,9 @@ pub struct Tangent {
 
 impl Tangent {
     /// The block of an equation and a variable.
+    ///
+    /// # Panics
+    /// If `matrix` was given another size.
     pub fn block(&self, row: Equation, column: Variable) -> DMatrixView<'_, f64> {
         let (rows, columns) = (part(row as usize, self.n, self.m), part(column as usize, self.n, self.m));
         self.matrix.view((rows.start, columns.start), (rows.len(), columns.len()))
@@ -147,32 +150,50 @@ impl<'a> PaperSystem<'a> {
     }
 
     /// y_i = (v, ṗ*, q, p*, σ)_i.
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn y(&self, i: usize) -> DVector<f64> {
         let y = self.trajectory.columns(i);
         DVector::from_vec([y.v, y.p_star_dot, y.q, y.p_star, y.sigma].concat())
     }
 
     /// f_i at the motion: zero up to rounding.
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn f(&self, i: usize) -> DVector<f64> {
         self.residual(i, &self.arguments(i)).map(|f| f.re)
     }
 
     /// ∂f_i/∂y_i, the left matrix of Eq. (10).
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn f_y(&self, i: usize) -> Tangent {
         self.tangent(i, |arguments| &mut arguments.y)
     }
 
-    /// ∂f_i/∂y_{i−1}, the right matrix of Eq. (10) (there with i + 1 for i).
+    /// ∂f_i/∂y_{i−1}, the right matrix of Eq. (10) (there with i + 1 for i); zero for i = 0.
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn f_y_previous(&self, i: usize) -> Tangent {
         self.tangent(i, |arguments| &mut arguments.y_previous)
     }
 
     /// ∂f_i/∂u_i, (4n + m) × k.
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn f_u(&self, i: usize) -> DMatrix<f64> {
         self.columns(i, |arguments| &mut arguments.u)
     }
 
     /// ∂f_i/∂b, (4n + m) × the number of design variables.
+    ///
+    /// # Panics
+    /// If the motion has no node `i`.
     pub fn f_b(&self, i: usize) -> DMatrix<f64> {
         self.columns(i, |arguments| &mut arguments.b)
     }

@@ -7,6 +7,9 @@ use crate::element::{CostPoint, Sum};
 use crate::planar::Body;
 use crate::{Control, Cost, Multiplier, Scalar, Scene};
 
+/// More than these would fill the memory with names before a scene could be refused.
+const MOST_LINKS: usize = 1_000_000;
+
 /// The paper's example (section 4): a cart on a rail with a chain of hanging links, swung up by a force on the cart.
 ///
 /// From the paper: the masses, moments of inertia, friction coefficients, three links hanging at rest and the cost.
@@ -16,7 +19,7 @@ use crate::{Control, Cost, Multiplier, Scalar, Scene};
 /// The coordinates are (x, y, φ) of the cart, then of link 1, 2, …; the one control is the force on the cart, in N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CartPendulum {
-    /// The number of links, at least 1.
+    /// The number of links, from 1 to a million.
     pub links: usize,
     /// The mass of the cart, kg.
     pub cart_mass: f64,
@@ -107,7 +110,9 @@ impl CartPendulum {
     /// The scene without a cost and handles to its parts, for a cost or further elements of your own.
     pub fn mechanism(&self) -> CartScene {
         let mut scene = Scene::new();
-        scene.require(self.links > 0, "the number of links", self.links as f64, "at least 1");
+        let fits = (1..=MOST_LINKS).contains(&self.links);
+        scene.require(fits, "the number of links", self.links as f64, "from 1 to a million");
+        let count = if fits { self.links } else { 0 };
         let joint = (self.friction_joint as f64, "less than the number of links (0 joins the cart and link 1)");
         scene.require(self.friction_joint < self.links.max(1), "the joint with friction", joint.0, joint.1);
         scene.gravity(0.0, -self.gravity);
@@ -122,12 +127,12 @@ impl CartPendulum {
         let (sin, cos) = self.start_angle.sin_cos();
         let (mut links, mut hinges) = (Vec::new(), Vec::new());
         let (mut inner, mut hinge) = (cart, centre);
-        for j in 1..=self.links {
+        for j in 1..=count {
             let along = (2 * j - 1) as f64 * half;
             let place = [along * cos, along * sin, self.start_angle];
             let link = scene.body(&format!("link {j}"), self.link_mass, self.link_inertia, place);
             hinges.push(scene.revolute(&format!("hinge {j}"), hinge, link.at(-half, 0.0)));
-            if j == self.friction_joint + 1 {
+            if j - 1 == self.friction_joint {
                 scene.joint_friction(&format!("friction in hinge {j}"), inner, link, self.hinge_friction);
             }
             links.push(link);

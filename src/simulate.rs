@@ -13,7 +13,7 @@ use crate::step::{Given, StepFailure, StepStart, Unknowns};
 use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::Newton;
-use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, rank, start};
+use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, memory, rank, start};
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
 const CONTRADICTION: f64 = 1e-6;
@@ -95,6 +95,9 @@ impl Forward {
         settings.check()?;
         inputs.check(system)?;
         if self.trajectory.times.len() != room {
+            // Inputs and gradient besides.
+            let node = system.bytes_per_node(settings) + 2 * (1 + system.k()) * size_of::<f64>();
+            memory::check("the motion", room, node)?;
             self.trajectory = Trajectory::zeros(system, room);
             self.blocks = DMatrix::zeros(system.block_len(), room);
         }

@@ -62,12 +62,12 @@ impl Structure {
 
     /// Whether it depends on input `i`.
     pub fn depends_on(&self, i: usize) -> bool {
-        self.inputs >> i & 1 == 1
+        self.inputs & bits(i) == bits(i)
     }
 
     /// Whether it is other than linear in input `i`.
     pub fn is_bent_in(&self, i: usize) -> bool {
-        self.bent >> i & 1 == 1
+        self.bent & bits(i) == bits(i)
     }
 
     /// Runs a formula and joins what its results depend on.
@@ -87,11 +87,15 @@ impl Structure {
     }
 }
 
+/// The bit of an input; all of them, if it is one that cannot be told apart.
+fn bits(input: usize) -> u128 {
+    if input < Structure::MOST_INPUTS { 1 << input } else { u128::MAX }
+}
+
 impl Trace {
     /// Input number `index`, with a value for formulas that look at it.
     pub fn input(value: f64, index: usize) -> Self {
-        let bit = 1u128.checked_shl(index as u32).unwrap_or(u128::MAX);
-        Trace { value, known: false, inputs: bit, bent: 0, degree: 1, sinusoidal: true, angle: true, rate: 0.0 }
+        Trace { value, known: false, inputs: bits(index), bent: 0, degree: 1, sinusoidal: true, angle: true, rate: 0.0 }
     }
 
     /// An input as one of those that are shifted together.

@@ -180,14 +180,27 @@ impl<R: Real> Trajectory<R> {
 
     /// Refuses inputs that this motion of this system cannot have been computed from.
     pub(crate) fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
-        let nodes = self.times.len();
+        let (n, m, nodes) = (system.n(), system.m(), self.times.len());
+        let restarted = self.restarted.iter().max().map_or(0, |node| node.saturating_add(1));
+        let compliant = self.compliance.iter().map(|(j, _)| j.saturating_add(1)).max().unwrap_or(0);
         let sizes = [
-            ("the trajectory's coordinates", system.n(), self.q.nrows()),
-            ("the trajectory's multipliers", system.m(), self.sigma.nrows()),
+            ("the trajectory's coordinates", n, self.q.nrows()),
+            ("the trajectory's velocities", n, self.v.nrows()),
+            ("the trajectory's momenta", n, self.p_star.nrows()),
+            ("the rates of the trajectory's momenta", n, self.p_star_dot.nrows()),
+            ("the trajectory's multipliers", m, self.sigma.nrows()),
+            ("the trajectory's coordinates: nodes", nodes, self.q.ncols()),
+            ("the trajectory's velocities: nodes", nodes, self.v.ncols()),
+            ("the trajectory's momenta: nodes", nodes, self.p_star.ncols()),
+            ("the rates of the trajectory's momenta: nodes", nodes, self.p_star_dot.ncols()),
+            ("the trajectory's multipliers: nodes", nodes, self.sigma.ncols()),
+            ("the trajectory's computed nodes", nodes.min(self.computed), self.computed),
             ("time nodes (`Solver::inputs` has those of the motion)", nodes, inputs.grid.nodes()),
             ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
             ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
             ("design variables", system.designs(), inputs.design.len()),
+            ("the trajectory's restarted nodes", nodes.min(restarted), restarted),
+            ("the trajectory's compliances: equations", m.min(compliant), compliant),
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
             Some((what, expected, found)) => Err(Error::Size { what, expected, found }),

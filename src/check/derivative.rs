@@ -39,14 +39,16 @@ impl Input {
             .collect()
     }
 
-    /// A name for reports.
+    /// A name for reports, also of what the system does not have.
     pub fn name(&self, system: &System) -> String {
+        let (n, k, designs) = (system.n(), system.k(), system.designs());
         match *self {
-            Input::Control { channel, node } => format!("`{}` at node {node}", system.control_name(channel)),
-            Input::Design(p) => format!("`{}`", system.design_name(p)),
-            Input::Coordinate(i) => format!("the initial value of `{}`", system.coordinate_name(i)),
-            Input::Rate(i) => format!("the initial rate of `{}`", system.coordinate_name(i)),
+            Input::Control { channel, node } if channel < k => format!("`{}` at node {node}", system.control_name(channel)),
+            Input::Design(p) if p < designs => format!("`{}`", system.design_name(p)),
+            Input::Coordinate(i) if i < n => format!("the initial value of `{}`", system.coordinate_name(i)),
+            Input::Rate(i) if i < n => format!("the initial rate of `{}`", system.coordinate_name(i)),
             Input::Step(i) => format!("the length of step {i}"),
+            other => format!("{other:?} (of another system)"),
         }
     }
 
@@ -63,7 +65,10 @@ impl Input {
         if exists { Ok(()) } else { Err(Error::NoSuchInput { input: format!("{self:?}") }) }
     }
 
-    /// Its place in the inputs; it must be one of [`Input::all`].
+    /// Its place in the inputs.
+    ///
+    /// # Panics
+    /// If it is none of [`Input::all`] of these inputs.
     pub fn of<R: Real>(self, inputs: &mut Inputs<R>) -> &mut R {
         match self {
             Input::Control { channel, node } => &mut inputs.controls[(channel, node)],
@@ -75,6 +80,9 @@ impl Input {
     }
 
     /// The derivative with respect to it in a gradient.
+    ///
+    /// # Panics
+    /// If it is none of [`Input::all`] of the inputs that the gradient belongs to.
     pub fn in_gradient(self, gradient: &Gradient) -> f64 {
         match self {
             Input::Control { channel, node } => gradient.controls[(channel, node)],
@@ -89,7 +97,7 @@ impl Input {
 /// dJ/dx = Im J(x + i h)/h with h = 1e-30, one simulation for each input.
 ///
 /// # Errors
-/// As [`Solver::simulate`].
+/// As [`Solver::simulate`]; an input that the motion does not have.
 pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     const STEP: f64 = 1e-30;
     through_lifted::<Cx>(system, inputs, settings, with, Cx::new(0.0, STEP), |j| j.0.im / STEP)
@@ -98,7 +106,7 @@ pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: 
 /// dJ/dx by dual numbers through the entire simulation, one simulation for each input.
 ///
 /// # Errors
-/// As [`Solver::simulate`].
+/// As [`Solver::simulate`]; an input that the motion does not have.
 pub fn tangent(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     through_lifted::<Dual64>(system, inputs, settings, with, Dual64::new(0.0, 1.0), |j| j.eps)
 }
@@ -128,7 +136,7 @@ fn through_lifted<R: Real>(
 /// Initial values that leave the constraints by more than the tolerances are refused, as in any simulation.
 ///
 /// # Errors
-/// As [`Solver::simulate`].
+/// As [`Solver::simulate`]; an input that the motion does not have.
 pub fn central_differences(
     system: &System,
     inputs: &Inputs,

@@ -9,7 +9,7 @@
 //! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep gives
 //! dJ/ds and dy/ds at all nodes: for a few design variables and many outputs it is the better half of the two methods.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::scalar::Real;
@@ -60,13 +60,13 @@ pub fn direct_differentiation(
 
 /// A direction of zeros, to be changed.
 pub fn no_change(inputs: &Inputs) -> Inputs {
-    let zero = |x: &nalgebra::DVector<f64>| x * 0.0;
+    let zero = |x: &DVector<f64>| DVector::zeros(x.len());
     let start = match &inputs.start {
         Start::Velocity { q, v } => Start::Velocity { q: zero(q), v: zero(v) },
         Start::Momentum { q, p_star } => Start::Momentum { q: zero(q), p_star: zero(p_star) },
     };
     let grid = Grid { start: 0.0, steps: vec![0.0; inputs.grid.steps.len()] };
-    Inputs { grid, start, controls: &inputs.controls * 0.0, design: &inputs.design * 0.0 }
+    Inputs { grid, start, controls: inputs.controls.map(|_| 0.0), design: zero(&inputs.design) }
 }
 
 /// The inputs on other numbers, each made of its value and its change.

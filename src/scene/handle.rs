@@ -1,21 +1,21 @@
 //! Handles to the parts of a scene; each remembers which scene it belongs to.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A part of a scene, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Handle {
-    scene: u32,
+    scene: u64,
     pub(crate) index: usize,
 }
 
 /// A number that no other scene of the program has.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SceneTag(u32);
+pub(crate) struct SceneTag(u64);
 
 impl Default for SceneTag {
     fn default() -> Self {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
+        static NEXT: AtomicU64 = AtomicU64::new(0);
         SceneTag(NEXT.fetch_add(1, Ordering::Relaxed))
     }
 }

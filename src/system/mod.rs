@@ -37,7 +37,7 @@ pub use size::{Elimination, EliminationNode};
 use crate::linear::{Breakdown, Symbolic};
 use crate::scalar::Real;
 use crate::scene::{Param, Scene};
-use crate::{Error, error};
+use crate::{Error, error, memory};
 use names::Names;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -81,6 +81,10 @@ impl System {
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let analysis = structure::analyse(&mut batches, &blocks, (n, m, k), (&scene.initial, &design));
         let structure::Analysis { symbolic, sines, closing } = analysis;
+        // Its entries are numbered by `u32`.
+        let entries = symbolic.values_len();
+        let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
+        memory::check("the tangent matrix K", count, size_of::<f64>())?;
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
@@ -139,21 +143,33 @@ impl System {
     }
 
     /// The name of a coordinate: its group's and its own.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n`](Self::n).
     pub fn coordinate_name(&self, i: usize) -> &str {
         &self.names.coordinates[i]
     }
 
     /// The name of a constraint equation: its constraint's and its number there.
+    ///
+    /// # Panics
+    /// If `j` is not less than [`m`](Self::m).
     pub fn equation_name(&self, j: usize) -> &str {
         &self.names.equations[j]
     }
 
     /// The name of a control channel.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`k`](Self::k).
     pub fn control_name(&self, k: usize) -> &str {
         &self.names.controls[k]
     }
 
     /// The name of a design variable.
+    ///
+    /// # Panics
+    /// If `p` is not less than [`designs`](Self::designs).
     pub fn design_name(&self, p: usize) -> &str {
         &self.names.designs[p]
     }

@@ -24,7 +24,7 @@ pub struct EliminationNode {
 impl EliminationNode {
     /// The multiplications of its elimination but for a constant factor: s³ + 2 s² r + s r².
     pub fn work(&self) -> usize {
-        self.size * (self.size + self.width).pow(2)
+        self.size.saturating_add(self.width).saturating_pow(2).saturating_mul(self.size)
     }
 }
 

@@ -81,6 +81,9 @@ impl<'a> StepPoint<'a> {
     }
 
     /// The same functions at a state of your own making.
+    ///
+    /// # Panics
+    /// If a part of it has another length than in `y`.
     pub fn terms_at(&self, state: &State) -> Terms {
         Terms::new(self.paper.system, state, &self.u, &self.b, self.time)
     }

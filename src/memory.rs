@@ -1,0 +1,39 @@
+//! What no memory can hold is refused before any of it is allocated: an allocation that fails would end the process.
+
+use std::hint::black_box;
+
+use crate::Error;
+
+/// Refuses so many things of this size if the system would not give the memory for them.
+pub(crate) fn check(what: &'static str, count: usize, size: usize) -> Result<(), Error> {
+    let bytes = count.saturating_mul(size);
+    // Asked for and given back at once; the compiler must not conclude that it was given.
+    let granted = black_box(&mut Vec::<u8>::new()).try_reserve_exact(bytes);
+    granted.map_err(|_| Error::OutOfMemory { what, bytes })
+}
+
+/// The same for what cannot return an error.
+///
+/// # Panics
+/// If they cannot be held in memory.
+#[track_caller]
+pub(crate) fn require(what: &'static str, count: usize, size: usize) {
+    if let Err(error) = check(what, count, size) {
+        panic!("{error}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fits_is_granted_and_what_cannot_is_refused_with_its_size() {
+        assert_eq!(check("a list", 1000, 8), Ok(()));
+        // More than any address space has, and more than a number can tell.
+        for (count, bytes) in [(1 << 59, 1 << 62), (usize::MAX, usize::MAX)] {
+            assert_eq!(check("a list", count, 8), Err(Error::OutOfMemory { what: "a list", bytes }));
+        }
+        assert!(std::panic::catch_unwind(|| require("a list", usize::MAX, 8)).is_err());
+    }
+}
