@@ -98,15 +98,15 @@ fn wrong_arguments_are_refused_by_name() {
 #[test]
 fn sizes_that_nothing_can_hold_are_refused_with_what_is_allowed() {
     for (arguments, allowed) in [
-        ("--links 10001", "at most 10000"),
-        ("--links 18446744073709551615 --steps 18446744073709551615", "at most 10000"),
+        ("--links 20001", "at most 20000"),
+        ("--links 18446744073709551615 --steps 18446744073709551615", "at most 20000"),
         ("--friction-joint 18446744073709551615", "3 links have the joints 0 to 2"),
         ("--steps 18446744073709551615", "at most 1254371 with 3 links"),
         ("--steps 99999999999999999999999999999999999999999999", "at most 1254371 with 3 links"),
-        ("--links 10000 --steps 707", "at most 706 with 10000 links"),
+        ("--links 20000 --steps 354", "at most 353 with 20000 links"),
         ("--repeat 18446744073709551615", "at most 333333 with 3 links and 100 steps"),
         // The most links and steps, which are too many only to be computed again and again.
-        ("--links 10000 --steps 706 --repeat 15", "at most 14 with 10000 links and 706 steps"),
+        ("--links 20000 --steps 353 --repeat 15", "at most 14 with 20000 links and 353 steps"),
     ] {
         let Err(Failure::Usage(message)) = run(arguments) else { panic!("{arguments}: not refused") };
         assert!(message.contains(allowed) && !message.contains('\n'), "{arguments}: {message}");
@@ -182,5 +182,5 @@ fn help_names_every_argument() {
     for flag in ["--links", "--length", "--friction-joint", "--steps", "--dt", "--controls", "--force", "--repeat"] {
         assert!(help.contains(flag), "{flag}");
     }
-    assert!(help.contains("at most 10000 links") && help.contains("1.2 million with 3 links"));
+    assert!(help.contains("at most 20000 links") && help.contains("1.2 million with 3 links"));
 }
