@@ -23,6 +23,8 @@ const GAP: (usize, usize) = (16, 2);
 
 /// What is ahead of the step at hand, while steps are halved.
 pub(crate) struct Ahead {
+    /// Whether there was a halved step.
+    is_halved: bool,
     gap: usize,
     /// How often the step at hand is halved, and the parts that follow it in its given step, the next one last.
     halvings: usize,
@@ -35,7 +37,7 @@ pub(crate) struct Ahead {
 
 impl Ahead {
     pub(crate) fn new() -> Self {
-        Ahead { gap: 0, halvings: 0, parts: Vec::new(), known: 0, most_nodes: usize::MAX }
+        Ahead { is_halved: false, gap: 0, halvings: 0, parts: Vec::new(), known: 0, most_nodes: usize::MAX }
     }
 
     /// Nothing is known of the grid but what is given.
@@ -51,7 +53,7 @@ impl Ahead {
 
     /// The grid is taken again as far as it is known.
     pub(crate) fn again(&mut self) {
-        self.halvings = 0;
+        (self.is_halved, self.halvings) = (false, 0);
         self.parts.clear();
     }
 }
@@ -81,8 +83,8 @@ impl Forward {
     /// Makes the step into a node the one at hand.
     #[inline]
     pub(crate) fn take(&mut self, node: usize) {
-        self.ahead.halvings = self.ahead.parts.pop().unwrap_or(0);
-        if self.ahead.gap > 0 {
+        if self.ahead.is_halved {
+            self.ahead.halvings = self.ahead.parts.pop().unwrap_or(0);
             self.carry(node + self.ahead.gap, node);
         }
     }
@@ -90,10 +92,14 @@ impl Forward {
     /// The step into this node is taken and has a solution.
     #[inline]
     pub(crate) fn keep(&mut self, node: usize) {
-        self.ahead.known = self.ahead.known.max(node);
         if !self.ahead.parts.is_empty() {
             self.trajectory.inserted.push(node);
         }
+    }
+
+    /// The motion has come before this node.
+    pub(crate) fn know(&mut self, node: usize) {
+        self.ahead.known = self.ahead.known.max(node - 1);
     }
 
     /// Puts the step at hand back to those ahead.
@@ -126,6 +132,7 @@ impl Forward {
             self.open_gap(node);
         }
         self.ahead.gap -= 1;
+        self.ahead.is_halved = true;
         self.ahead.halvings += 1;
         self.ahead.parts.push(self.ahead.halvings);
         self.inputs.grid.steps[node - 1] *= 0.5;
@@ -158,8 +165,8 @@ impl Forward {
         let parts = node..node + self.ahead.parts.len();
         let from = self.trajectory.inserted.last().map_or(0, |last| last + 1);
         self.trajectory.inserted.extend(parts.filter(|&node| node >= from));
-        self.ahead.again();
         let gap = std::mem::take(&mut self.ahead.gap);
+        self.ahead.again();
         if gap == 0 {
             return;
         }
@@ -189,6 +196,7 @@ impl Forward {
         self.blocks = blocks.resize_horizontally(nodes, 0.0);
     }
 
+    #[cold]
     pub(crate) fn warn_of_halved_steps(&mut self) {
         let (inserted, grid) = (&self.trajectory.inserted, &self.inputs.grid);
         let Some(&first) = inserted.first() else { return };

@@ -82,13 +82,13 @@ fn flexibilities(forward: &Forward, system: &System, at: &At<f64>) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
     let evaluation = &forward.newton.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));
-    let mut mass = |i: usize| {
-        unit[i] = 1.0;
+    let mut masses = vec![0.0; n];
+    // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
+    for uncoupled in system.uncoupled_coordinates() {
+        uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
-        unit[i] = 0.0;
-        rows.v[i]
-    };
-    let masses: Vec<f64> = (0..n).map(&mut mass).collect();
+        uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));
+    }
     let mut sums = vec![0.0; m];
     for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
         sums[entry.row] += entry.value * entry.value / masses[entry.col];

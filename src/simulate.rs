@@ -130,6 +130,7 @@ impl Forward {
         let was_known = self.ahead.is_known(self.nodes());
         let done = self.take_steps(system, settings, end);
         let next = self.first + self.trajectory.computed;
+        self.know(next);
         if done.is_err() || next == self.nodes() {
             // Of a step that failed it is known how it was halved.
             self.close_gap(next - usize::from(done.is_ok()));
@@ -144,8 +145,10 @@ impl Forward {
         let mut node = self.first + self.trajectory.computed;
         while node < self.nodes().min(end) {
             self.take(node);
-            if !self.step_or_part(system, node, settings)? {
-                return Ok(false);
+            while let Err(failure) = self.step(system, node, settings) {
+                if !self.shorten(system, node, failure, settings)? {
+                    return Ok(false);
+                }
             }
             self.keep(node);
             self.check_compliant(system, node, settings)?;
@@ -158,19 +161,19 @@ impl Forward {
         Ok(true)
     }
 
-    /// Solves the step into a node, halved as often as it takes; false if there is no memory for another node.
-    fn step_or_part(&mut self, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
-        while let Err(failure) = self.step(system, node, settings) {
-            if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) {
-                return Err(self.explain(system, node, failure));
-            }
-            if self.nodes() == self.ahead.most_nodes {
-                self.put_back(node);
-                return Ok(false);
-            }
-            self.halve(node);
+    /// Halves a step that failed, if that may help; false if there is no memory for another node.
+    #[cold]
+    fn shorten(&mut self, system: &System, node: usize, failure: StepFailure, settings: &Settings) -> Result<bool, Error> {
+        if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) {
+            return Err(self.explain(system, node, failure));
         }
-        Ok(true)
+        let has_room = self.nodes() < self.ahead.most_nodes;
+        if has_room {
+            self.halve(node)
+        } else {
+            self.put_back(node)
+        }
+        Ok(has_room)
     }
 
     fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {

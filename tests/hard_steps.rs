@@ -100,6 +100,29 @@ fn the_limit_of_halving_is_kept_and_then_it_is_an_error() {
     assert!(last > 0.85 && last < 1.0, "{last}");
 }
 
+/// The same without a control.
+impl Force<1, 0, 1> for Runaway {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([b[0] * at.v[0] * at.v[0]])
+    }
+}
+
+#[test]
+fn steps_of_a_motion_without_controls_are_halved() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    let gain = scene.design("gain", 1.0);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("drive", Runaway, q, [], [gain.into()]);
+    scene.cost("way", AngleError, Sum::Terminal, q, [], [], [1.0.into()]);
+    let system = scene.compile().expect("scene");
+    let (_, mut inputs) = runaway(Sum::Plain);
+    inputs.controls = nalgebra::DMatrix::zeros(0, inputs.grid.nodes());
+    let mut solver = Solver::new(&system, Settings::default());
+    assert!(!solver.simulate(&inputs).expect("motion").inserted.is_empty());
+    assert_gradient_is_exact("without controls", &system, &inputs);
+}
+
 #[test]
 fn a_grid_that_was_left_on_the_way_holds_all_that_was_given() {
     let (system, mut inputs) = runaway(Sum::Plain);

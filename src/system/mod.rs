@@ -17,6 +17,7 @@ mod structure;
 mod tangent;
 
 use nalgebra::DVector;
+use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
 pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums};
@@ -219,6 +220,27 @@ impl System {
         entries
     }
 
+    /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
+    pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
+        let kinetic = self.batches.iter().flat_map(|batch| batch.footprints()).filter(|f| f.form == jet::Form::Kinetic);
+        let energies: Vec<&[usize]> = kinetic.map(|footprint| footprint.q).collect();
+        let mut of_coordinate = vec![Vec::new(); self.n];
+        for (e, q) in energies.iter().enumerate() {
+            q.iter().for_each(|&i| of_coordinate[i].push(e));
+        }
+        let (mut list_of, mut lists) = (vec![usize::MAX; self.n], Vec::new());
+        for i in 0..self.n {
+            let coupled = of_coordinate[i].iter().flat_map(|&e| energies[e]);
+            let used: BTreeSet<usize> = coupled.map(|&j| list_of[j]).collect();
+            list_of[i] = (0..).find(|list| !used.contains(list)).unwrap_or_default();
+            if list_of[i] == lists.len() {
+                lists.push(Vec::new());
+            }
+            lists[list_of[i]].push(i);
+        }
+        lists
+    }
+
     /// The number of stored derivatives at one node.
     pub(crate) fn block_len(&self) -> usize {
         self.sines.block_len() + self.differentiated.iter().map(|(_, len)| len).sum::<usize>()
@@ -317,5 +339,27 @@ fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Resu
     match heavy.iter().position(|heavy| !heavy) {
         Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenes::CartPendulum;
+
+    #[test]
+    fn coordinates_of_a_long_chain_are_uncoupled_in_few_lists() {
+        for links in [1, 300] {
+            let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
+            let lists = system.uncoupled_coordinates();
+            assert!(lists.len() <= 3, "{}", lists.len());
+            let mut all = lists.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..system.n()));
+            let energies = system.batches.iter().flat_map(|batch| batch.footprints());
+            for energy in energies.filter(|footprint| footprint.form == super::jet::Form::Kinetic) {
+                let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
+                assert!(lists.iter().all(|list| shared(list) <= 1));
+            }
+        }
     }
 }
