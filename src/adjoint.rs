@@ -60,12 +60,11 @@ pub(crate) struct Sweep {
     /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
     pub(crate) right: Vec<f64>,
     pub(crate) zeros: Pair,
-    /// What a restart adds to J_σ of the node before it.
+    /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) carried: Vec<f64>,
+    pub(crate) carried_to: Option<usize>,
     /// The first |dJ/dp*| that was not zero.
     first_size: f64,
-    /// Whether the node after the one at hand is restarted.
-    restarted_next: bool,
     /// dJ/du of the node at hand.
     pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
@@ -92,8 +91,8 @@ impl Sweep {
             right: zeros(n + m),
             zeros: Pair::new(n, m),
             carried: zeros(m),
+            carried_to: None,
             first_size: 0.0,
-            restarted_next: false,
             u: zeros(system.k()),
             time: 0.0,
             refinement: Refinement::default(),
@@ -140,11 +139,11 @@ impl Sweep {
         let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
         let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
         self.cost_rows(system, forward, node)?;
-        if self.restarted_next {
+        if self.carried_to == Some(node) {
+            self.carried_to = None;
             self.cost.sigma.iter_mut().zip(&mut self.carried).for_each(|(sum, carried)| *sum += std::mem::take(carried));
             self.cost_is_zero = false;
         }
-        self.restarted_next = restart.is_some();
         let begins = restart.is_some() || node == 0;
         self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
         self.input_rows(system, &forward.newton, || forward.at(node));
@@ -184,7 +183,7 @@ impl Sweep {
         let inputs = &forward.inputs;
         self.refinement = forward.refinement();
         self.carried.fill(0.0);
-        self.restarted_next = false;
+        self.carried_to = None;
         self.first_size = 0.0;
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;

@@ -115,6 +115,8 @@ impl Grid {
     /// it, and is no approximation of a density in time. For a control that is a function of a few numbers, u_i = u(t_i; x), the chain rule
     /// dJ/dx = Σ (du_i/dx)ᵀ dJ/du_i gives what converges with the order of the composition.
     ///
+    /// The motion is restarted, where [`Settings`](crate::Settings) ask for it, at the ends of macro steps only, and keeps its order.
+    ///
     /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h, and has its order too;
     /// [`Sum::Plain`](crate::Sum::Plain) and [`Sum::Rectangle`](crate::Sum::Rectangle) do not.
     ///
@@ -131,7 +133,8 @@ impl Grid {
     pub fn composed(macro_steps: usize, dt: f64, composition: Composition) -> Self {
         memory::require("the steps of a grid", macro_steps, composition.stages() * size_of::<f64>());
         let stages = composition.coefficients().iter().map(|gamma| gamma * dt);
-        Grid { start: 0.0, steps: stages.cycle().take(macro_steps * composition.stages()).collect() }
+        let steps = stages.cycle().take(macro_steps * composition.stages()).collect();
+        Grid { stages: composition.stages(), ..Grid::new(0.0, steps) }
     }
 }
 

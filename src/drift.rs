@@ -56,12 +56,12 @@ impl Forward {
     }
 
     /// ℓ of the equations that are violated.
-    fn measure_lengths(&mut self, system: &System, node: usize) {
+    pub(crate) fn measure_lengths(&mut self, system: &System, node: usize) {
         let lengths = &mut self.lengths;
         lengths.fill(0.0);
         let waves = &self.newton.evaluation.constants.waves;
         waves.iter().for_each(|wave| lengths[wave.equation] += wave.sine.hypot(wave.cosine));
-        if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi > 0.0 && *length == 0.0) {
+        if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
             self.measure_other_lengths(system, node);
         }
     }

@@ -317,8 +317,8 @@ impl fmt::Display for Error {
             Error::Projection { step, time, iterations, correction } => write!(
                 f,
                 "positions at the end of step {step} (t = {} s) could not be projected onto Φ = 0: after {iterations} corrections they \
-                 still move by {correction:.2e} m or rad; they have drifted too far, so take shorter steps or a smaller \
-                 `Settings::drift_bound`",
+                 still move by {correction:.2e} m or rad; they have drifted too far, so take shorter steps or, where it is not 0.0 \
+                 already, a smaller `Settings::drift_bound`",
                 seconds(*time)
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(

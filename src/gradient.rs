@@ -33,7 +33,8 @@ pub struct AdjointVariables {
     pub d: DMatrix<f64>,
     /// Of E5, dΦ/dt.
     pub e: DMatrix<f64>,
-    /// Where the motion was started anew, what J gains per unit of σ₋ through the σ that it was started with (m × (N + 1); 0 elsewhere).
+    /// At the nodes of a macro step at whose end the motion was started anew, what J gains per unit of σ₋, with which the step began, through
+    /// the σ that was started with (m × (N + 1); 0 elsewhere).
     pub s: DMatrix<f64>,
     /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
     /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).

@@ -13,6 +13,9 @@ pub struct Grid<R = f64> {
     pub start: R,
     /// Δt_1 … Δt_N in s.
     pub steps: Vec<R>,
+    /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
+    /// [restarted](crate::restart); 1 where every step is one by itself. Steps that are left over end no macro step.
+    pub stages: usize,
 }
 
 impl Grid {
@@ -22,11 +25,16 @@ impl Grid {
     /// If they cannot be held in memory.
     pub fn uniform(steps: usize, dt: f64) -> Self {
         memory::require("the steps of a grid", steps, size_of::<f64>());
-        Grid { start: 0.0, steps: vec![dt; steps] }
+        Grid::new(0.0, vec![dt; steps])
     }
 }
 
 impl<R: Real> Grid<R> {
+    /// Steps of any lengths, each by itself.
+    pub fn new(start: R, steps: Vec<R>) -> Self {
+        Grid { start, steps, stages: 1 }
+    }
+
     /// The times of the nodes 0 … N.
     pub fn times(&self) -> Vec<R> {
         let after = self.steps.iter().scan(self.start, |t, &dt| {
@@ -163,7 +171,7 @@ impl Inputs {
             self.clone_from(other);
             return;
         }
-        self.grid.start = other.grid.start;
+        (self.grid.start, self.grid.stages) = (other.grid.start, other.grid.stages);
         self.grid.steps.clone_from(&other.grid.steps);
         self.start.q_mut().copy_from(other.start.q());
         self.start.rate_mut().copy_from(other.start.rate());
@@ -173,15 +181,16 @@ impl Inputs {
 
     /// The same on other numbers, with zero imaginary or derivative parts.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
+        let steps = self.grid.steps.iter().map(|&dt| dt.into()).collect();
         Inputs {
-            grid: Grid { start: self.grid.start.into(), steps: self.grid.steps.iter().map(|&dt| dt.into()).collect() },
+            grid: Grid { start: self.grid.start.into(), steps, stages: self.grid.stages },
             start: self.start.map(R::from),
             controls: self.controls.map(R::from),
             design: self.design.map(R::from),
         }
     }
 
-    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, parameters out of range.
+    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, macro steps of none, parameters out of range.
     pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
         let (n, nodes) = (system.n(), self.grid.nodes());
         let rate = match self.start {
@@ -197,6 +206,9 @@ impl Inputs {
             if length == 0.0 || !length.is_finite() {
                 return Err(Error::TimeStep { step: step + 1, length });
             }
+        }
+        if self.grid.stages == 0 {
+            return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;

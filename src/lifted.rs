@@ -291,7 +291,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.project(i, nu)?;
         }
         self.start_q.copy_from_slice(column(&self.trajectory.q, i));
-        let (before, now) = (column(&self.trajectory.sigma, i - 1), column(&self.trajectory.sigma, i));
+        let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
         let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
         let at = At { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
         self.real.system().plain_sums(&at, &mut self.sums);

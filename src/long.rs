@@ -97,11 +97,12 @@ impl Plan {
     }
 }
 
-/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ.
+/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ: σ₋ stands behind the columns.
 struct Checkpoint {
     node: usize,
     smooth_from: usize,
     most_range: f64,
+    last_end: usize,
     columns: Vec<f64>,
 }
 
@@ -214,7 +215,7 @@ impl<'s> LongSolver<'s> {
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
         let stored = self.system.bytes_per_node(&self.settings);
         let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
-        let checkpoint = HISTORY * len * size_of::<f64>() + size_of::<Checkpoint>();
+        let checkpoint = (HISTORY * len + self.system.m()) * size_of::<f64>() + size_of::<Checkpoint>();
         let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
         if free >= nodes * stored {
             return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
@@ -365,13 +366,18 @@ impl Forward {
     fn save(&self) -> Checkpoint {
         let computed = self.trajectory.computed;
         let count = HISTORY.min(computed);
-        let mut columns = Vec::with_capacity(count * self.len_of_node());
+        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.last_end.sigma.len());
         (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
-        Checkpoint { node: self.first + computed - 1, smooth_from: self.smooth_from, most_range: self.most_range, columns }
+        columns.extend_from_slice(&self.last_end.sigma);
+        let (node, last_end) = (self.first + computed - 1, self.last_end.node);
+        Checkpoint { node, smooth_from: self.smooth_from, most_range: self.most_range, last_end, columns }
     }
 
     fn load(&mut self, checkpoint: &Checkpoint) {
-        let columns = checkpoint.columns.chunks_exact(self.len_of_node());
+        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.last_end.sigma.len());
+        self.last_end.node = checkpoint.last_end;
+        self.last_end.sigma.copy_from_slice(sigma);
+        let columns = columns.chunks_exact(self.len_of_node());
         self.trajectory.computed = columns.len();
         self.first = checkpoint.node + 1 - columns.len();
         columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));

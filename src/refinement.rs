@@ -106,7 +106,7 @@ impl Refinement {
             let (before, after) = (given.controls[(channel, part.step)], given.controls[(channel, part.step + 1)]);
             before * (1.0 - part.end) + after * part.end
         });
-        let grid = Grid { start: given.grid.start, steps };
+        let grid = Grid { steps, ..given.grid };
         Inputs { grid, start: given.start.clone(), controls, design: given.design.clone() }
     }
 
@@ -146,7 +146,7 @@ mod tests {
         // Given steps 1, 2, 1; the second was halved, and its first half once more.
         let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], &[2, 3]);
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
-        let grid = Grid { start: 0.0, steps: vec![1.0, 2.0, 1.0] };
+        let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);
         let given = Inputs { grid, start, controls, design: DVector::zeros(0) };
         let taken = refinement.refine(&given);

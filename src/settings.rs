@@ -18,12 +18,15 @@ pub struct Settings {
     /// A step without a solution is halved, up to so many times (52 at most, as its length has no more digits); the grid that was taken is in
     /// [`Solver::inputs`](crate::Solver::inputs).
     pub max_halvings: usize,
-    /// Position constraints are satisfied again at nodes where ‖Φ‖∞ is this or more, in m or rad; 0.0 for every node, infinite for never, as in the paper.
+    /// Position constraints are satisfied again at the ends of macro steps where ‖Φ‖∞ is this or more, in m or rad; 0.0 for all of them, infinite for never,
+    /// as in the paper. On grids that are not composed every given step is a macro step; a node where the mechanism is flat to
+    /// seven digits, so that branches of Φ = 0 cross, is passed over.
     ///
-    /// The multipliers begin anew there too (see [`restart`](crate::restart)). Kinetic energies must be quadratic in v for it.
+    /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see [`restart`](crate::restart)). Kinetic
+    /// energies must be quadratic in v for it.
     pub drift_bound: f64,
-    /// The multipliers begin anew at every node whose number is a multiple of this, so that they do not grow without bound under
-    /// a steady load; 0 for never.
+    /// The multipliers begin anew after so many macro steps, counted from the start, so that they do not grow without bound under a steady load; 0 for
+    /// never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.
     ///
     /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
     /// With any number the energy of a conservative motion stays bounded (see [`restart`](crate::restart)).

@@ -8,7 +8,7 @@ use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
 use crate::redundancy::Relaxed;
-use crate::restart::{self, Point, Restarts};
+use crate::restart::{self, LastEnd, Point, Restarts};
 use crate::step::{Given, StepFailure, StepStart, Unknowns};
 use crate::system::{At, CostAt};
 use crate::trajectory::{Report, column, column_mut};
@@ -45,6 +45,7 @@ pub(crate) struct Forward {
     pub(crate) lengths: Vec<f64>,
     /// The largest range of σ between two restarts, as estimated so far.
     pub(crate) most_range: f64,
+    pub(crate) last_end: LastEnd,
     /// A point of a restart.
     pub(crate) restarting: Point,
     /// The dependent constraints of the last start that had any.
@@ -55,7 +56,7 @@ impl Forward {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
         let empty = Inputs {
-            grid: Grid { start: 0.0, steps: Vec::new() },
+            grid: Grid::new(0.0, Vec::new()),
             start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
             controls: DMatrix::zeros(0, 0),
             design: DVector::zeros(0),
@@ -79,6 +80,7 @@ impl Forward {
             phi: vec![0.0; m],
             lengths: vec![0.0; m],
             most_range: 0.0,
+            last_end: LastEnd { node: 0, sigma: vec![0.0; m] },
             restarting: Point::new(n, m),
             relaxed: None,
         }
@@ -121,7 +123,9 @@ impl Forward {
         self.trajectory.compliance.clear();
         self.trajectory.times[0] = self.inputs.grid.start;
         self.newton.evaluation.set_compliance(&[]);
-        start::solve(self, system, settings)
+        start::solve(self, system, settings)?;
+        restart::keep_end(self, 0);
+        Ok(())
     }
 
     /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved. False if there is no memory for
@@ -334,7 +338,9 @@ impl Forward {
             StepFailure::LinearEnergy { coordinate, momentum } => {
                 Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
             }
-            StepFailure::Projection { iterations, correction } => Error::Projection { step, time, iterations, correction },
+            StepFailure::Projection { iterations, correction } => {
+                self.near_singular(system, node).unwrap_or(Error::Projection { step, time, iterations, correction })
+            }
         }
     }
 

@@ -67,6 +67,11 @@ impl UnitWeights {
         self.of_equations[position][0]
     }
 
+    /// The weight of a multiplier; of its equation, one unit.
+    pub(crate) fn of_multiplier(&self, position: usize) -> f64 {
+        self.of_unknowns[position][1]
+    }
+
     /// The largest velocity, of those in the scene's order.
     pub(crate) fn of_velocities(&self, positions: &Positions, v: impl Iterator<Item = f64>) -> f64 {
         positions.v.iter().zip(v).fold(0.0, |size, (&position, v)| larger(size, v.abs() * self.of_unknowns[position][0]))

@@ -56,7 +56,8 @@ impl<'s> Solver<'s> {
         &self.forward.trajectory
     }
 
-    /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`].
+    /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`]. Its [`Grid::stages`](crate::Grid::stages)
+    /// are those of the given grid, to which these nodes do not belong.
     pub fn inputs(&self) -> &Inputs {
         &self.forward.inputs
     }

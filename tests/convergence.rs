@@ -37,14 +37,14 @@ fn graded(steps: usize) -> Grid {
         let s = i as f64 / steps as f64;
         END * (s + 0.6 * (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU)
     };
-    Grid { start: 0.0, steps: (0..steps).map(|i| time(i + 1) - time(i)).collect() }
+    Grid::new(0.0, (0..steps).map(|i| time(i + 1) - time(i)).collect())
 }
 
 /// Suzuki's composition of fourth order: five steps for one, of which the third goes back in time.
 fn suzuki(steps: usize) -> Grid {
     let p = 1.0 / (4.0 - 4.0f64.cbrt());
     let one = [p, p, 1.0 - 4.0 * p, p, p].map(|part| part * END / steps as f64);
-    Grid { start: 0.0, steps: (0..steps).flat_map(|_| one).collect() }
+    Grid::new(0.0, (0..steps).flat_map(|_| one).collect())
 }
 
 /// x of the cart and the angles of three links at the end.

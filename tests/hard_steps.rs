@@ -41,7 +41,7 @@ fn runaway(sum: Sum) -> (System, Inputs) {
     scene.cost("on the way", Runaway, sum, q, [], [u], []);
     let system = scene.compile().expect("scene");
     let steps = vec![0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.5, 0.15, 0.01];
-    let mut inputs = Inputs::at_rest(&system, Grid { start: 0.0, steps });
+    let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, steps));
     inputs.start.rate_mut()[0] = 1.0;
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 0.01 * (i as f64).sin());
     (system, inputs)

@@ -8,8 +8,8 @@ use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
 use hamiltonian_adjoint::{
-    Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Settings, Solver, Start,
-    Sum, System, Trajectory, Warning, simulate,
+    Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Settings,
+    Solver, Start, Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -265,6 +265,9 @@ fn the_gradient_through_restarts_is_exact() {
         let given = inputs(&system, 20, 0.01);
         for settings in ways {
             assert_exact_with(what, &system, &given, settings);
+            // Of 20 steps too.
+            let composed = Inputs { grid: Grid::composed(4, 0.05, Composition::Suzuki4), ..given.clone() };
+            assert_exact_with(&format!("{what}, composed"), &system, &composed, settings);
         }
     }
 }

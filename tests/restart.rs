@@ -264,7 +264,7 @@ fn heavy() -> (System, Inputs) {
     scene.torque_actuator("motor", first, second, torque);
     scene.cost("heavy", Heavy, Sum::Rectangle, [second.coordinates[2]], hinge, [torque], [mass.into()]);
     let system = scene.compile().expect("scene");
-    let grid = Grid { start: 0.0, steps: vec![0.03, -0.01, 0.05, 0.001, 0.03, 0.03] };
+    let grid = Grid::new(0.0, vec![0.03, -0.01, 0.05, 0.001, 0.03, 0.03]);
     let mut inputs = Inputs::at_rest(&system, grid);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = MASS * (i as f64).sin());
     for (i, v) in [(1, 0.45), (2, 0.9), (4, 0.9)] {

@@ -49,7 +49,7 @@ fn consistent_acceleration(system: &System, inputs: &Inputs, motion: &Trajectory
     let column = |matrix: &DMatrix<f64>| matrix.column(i).into_owned();
     let along = |x: &DMatrix<f64>, rate: &DMatrix<f64>| x.column(i).zip_map(&rate.column(i), Dual64::new);
     let real = Inputs {
-        grid: Grid { start: motion.times[i], steps: Vec::new() },
+        grid: Grid::new(motion.times[i], Vec::new()),
         start: Start::Momentum { q: column(&motion.q), p_star: column(&motion.p_star) },
         controls: inputs.controls.columns(i, 1).into_owned(),
         design: inputs.design.clone(),

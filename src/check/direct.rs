@@ -65,7 +65,7 @@ pub fn no_change(inputs: &Inputs) -> Inputs {
         Start::Velocity { q, v } => Start::Velocity { q: zero(q), v: zero(v) },
         Start::Momentum { q, p_star } => Start::Momentum { q: zero(q), p_star: zero(p_star) },
     };
-    let grid = Grid { start: 0.0, steps: vec![0.0; inputs.grid.steps.len()] };
+    let grid = Grid { start: 0.0, steps: vec![0.0; inputs.grid.steps.len()], ..inputs.grid };
     Inputs { grid, start, controls: inputs.controls.map(|_| 0.0), design: zero(&inputs.design) }
 }
 

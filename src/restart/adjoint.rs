@@ -7,7 +7,6 @@ use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::simulate::Forward;
 use crate::system::{At, Covector, InputRows};
-use crate::trajectory::column;
 
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
 const MOST_CORRECTIONS: usize = 30;
@@ -42,12 +41,9 @@ impl Sweep {
         self.cost.v.copy_from_slice(&self.rows.v);
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
         let here = forward.at(node);
-        let before = column(&forward.trajectory.sigma, node - 1 - forward.first);
-        // s in the place of e₊, which has been used, and dJ/ds in that of what goes to σ₋.
-        for (j, s) in self.next.e.iter_mut().enumerate() {
-            *s = restart.begin(before[j], restart.sigma[j]);
-            self.carried[j] = self.rows.sigma[j];
-        }
+        // dJ/ds in the place of what goes to σ₋.
+        self.carried.copy_from_slice(&self.rows.sigma);
+        self.carried_to = Some(restart.before);
         for &(j, mu) in &forward.trajectory.compliance {
             self.carried[j] += mu * self.node.e[j];
         }
@@ -56,7 +52,7 @@ impl Sweep {
             *j_sigma = now * *carried;
             *carried *= before;
         }
-        let at = At { v: restart.v, sigma: &self.next.e, ..here };
+        let at = At { v: restart.v, sigma: restart.begin, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));

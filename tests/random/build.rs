@@ -37,7 +37,7 @@ pub fn scene(description: &Description) -> Built {
 /// # Errors
 /// Those of the start, if velocities are to be computed from momenta.
 pub fn inputs(run: &Run, system: &System, inertia: &[f64]) -> Result<Inputs, Error> {
-    let grid = Grid { start: run.start, steps: run.steps.clone() };
+    let grid = Grid::new(run.start, run.steps.clone());
     let mut inputs = Inputs::at_rest(system, grid);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = run.controls * number(i + run.seed + 7));
     let q = system.initial_coordinates();
@@ -48,7 +48,7 @@ pub fn inputs(run: &Run, system: &System, inertia: &[f64]) -> Result<Inputs, Err
         _ => Start::Momentum { q, p_star },
     };
     if let From::Velocity = run.from {
-        let grid = Grid { start: run.start, steps: Vec::new() };
+        let grid = Grid::new(run.start, Vec::new());
         let controls = inputs.controls.columns(0, 1).into_owned();
         let there = simulate(system, &Inputs { grid, controls, ..inputs.clone() }, run.settings)?;
         inputs.start = Start::Velocity { q: inputs.start.q().clone(), v: there.v.column(0).into_owned() };

@@ -7,8 +7,8 @@
 //!   Σ_{j ≥ i} δℓ_j  =  −a_i·(δq + h δv)_{i−1} − b_i·(δp* + h δṗ*)_{i−1} + Σ_{j ≥ i} (dJ/du_j)·δu_j
 //! ```
 //!
-//! for changes of controls and initial values; to which comes (s_i + μ e_i)·δσ_{i−1} where the motion is started anew at node i, or
-//! constraints have a compliance μ. The first node, counted from the end, where it fails is where the error is.
+//! for changes of controls and initial values; to which come s_i·δσ₋, of the node where the macro step of node i began, where the motion is
+//! started anew at its end, and μ e_i·δσ_{i−1} where constraints have a compliance μ. The first node, counted from the end, where it fails is where the error is.
 
 use num_dual::Dual64;
 
@@ -64,9 +64,13 @@ pub(super) fn identity(
         let (a, b) = (adjoint.a.column(i), adjoint.b.column(i));
         let (q, v) = (motion.q.column(i - 1), motion.v.column(i - 1));
         let (p, g) = (motion.p_star.column(i - 1), motion.p_star_dot.column(i - 1));
+        let is_end =
+            |&node: &usize| refinement.given_node(node).is_some_and(|given| given.is_multiple_of(taken.grid.stages));
+        let end = (0..i).rev().find(is_end).unwrap_or(0);
         let (s, sigma) = (adjoint.s.column(i), motion.sigma.column(i - 1));
         let compliant = motion.compliance.iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();
-        let terms = [dot(a, q), h * dot(a, v), dot(b, p), h * dot(b, g), of_controls, dot(s, sigma) + compliant];
+        let terms =
+            [dot(a, q), h * dot(a, v), dot(b, p), h * dot(b, g), of_controls, dot(s, motion.sigma.column(end)) + compliant];
         let by_adjoint = terms[4] + terms[5] - terms[..4].iter().sum::<f64>();
         let size = terms.iter().fold(by_tangent.abs(), |m, x| m.max(x.abs()));
         sides.push((i, by_tangent, by_adjoint, size));
