@@ -196,6 +196,11 @@ pub enum Error {
         /// What was asked for.
         input: String,
     },
+    /// A check drew random points and could use none of them.
+    NoPoint {
+        /// How many.
+        drawn: usize,
+    },
     /// A motion that is too long for the memory that was given.
     Memory {
         /// Bytes.
@@ -347,6 +352,11 @@ impl fmt::Display for Error {
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is no input of this motion; `check::Input::all` lists them")
             }
+            Error::NoPoint { drawn } => write!(
+                f,
+                "none of {drawn} random points is admissible and gives finite values; give points with `at`, or the sizes of the \
+                 arguments with `magnitudes`"
+            ),
             Error::Memory { given, needed } => {
                 write!(f, "{given} bytes are too few for this motion and its gradient; about {needed} are needed")
             }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use std::ops::Range;
 
 use super::formula::Differentiable;
-use super::oracle::Truth;
+use super::oracle::{Truth, differences};
 
 /// Dual numbers and complex step are both exact up to rounding.
 const EXACT: f64 = 1e-9;
@@ -34,11 +34,11 @@ pub(crate) enum Conflict {
     Lost { row: usize, column: usize, dual: f64, differences: f64 },
 }
 
-/// Compares the oracles at the point x.
+/// Compares the oracles at the point x, with errors relative to the `sizes` of the entries.
 pub(crate) fn agreement(
     f: &dyn Differentiable,
     x: &[f64],
-    by: &Range<usize>,
+    (by, magnitudes): (&Range<usize>, &[f64]),
     truth: &Truth,
     sizes: &DMatrix<f64>,
 ) -> Agreement {
@@ -49,7 +49,7 @@ pub(crate) fn agreement(
             let (dual, complex, size) = (truth.value[at], truth.complex[at], sizes[at]);
             let noise = 64.0 * truth.noise[at];
             let relative = |error: f64| if error == 0.0 { 0.0 } else { error / size };
-            let differences = truth.differences[at];
+            let by_differences = truth.differences[at];
             let apart = (dual - complex).abs();
             found.complex_step = found.complex_step.max(relative(apart));
             let mut conflict = None;
@@ -57,16 +57,27 @@ pub(crate) fn agreement(
                 conflict = Some(Conflict::NotFinite { oracle, row, column });
             } else if apart > EXACT * size + noise {
                 conflict = Some(Conflict::NotAnalytic { row, column, dual, complex });
-            } else if differences.is_finite() {
-                let apart = (dual - differences).abs();
-                found.differences = found.differences.max(relative(apart));
-                let allowed = DIFFERENCED * size + noise + CAUTION * truth.differences_error[at];
-                if apart > allowed {
-                    conflict = Some(Conflict::Lost { row, column, dual, differences });
+            } else if by_differences.is_finite() {
+                let allowed = |error: f64| DIFFERENCED * size + noise + CAUTION * error;
+                let apart = (dual - by_differences).abs();
+                if apart <= allowed(truth.differences_error[at]) {
+                    found.differences = found.differences.max(relative(apart));
+                } else if found.conflict.is_none() {
+                    // Steps across something narrow say nothing; shorter ones must say the same, clearly.
+                    let finer = |level: i32| {
+                        let (shorter, error) = differences(f, x, by.start + column, magnitudes, level);
+                        ((dual - shorter[row]).abs(), error[row])
+                    };
+                    let agrees = |(shorter, error): (f64, f64)| CAUTION * error < 0.1 * apart && shorter <= allowed(error);
+                    let (shorter, error) = finer(1);
+                    let persists = shorter > allowed(error);
+                    if persists && ![(shorter, error), finer(2), finer(3)].into_iter().any(agrees) {
+                        conflict = Some(Conflict::Lost { row, column, dual, differences: by_differences });
+                    }
                 }
             }
             if let Some(conflict) = conflict.filter(|_| found.conflict.is_none()) {
-                found.conflict = Some(kink(f, x, by.start + column, row, column, size).unwrap_or(conflict));
+                found.conflict = Some(kink(f, x, (by.start + column, magnitudes), (row, column), size).unwrap_or(conflict));
             }
         }
     }
@@ -82,19 +93,27 @@ fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
     }
 }
 
-/// One-sided difference quotients that do not approach each other as the step shrinks.
-fn kink(f: &dyn Differentiable, x: &[f64], at: usize, row: usize, column: usize, size: f64) -> Option<Conflict> {
+/// One-sided difference quotients that do not approach each other as the step shrinks: at the point, or too near to see past it.
+fn kink(
+    f: &dyn Differentiable,
+    x: &[f64],
+    (at, magnitudes): (usize, &[f64]),
+    (row, column): (usize, usize),
+    size: f64,
+) -> Option<Conflict> {
     let value = |s: f64| {
         let mut x = x.to_vec();
         x[at] += s;
         f.real(&x)[row]
     };
-    let scale = if x[at] == 0.0 { 1.0 } else { x[at].abs() };
     let sides = |h: f64| ((value(0.0) - value(-h)) / h, (value(h) - value(0.0)) / h);
-    let (coarse, (left, right)) = (sides(1e-5 * scale), sides(1e-6 * scale));
-    let gap = (right - left).abs();
-    let persists = gap > 0.5 * (coarse.1 - coarse.0).abs() && gap > 1e-3 * size;
-    persists.then_some(Conflict::Kink { row, column, left, right })
+    let own = if x[at] == 0.0 { 1.0 } else { x[at].abs() };
+    [own, magnitudes[at]].into_iter().find_map(|scale| {
+        let (coarse, (left, right)) = (sides(1e-5 * scale), sides(1e-6 * scale));
+        let gap = (right - left).abs();
+        let persists = gap > 0.5 * (coarse.1 - coarse.0).abs() && gap > 1e-3 * size;
+        persists.then_some(Conflict::Kink { row, column, left, right })
+    })
 }
 
 impl Conflict {

@@ -7,13 +7,17 @@ use super::agreement::{Agreement, Conflict, agreement};
 use super::diagnosis::{self, Evidence};
 use super::formula::Differentiable;
 use super::matrix::fitting;
-use super::oracle::{Truth, truth};
+use super::place::{Place, set_scales};
 use super::random::Random;
 use super::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
-use super::scale::sizes;
+use super::scan::bends;
 
-/// An entry may be off by this many times the noise of the true value.
-const NOISE: f64 = 64.0;
+/// Places found by searching: the most for each point, and for all columns together; but not fewer than the last.
+const BENDS: (usize, usize, usize) = (5, 2400, 8);
+/// So many of the worst of them take part in the diagnosis.
+const DIAGNOSED_BENDS: usize = 4;
+/// So many of them are differenced even if nothing is wrong there: where derivatives get lost, it is often in a branch.
+const DIFFERENCED_BENDS: usize = 4;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
 
@@ -43,9 +47,18 @@ pub(crate) struct Block<'a> {
 pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
 
 /// Where blocks are compared, and how strictly.
-#[derive(Clone)]
-pub(crate) struct Setting {
+pub(crate) struct Setting<'a> {
     pub points: Vec<Vec<f64>>,
+    /// Of each point: the one that it is with some arguments made small.
+    pub parents: Vec<Option<usize>>,
+    /// Whether the user has given the points.
+    pub given: bool,
+    /// Arguments along which one may search for places where the formula bends, and those that may become small together.
+    pub free: Vec<usize>,
+    pub kinds: Vec<Vec<usize>>,
+    /// Makes a point's other arguments fit those that were moved.
+    pub settle: Box<dyn Fn(&mut Vec<f64>) + 'a>,
+    pub admissible: Box<dyn Fn(&[f64]) -> bool + 'a>,
     pub seed: u64,
     /// The size that each argument has.
     pub magnitudes: Vec<f64>,
@@ -59,53 +72,49 @@ pub(crate) struct Setting {
     pub tolerance: f64,
 }
 
-/// Compares one block at all points.
+/// Compares one block at all points, and where the formula bends near them.
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
-    let mut report = BlockReport::empty(block.name.clone(), (block.rows.len(), block.columns.len()), setting.tolerance);
-    if setting.points.is_empty() || block.rows.is_empty() || block.columns.is_empty() {
+    let (rows, columns) = (block.rows.len(), block.columns.len());
+    let mut report = BlockReport::empty(block.name.clone(), (rows, columns), setting.tolerance);
+    if setting.points.is_empty() || rows == 0 || columns == 0 {
         report.notes.push("no points, or no rows or columns: nothing was compared".into());
         return report;
     }
     let mut random = Random::new(setting.seed ^ 0x5eed);
     let f = block.function.as_ref();
-    let mut look = |x: &Vec<f64>| truth(f, x, &block.by, &setting.magnitudes, &mut random);
-    let truths: Vec<Truth> = setting.points.iter().map(&mut look).collect();
-    let sizes = common_sizes(&truths, setting, &block.by);
-    let look = |(x, truth): (&Vec<f64>, &Truth)| agreement(f, x, &block.by, truth, &sizes);
-    let mut agreements: Vec<Agreement> = setting.points.iter().zip(&truths).map(look).collect();
+    let mut places = Place::of_points(f, &block.by, setting, &mut random);
+    let drawn = places.len();
+    let most = (BENDS.0 * drawn).min(BENDS.1 / columns).max(BENDS.2);
+    let found = bends(f, &block.by, setting, most);
+    let found = found.into_iter().map(|bend| Place::new(f, bend.x, &block.by, Some(bend.base), &mut random));
+    places.extend(found.filter(Place::is_finite));
+    set_scales(&mut places, drawn, &block.by, &setting.magnitudes);
+    let hand = |place: &Place| fitting((block.hand)(&place.x), rows, columns);
+    let hands: Vec<DMatrix<f64>> = places.iter().map(hand).collect();
+    for (k, (place, hand)) in places.iter_mut().zip(&hands).enumerate().skip(drawn) {
+        if k < drawn + DIFFERENCED_BENDS || !place.holds(hand, setting.tolerance) {
+            place.truth.difference(f, &place.x, &block.by, &setting.magnitudes, &mut random);
+        }
+    }
+    let of = (&block.by, setting.magnitudes.as_slice());
+    let look = |place: &Place| agreement(f, &place.x, of, &place.truth, &place.scale);
+    let mut agreements: Vec<Agreement> = places.iter().map(look).collect();
     note_agreement(&agreements, block, &mut report);
     look_below(block, setting, &mut agreements, &mut report);
-    let judged: Vec<usize> = (0..truths.len()).filter(|&p| agreements[p].conflict.is_none()).collect();
-    report.points = judged.len();
-    report.set_aside = truths.len() - judged.len();
-    if truths.iter().all(|truth| truth.differences.iter().all(|x| !x.is_finite())) {
+    let judged: Vec<usize> = (0..places.len()).filter(|&p| agreements[p].conflict.is_none()).collect();
+    report.points = judged.iter().filter(|&&p| p < drawn).count();
+    report.bends = judged.len() - report.points;
+    report.set_aside = places.len() - judged.len();
+    if places[..drawn].iter().all(|place| place.truth.differences.iter().all(|x| !x.is_finite())) {
         report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
     }
     if judged.is_empty() {
         report.verdict = Verdict::OraclesDisagree;
     }
-    if report.verdict == Verdict::OraclesDisagree {
-        return report;
+    if report.verdict != Verdict::OraclesDisagree {
+        judge(block, setting, &judged, &places, &hands, &mut report);
     }
-    let hand = |&p: &usize| fitting((block.hand)(&setting.points[p]), block.rows.len(), block.columns.len());
-    let hands: Vec<DMatrix<f64>> = judged.iter().map(hand).collect();
-    judge(block, setting, &judged, &truths, hands, sizes, &mut report);
     report
-}
-
-/// The sizes of the entries over all points.
-fn common_sizes(truths: &[Truth], setting: &Setting, by: &Range<usize>) -> DMatrix<f64> {
-    let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
-    let mut largest = truths[0].value.map(finite);
-    let mut function = vec![0.0f64; largest.nrows()];
-    for truth in truths {
-        largest.zip_apply(&truth.value, |a, b| *a = a.max(finite(b)));
-        function.iter_mut().zip(&truth.function).for_each(|(a, &b)| *a = a.max(finite(b)));
-    }
-    let magnitude = |j: usize| setting.magnitudes[by.start + j];
-    // An empty column has the size that would change the row's function by as much as the others do.
-    let row = |i: usize| (0..largest.ncols()).fold(function[i], |m, j| m.max(largest[(i, j)] * magnitude(j)));
-    sizes(&largest, |i, j| row(i) / magnitude(j))
 }
 
 /// Where the oracles disagree: a kink is set aside, anything else is a verdict.
@@ -128,16 +137,14 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
 /// The same for the function that the block's function is made of, whose lost derivatives all oracles would lose together.
 fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], report: &mut BlockReport) {
     let Some((f, by)) = &block.foundation else { return };
-    let mut random = Random::new(setting.seed ^ 0xba5e);
-    let mut look = |x: &Vec<f64>| truth(f.as_ref(), x, by, &setting.magnitudes, &mut random);
-    let truths: Vec<Truth> = setting.points.iter().map(&mut look).collect();
-    let sizes = common_sizes(&truths, setting, by);
+    let mut places = Place::of_points(f.as_ref(), by, setting, &mut Random::new(setting.seed ^ 0xba5e));
+    set_scales(&mut places, setting.points.len(), by, &setting.magnitudes);
     let mut noted = false;
-    for ((x, truth), above) in setting.points.iter().zip(&truths).zip(agreements) {
-        let below = agreement(f.as_ref(), x, by, truth, &sizes);
+    for (place, above) in places.iter().zip(agreements) {
+        let below = agreement(f.as_ref(), &place.x, (by, &setting.magnitudes), &place.truth, &place.scale);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
         let row = |i: usize| format!("component {i} of the element's function");
-        let rows: Vec<String> = (0..sizes.nrows()).map(row).collect();
+        let rows: Vec<String> = (0..place.size.nrows()).map(row).collect();
         let serious = !matches!(conflict, Conflict::Kink { .. });
         if !noted || serious && report.verdict != Verdict::OraclesDisagree {
             report.notes.push(conflict.describe(&rows, &setting.arguments[by.clone()]));
@@ -154,33 +161,32 @@ fn judge(
     block: &Block,
     setting: &Setting,
     judged: &[usize],
-    truths: &[Truth],
-    hands: Vec<DMatrix<f64>>,
-    sizes: DMatrix<f64>,
+    places: &[Place],
+    hands: &[DMatrix<f64>],
     report: &mut BlockReport,
 ) {
-    let points: Vec<&[f64]> = judged.iter().map(|&p| setting.points[p].as_slice()).collect();
-    let values: Vec<DMatrix<f64>> = judged.iter().map(|&p| truths[p].value.clone()).collect();
-    let tolerance = |p: usize| sizes.zip_map(&truths[p].noise, |size, noise| setting.tolerance * size + NOISE * noise);
-    let tolerances: Vec<DMatrix<f64>> = judged.iter().map(|&p| tolerance(p)).collect();
-    if let Some(diagnosis) = diagnosis::shape(&hands, &values) {
+    let of = |value: fn(&Place) -> &DMatrix<f64>| judged.iter().map(|&p| value(&places[p]).clone()).collect::<Vec<_>>();
+    let (truth, sizes) = (of(|place| &place.truth.value), of(|place| &place.scale));
+    let hand: Vec<DMatrix<f64>> = judged.iter().map(|&p| hands[p].clone()).collect();
+    if let Some(diagnosis) = diagnosis::shape(&hand, &truth) {
         report.verdict = Verdict::Wrong;
         report.diagnoses.push(diagnosis);
         (report.absolute_error, report.relative_error) = (f64::NAN, f64::NAN);
         return;
     }
-    let evidence = Evidence { block, setting, points, hand: hands, truth: values, tolerance: tolerances, sizes };
+    let points = judged.iter().map(|&p| places[p].x.as_slice()).collect();
+    let tolerance = judged.iter().map(|&p| places[p].tolerance(setting.tolerance)).collect();
+    let evidence = Evidence { block, setting, points, hand, truth, tolerance, sizes };
     measure(&evidence, judged, report);
     report.verdict = if report.wrong_entries == 0 { Verdict::Right } else { Verdict::Wrong };
     if report.verdict == Verdict::Right && evidence.truth.iter().all(|truth| truth.iter().all(|x| *x == 0.0)) {
         report.notes.push("zero at every point: if it is not zero by nature, choose points where it is not".into());
     }
     if report.verdict == Verdict::Wrong {
-        (report.diagnoses, report.notes) = {
-            let (diagnoses, mut notes) = diagnosis::diagnose(&evidence);
-            notes.splice(0..0, std::mem::take(&mut report.notes));
-            (diagnoses, notes)
-        };
+        let evidence = evidence.with_worst(report.points, DIAGNOSED_BENDS);
+        let (diagnoses, notes) = diagnosis::diagnose(&evidence);
+        report.diagnoses = diagnoses;
+        report.notes.extend(notes);
         report.notes.extend(without_first(&evidence, &report.diagnoses));
     }
 }
@@ -193,7 +199,7 @@ fn without_first(evidence: &Evidence, diagnoses: &[Diagnosis]) -> Option<String>
 
 /// Errors and the worst entries.
 fn measure(evidence: &Evidence, judged: &[usize], report: &mut BlockReport) {
-    let (rows, columns) = evidence.sizes.shape();
+    let (rows, columns) = (evidence.rows(), evidence.columns());
     let mut wrong: Vec<(f64, Entry)> = Vec::new();
     for i in 0..rows {
         for j in 0..columns {
@@ -201,7 +207,7 @@ fn measure(evidence: &Evidence, judged: &[usize], report: &mut BlockReport) {
             let Some((excess, p)) = worst else { continue };
             let (hand, truth) = (evidence.hand[p][(i, j)], evidence.truth[p][(i, j)]);
             let error = (hand - truth).abs();
-            let relative = if error == 0.0 { 0.0 } else { error / evidence.sizes[(i, j)] };
+            let relative = if error == 0.0 { 0.0 } else { error / evidence.sizes[p][(i, j)] };
             // NaN counts as infinitely wrong.
             let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
             report.absolute_error = at_least(report.absolute_error, error);

@@ -2,6 +2,7 @@
 
 use num_dual::Dual64;
 
+use super::draw::check_number;
 use crate::scalar::Real;
 use crate::{Cx, Error, Gradient, Inputs, LiftedSolver, Settings, Solver, System};
 
@@ -136,7 +137,7 @@ fn through_lifted<R: Real>(
 /// Initial values that leave the constraints by more than the tolerances are refused, as in any simulation.
 ///
 /// # Errors
-/// As [`Solver::simulate`]; an input that the motion does not have.
+/// As [`Solver::simulate`]; an input that the motion does not have, a step that is no number or below rounding.
 pub fn central_differences(
     system: &System,
     inputs: &Inputs,
@@ -144,6 +145,8 @@ pub fn central_differences(
     with: &[Input],
     step: f64,
 ) -> Result<Vec<f64>, Error> {
+    let visible = step.is_finite() && step.abs() >= f64::EPSILON;
+    check_number("the step of the differences", step, visible, "finite and not below rounding, 2.2e-16")?;
     let mut solver = Solver::new(system, settings);
     let mut cost = |input: Input, change: f64| -> Result<f64, Error> {
         let mut perturbed = inputs.clone();

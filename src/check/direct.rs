@@ -45,7 +45,7 @@ pub struct Sensitivity {
 /// ```
 ///
 /// # Errors
-/// As [`Solver::simulate`](crate::Solver::simulate); a direction of another shape.
+/// As [`Solver::simulate`](crate::Solver::simulate); a direction of another shape, or with numbers that are not finite.
 pub fn direct_differentiation(
     system: &System,
     inputs: &Inputs,
@@ -83,6 +83,12 @@ pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(
         return Err(Error::Size { what, expected, found });
     }
     inputs.start.check_kind(&direction.start)?;
+    let starts = direction.start.q().iter().chain(direction.start.rate().iter());
+    let changes = direction.grid.steps.iter().chain([&direction.grid.start]).chain(starts);
+    let mut changes = changes.chain(direction.controls.iter()).chain(direction.design.iter());
+    if let Some(&value) = changes.find(|x| !x.is_finite()) {
+        return Err(Error::NotFinite { what: "a number of the direction".into(), value });
+    }
     let mut moved = inputs.lift::<R>();
     let change = |to: &mut [R], from: &[f64], by: &[f64]| {
         to.iter_mut().zip(from.iter().zip(by)).for_each(|(to, (&x, &d))| *to = make(x, d));

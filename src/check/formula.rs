@@ -20,7 +20,11 @@ pub(crate) trait Formula {
 /// A formula with its number types hidden: values, and derivatives along a direction by two of the oracles.
 pub(crate) trait Differentiable {
     fn real(&self, x: &[f64]) -> Vec<f64>;
-    fn by_dual(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
+    /// The values, and their derivatives along a direction.
+    fn with_slope(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>);
+    fn by_dual(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
+        self.with_slope(x, direction).1
+    }
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
 }
 
@@ -29,9 +33,9 @@ impl<F: Formula> Differentiable for F {
         self.value(x)
     }
 
-    fn by_dual(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
+    fn with_slope(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let x: Vec<Dual64> = x.iter().zip(direction).map(|(&x, &d)| Dual64::new(x, d)).collect();
-        self.value(&x).iter().map(|y| y.eps).collect()
+        self.value(&x).iter().map(|y| (y.re, y.eps)).unzip()
     }
 
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
@@ -62,6 +66,16 @@ impl Derived {
             Derived::Value => None,
             Derived::Along { q, .. } | Derived::Gradient { q, .. } | Derived::GradientAlong { q, .. } => Some(q.clone()),
         }
+    }
+}
+
+/// A formula's values as a block of one column: the derivative of s f(x) by s = 1, which stands behind all arguments.
+pub(crate) struct Values<F>(pub F);
+
+impl<F: Formula> Formula for Values<F> {
+    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let Some((&s, x)) = x.split_last() else { return Vec::new() };
+        self.0.value(x).into_iter().map(|y| y * s).collect()
     }
 }
 

@@ -1,10 +1,12 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
 use super::compare::{Block, MatrixAt, Setting, check};
-use super::formula::{Derived, Function, Of};
+use super::draw::{Drawn, check_magnitudes, draw};
+use super::formula::{Derived, Function, Of, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
+use crate::Error;
 
 /// The Jacobian of a function to be checked; made by [`function`].
 pub struct FunctionCheck<'a, F> {
@@ -15,7 +17,8 @@ pub struct FunctionCheck<'a, F> {
     given: Vec<Vec<f64>>,
     count: usize,
     seed: u64,
-    hands: Vec<MatrixAt<'a>>,
+    /// Each with whether it is the function's values instead of its Jacobian.
+    hands: Vec<(bool, MatrixAt<'a>)>,
 }
 
 /// Checks the hand-derived Jacobian of a function with named inputs and outputs.
@@ -57,7 +60,13 @@ pub fn function<'a, F: Function, const I: usize, const O: usize>(
 impl<'a, F: Function> FunctionCheck<'a, F> {
     /// The Jacobian, one row for each output.
     pub fn jacobian<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
-        self.hands.push(Box::new(move |x| hand(x).dense()));
+        self.hands.push((false, Box::new(move |x| hand(x).dense())));
+        self
+    }
+
+    /// The function's values, one for each output.
+    pub fn value<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
+        self.hands.push((true, Box::new(move |x| hand(x).dense())));
         self
     }
 
@@ -67,7 +76,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         self
     }
 
-    /// Compares at this point, and at no random ones.
+    /// Compares at this point and where the function bends near it, and at no random ones.
     pub fn at(mut self, point: &[f64]) -> Self {
         self.given.push(point.to_vec());
         self
@@ -80,38 +89,77 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     }
 
     /// Compares everything that was handed in.
+    ///
+    /// What cannot be compared is refused in the report: points or magnitudes of another length, a formula that is finite at no
+    /// random point.
     pub fn run(self) -> Report {
+        match self.points() {
+            Ok(drawn) => self.compare(drawn),
+            Err(error) => Report::refused("function".into(), error),
+        }
+    }
+
+    fn points(&self) -> Result<Drawn, Error> {
+        let expected = self.inputs.len();
+        let fits = |what: &'static str, found: usize| {
+            if found == expected { Ok(()) } else { Err(Error::Size { what, expected, found }) }
+        };
+        fits("magnitudes of the function's inputs", self.magnitudes.len())?;
+        self.given.iter().try_for_each(|point| fits("point given to the check", point.len()))?;
+        check_magnitudes(&self.inputs, &self.magnitudes)?;
+        let with_one = |mut x: Vec<f64>| {
+            x.push(1.0);
+            x
+        };
+        if !self.given.is_empty() {
+            return Ok(Drawn::given(self.given.iter().cloned().map(with_one).collect()));
+        }
+        let fresh =
+            |random: &mut Random| with_one(self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size)).collect());
+        let finite = |x: &[f64]| self.function.value(&x[..expected]).iter().all(|y| y.is_finite());
+        let signed: Vec<usize> = (0..expected).collect();
+        let drawn = draw(self.count, &mut Random::new(self.seed), &signed, fresh, finite);
+        drawn.check()?;
+        Ok(drawn)
+    }
+
+    fn compare(self, drawn: Drawn) -> Report {
         let count = self.inputs.len();
-        let mut random = Random::new(self.seed);
-        let mut draw = || self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size)).collect::<Vec<f64>>();
-        let finite = |x: &Vec<f64>| self.function.value(x).iter().all(|y| y.is_finite());
-        let mut drawn = || (0..100 * self.count).map(|_| draw()).filter(finite).take(self.count).collect();
-        let points: Vec<Vec<f64>> = if self.given.is_empty() { drawn() } else { self.given };
-        // Points or magnitudes of another length are no points.
-        let fits = self.magnitudes.len() == count && points.iter().all(|x| x.len() == count);
+        let size = |x: &f64| if *x == 0.0 { 1.0 } else { x.abs() };
+        let notes = drawn.note(self.count).into_iter().collect();
         let setting = Setting {
-            points: if fits { points } else { Vec::new() },
+            points: drawn.points,
+            parents: drawn.parents,
+            given: !self.given.is_empty(),
+            free: (0..count).collect(),
+            kinds: vec![(0..count).collect()],
+            settle: Box::new(|_| ()),
+            admissible: Box::new(|_| true),
             seed: self.seed,
-            magnitudes: self.magnitudes,
-            arguments: self.inputs.clone(),
+            magnitudes: self.magnitudes.iter().map(size).chain([1.0]).collect(),
+            arguments: self.inputs.iter().cloned().chain([String::new()]).collect(),
             groups: vec![("x".to_string(), 0..count)],
             factors: Vec::new(),
             tolerance: 1e-11,
         };
-        let block = |hand: MatrixAt<'a>| Block {
-            name: "f_x".into(),
-            function: Box::new(Of(ByReference(self.function), Derived::Value)),
-            by: 0..count,
-            foundation: None,
-            rows: self.outputs.clone(),
-            columns: self.inputs.clone(),
-            hand,
-            terms: Vec::new(),
-            others: Vec::new(),
-            elsewhere: Vec::new(),
+        let block = |(values, hand): (bool, MatrixAt<'a>)| {
+            let of = Of(ByReference(self.function), Derived::Value);
+            let by = if values { count..count + 1 } else { 0..count };
+            Block {
+                name: if values { "f" } else { "f_x" }.into(),
+                function: if values { Box::new(Values(of)) } else { Box::new(of) },
+                columns: setting.arguments[by.clone()].to_vec(),
+                by,
+                foundation: None,
+                rows: self.outputs.clone(),
+                hand: Box::new(move |x| hand(&x[..count])),
+                terms: Vec::new(),
+                others: Vec::new(),
+                elsewhere: Vec::new(),
+            }
         };
         let blocks = self.hands.into_iter().map(|hand| check(&block(hand), &setting)).collect();
-        Report { title: "function".into(), blocks, notes: Vec::new() }
+        Report { title: "function".into(), blocks, notes, refused: None }
     }
 }
 

@@ -10,7 +10,10 @@ use super::ridders::ridders;
 /// Blocks with more columns than this are checked by differences in this many columns only.
 const MOST_DIFFERENCED: usize = 24;
 
-/// The steps of the differences go from h to h/2¹².
+/// Derivatives below this may be lost as a complex step's, which is as small again.
+const UNDERFLOW: f64 = 1e-200;
+
+/// The steps of the differences go from h to h/2¹²; again so far where they straddled something narrow.
 const HALVINGS: usize = 12;
 
 /// A Jacobian and what is known about its accuracy.
@@ -54,33 +57,54 @@ fn jacobian(x: &[f64], by: &Range<usize>, along: impl Fn(&[f64], &[f64]) -> Vec<
     DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
 }
 
-/// All oracles at one point; `magnitudes` are the sizes that the arguments have.
-pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, magnitudes: &[f64], random: &mut Random) -> Truth {
+/// All oracles but the differences at one point.
+pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, random: &mut Random) -> Truth {
     let value = dual(f, x, by);
     let (rows, columns) = value.shape();
-    let mut differences = DMatrix::from_element(rows, columns, f64::NAN);
-    let mut differences_error = DMatrix::from_element(rows, columns, f64::INFINITY);
-    for j in differenced(columns, random) {
-        let at = by.start + j;
-        let step = 0.05 * magnitudes[at].max(x[at].abs());
-        let along = |s: f64| {
-            let mut x = x.to_vec();
-            x[at] += s;
-            // The step as it is in binary.
-            (x[at], f.real(&x))
-        };
-        let (estimate, error) = ridders(along, (step, HALVINGS), 0.0, rows);
-        differences.column_mut(j).copy_from_slice(&estimate);
-        differences_error.column_mut(j).copy_from_slice(&error);
-    }
     Truth {
         complex: complex_step(f, x, by),
         noise: noise(f, x, by, &value, random),
         function: f.real(x),
         value,
-        differences,
-        differences_error,
+        differences: DMatrix::from_element(rows, columns, f64::NAN),
+        differences_error: DMatrix::from_element(rows, columns, f64::INFINITY),
     }
+}
+
+impl Truth {
+    /// Adds the differences; `magnitudes` are the sizes that the arguments have.
+    pub(crate) fn difference(
+        &mut self,
+        f: &dyn Differentiable,
+        x: &[f64],
+        by: &Range<usize>,
+        magnitudes: &[f64],
+        random: &mut Random,
+    ) {
+        for j in differenced(self.value.ncols(), random) {
+            let (estimate, error) = differences(f, x, by.start + j, magnitudes, 0);
+            self.differences.column_mut(j).copy_from_slice(&estimate);
+            self.differences_error.column_mut(j).copy_from_slice(&error);
+        }
+    }
+}
+
+/// ∂f/∂x_k and the estimated errors; the first step is `finer` times 2¹² times shorter than usual.
+pub(crate) fn differences(
+    f: &dyn Differentiable,
+    x: &[f64],
+    k: usize,
+    magnitudes: &[f64],
+    finer: i32,
+) -> (Vec<f64>, Vec<f64>) {
+    let step = 0.05 * magnitudes[k].max(x[k].abs()) * 0.5f64.powi(finer * HALVINGS as i32);
+    let along = |s: f64| {
+        let mut x = x.to_vec();
+        x[k] += s;
+        // The step as it is in binary.
+        (x[k], f.real(&x))
+    };
+    ridders(along, (step, HALVINGS), 0.0, f.real(x).len())
 }
 
 fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
@@ -97,10 +121,11 @@ fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
 ///
 /// It measures the cancellation inside the formula: no hand-derived one can be expected to be better.
 fn noise(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
-    let mut noise = value.map(|x| f64::EPSILON * x.abs());
-    for _ in 0..2 {
-        let nearby: Vec<f64> =
-            x.iter().map(|x| x * (1.0 + 2.0 * f64::EPSILON * random.uniform(-1.0, 1.0).signum())).collect();
+    let mut noise = value.map(|x| (f64::EPSILON * x.abs()).max(UNDERFLOW));
+    for _ in 0..3 {
+        // By different amounts, or the changes of two arguments would often cancel in their difference.
+        let units = |random: &mut Random| f64::EPSILON * random.uniform(-2.5, 2.5).round();
+        let nearby: Vec<f64> = x.iter().map(|x| x * (1.0 + units(random))).collect();
         let change = dual(f, &nearby, by) - value;
         noise.zip_apply(&change, |noise, change| *noise = noise.max(change.abs()));
     }

@@ -106,7 +106,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         }
     }
 
-    /// All arguments in one list.
+    /// All arguments in one list, and the 1 that values are multiplied by where they are compared.
     pub(crate) fn list(&self) -> Vec<f64> {
         let states = [&self.q, &self.v, &self.p_star, &self.p_star_dot];
         let states = states.into_iter().flat_map(|x| x.iter().copied());
@@ -115,6 +115,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
             .chain(self.u.iter().copied())
             .chain([self.t])
             .chain(self.b.iter().copied())
+            .chain([1.0])
             .collect()
     }
 }
@@ -152,5 +153,9 @@ impl Places {
     }
     pub(crate) fn b(&self) -> Range<usize> {
         self.t() + 1..self.t() + 1 + self.p
+    }
+    /// Behind all arguments.
+    pub(crate) fn one(&self) -> usize {
+        self.b().end
     }
 }

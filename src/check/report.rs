@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::Error;
+
 /// The outcome for one block, or for all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -14,6 +16,8 @@ pub enum Verdict {
     OraclesDisagree,
     /// Nothing was compared, which is no success.
     NothingCompared,
+    /// The check cannot be run as it was asked for; the report's `refused` says why.
+    Refused,
 }
 
 /// What kind of mistake a difference looks like.
@@ -72,7 +76,7 @@ pub struct Entry {
     pub hand: f64,
     /// The value that the oracles agree on.
     pub truth: f64,
-    /// The point where the difference is largest, counted from 0.
+    /// The point where the difference is largest, counted from 0; behind the points stand the places where the formula bends.
     pub point: usize,
 }
 
@@ -86,6 +90,8 @@ pub struct BlockReport {
     pub size: (usize, usize),
     /// At how many points it was compared.
     pub points: usize,
+    /// And at how many places besides that were found where the formula bends.
+    pub bends: usize,
     /// How many points were set aside because the oracles disagree there.
     pub set_aside: usize,
     /// The outcome.
@@ -120,13 +126,28 @@ pub struct Report {
     pub blocks: Vec<BlockReport>,
     /// What concerns all of them.
     pub notes: Vec<String>,
+    /// Why the check was not run: a tolerance that tells nothing, no point where the formula is defined.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "as_text"))]
+    pub refused: Option<Error>,
+}
+
+#[cfg(feature = "serde")]
+fn as_text<S: serde::Serializer>(error: &Option<Error>, serializer: S) -> Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(&error.as_ref().map(Error::to_string), serializer)
 }
 
 impl Report {
+    /// The report of a check that was not run.
+    pub(crate) fn refused(title: String, error: Error) -> Self {
+        Report { title, blocks: Vec::new(), notes: Vec::new(), refused: Some(error) }
+    }
+
     /// The outcome: right if at least one block was compared and all are right.
     pub fn verdict(&self) -> Verdict {
         let any = |verdict| self.blocks.iter().any(|block| block.verdict == verdict);
-        if any(Verdict::Wrong) {
+        if self.refused.is_some() {
+            Verdict::Refused
+        } else if any(Verdict::Wrong) {
             Verdict::Wrong
         } else if any(Verdict::OraclesDisagree) {
             Verdict::OraclesDisagree
@@ -164,19 +185,23 @@ impl fmt::Display for Verdict {
             Verdict::Wrong => "WRONG",
             Verdict::OraclesDisagree => "oracles disagree",
             Verdict::NothingCompared => "nothing compared",
+            Verdict::Refused => "refused",
         })
     }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(error) = &self.refused {
+            return writeln!(f, "{}: REFUSED: {error}", self.title);
+        }
         let wrong = self.blocks.iter().filter(|block| block.verdict == Verdict::Wrong).count();
         let summary = match self.verdict() {
             Verdict::Right if self.blocks.len() == 1 => "right".to_string(),
             Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
             Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
             Verdict::OraclesDisagree => "the oracles disagree; see below".to_string(),
-            Verdict::NothingCompared => "FAILED, because nothing was compared".to_string(),
+            Verdict::NothingCompared | Verdict::Refused => "FAILED, because nothing was compared".to_string(),
         };
         writeln!(f, "{}: {summary}", self.title)?;
         if self.blocks.is_empty() {
@@ -208,6 +233,7 @@ impl BlockReport {
             name,
             size,
             points: 0,
+            bends: 0,
             set_aside: 0,
             verdict: Verdict::NothingCompared,
             absolute_error: 0.0,
@@ -229,8 +255,9 @@ impl BlockReport {
         }
         for entry in &self.entries {
             let Entry { row, column, hand, truth, point } = entry;
-            let place = if self.points > 1 { format!(" (point {point})") } else { String::new() };
-            writeln!(f, "  d({row})/d({column}) = {hand:>+.9e} by hand, {truth:>+.9e} is true{place}")?;
+            let place = if self.points + self.bends > 1 { format!(" (point {point})") } else { String::new() };
+            let what = if column.is_empty() { row.clone() } else { format!("d({row})/d({column})") };
+            writeln!(f, "  {what} = {hand:>+.9e} by hand, {truth:>+.9e} is true{place}")?;
         }
         let more = self.wrong_entries.saturating_sub(self.entries.len());
         if more > 0 && !self.entries.is_empty() {

@@ -281,6 +281,15 @@ impl System {
         }
     }
 
+    /// What the kinetic energies alone contribute: T_v and T_q.
+    pub(crate) fn kinetic_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
+        sums.clear();
+        let is_kinetic = |batch: &dyn AnyBatch| batch.footprints().first().is_some_and(|f| f.form == jet::Form::Kinetic);
+        for batch in self.batches.iter().filter(|batch| is_kinetic(batch.as_ref())) {
+            R::view(batch.as_ref()).add(at, sums);
+        }
+    }
+
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &At<R>, phi: &mut [R]) {
         for batch in &self.batches {

@@ -5,6 +5,7 @@ mod forces;
 #[path = "../hand/mod.rs"]
 mod hand;
 mod joints;
+mod narrow;
 mod steps;
 
 use hamiltonian_adjoint::check::{self, Mistake, Report};

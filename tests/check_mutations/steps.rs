@@ -22,53 +22,48 @@ pub fn cases() -> Vec<Case> {
     let step = || check::step(&paper);
     let dense = |m: DMatrix<f64>| m;
     vec![
-        (
-            "(Φ_qᵀσ)_q left out",
-            "[f_y^i] f3 by q",
-            Mistake::TermMissing,
-            step().f_y(F3, Q, |at| at.terms().mass * at.gamma).run(),
-        ),
-        ("γ forgotten", "[f_y^(i+1)] f3 by q", Mistake::Factor, step().f_y_previous(F3, Q, |at| -at.terms().mass).run()),
+        ("(Φ_qᵀσ)_q left out", "∂f3_i/∂q_i", Mistake::TermMissing, step().f_y(F3, Q, |at| at.terms().mass * at.gamma).run()),
+        ("γ forgotten", "∂f3_i/∂q_(i−1)", Mistake::Factor, step().f_y_previous(F3, Q, |at| -at.terms().mass).run()),
         (
             "−Δt/2 for −γ",
-            "[f_y^(i+1)] f5 by q",
+            "∂f5_i/∂q_(i−1)",
             Mistake::Factor,
             step().f_y_previous(F5, Q, |at| at.terms().phi_q * (-0.5 * at.dt)).run(),
         ),
         (
-            "Φ_q of node i for i + 1",
-            "[f_y^(i+1)] f5 by v",
+            "Φ_q of node i − 1 for i",
+            "∂f5_i/∂v_(i−1)",
             Mistake::OtherArgument,
             step().f_y_previous(F5, V, |at| -at.previous_terms().phi_q).run(),
         ),
-        ("Φ_q for Φ_qᵀ", "[f_y^i] f3 by σ", Mistake::Transposed, step().f_y(F3, Sigma, |at| at.terms().phi_q).run()),
+        ("Φ_q for Φ_qᵀ", "∂f3_i/∂σ_i", Mistake::Transposed, step().f_y(F3, Sigma, |at| at.terms().phi_q).run()),
         (
             "γ Q_v left out",
-            "[f_y^i] f4 by q",
+            "∂f4_i/∂q_i",
             Mistake::TermMissing,
             step().f_y(F4, Q, |at| dense(f4_q(at.gamma, &at.terms()) - at.terms().force_v * at.gamma)).run(),
         ),
         (
             "sign of S",
-            "[f_y^(i+1)] f4 by v",
+            "∂f4_i/∂v_(i−1)",
             Mistake::TermWrong,
             step().f_y_previous(F4, V, |at| f4_v(&at.terms()) + at.terms().phi_q_t_sigma_q * 2.0).run(),
         ),
         (
             "Q_v twice",
-            "[f_y^(i+1)] f4 by v",
+            "∂f4_i/∂v_(i−1)",
             Mistake::TermWrong,
             step().f_y_previous(F4, V, |at| f4_v(&at.terms()) - at.terms().force_v).run(),
         ),
         (
             "error of 1e-6 of M",
-            "[f_y^i] f3 by q",
+            "∂f3_i/∂q_i",
             Mistake::FewDigits,
             step().f_y(F3, Q, |at| f3_q(at.gamma, &at.terms()) + at.terms().mass * (1e-6 * at.gamma)).run(),
         ),
         (
-            "σ of node i for i + 1",
-            "[f_y^(i+1)] f4 by v",
+            "σ of node i − 1 for i",
+            "∂f4_i/∂v_(i−1)",
             Mistake::OtherArgument,
             step()
                 .f_y_previous(F4, V, |at| {

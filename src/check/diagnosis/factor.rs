@@ -107,7 +107,7 @@ fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
 /// The factor c_p of every point with hand = c_p · true, if there is one.
 fn factors(evidence: &Evidence, mask: &Mask) -> Option<Vec<f64>> {
     let factor = |p: usize| {
-        let entries = mask.entries.iter().map(|&e| (evidence.hand[p][e], evidence.truth[p][e], evidence.sizes[e]));
+        let entries = mask.entries.iter().map(|&e| (evidence.hand[p][e], evidence.truth[p][e], evidence.sizes[p][e]));
         let (top, bottom) = entries.fold((0.0, 0.0), |(a, b), (h, t, s)| (a + h / s * (t / s), b + t / s * (t / s)));
         top / bottom
     };

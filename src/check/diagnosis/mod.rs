@@ -26,15 +26,32 @@ const MOST_SPLIT: usize = 3;
 /// The user's and the true values at all points.
 pub(crate) struct Evidence<'a> {
     pub block: &'a Block<'a>,
-    pub setting: &'a Setting,
+    pub setting: &'a Setting<'a>,
     pub points: Vec<&'a [f64]>,
     pub hand: Vec<DMatrix<f64>>,
     pub truth: Vec<DMatrix<f64>>,
     pub tolerance: Vec<DMatrix<f64>>,
-    pub sizes: DMatrix<f64>,
+    pub sizes: Vec<DMatrix<f64>>,
 }
 
 impl Evidence<'_> {
+    /// The first points, and the worst of the others.
+    pub(crate) fn with_worst(mut self, first: usize, most: usize) -> Self {
+        let worst = |p: usize| {
+            let entries = (0..self.rows()).flat_map(|i| (0..self.columns()).map(move |j| (i, j)));
+            entries.map(|(i, j)| self.excess(p, i, j)).fold(0.0, f64::max)
+        };
+        let mut others: Vec<(f64, usize)> = (first..self.points.len()).map(|p| (worst(p), p)).collect();
+        others.sort_by(|a, b| b.0.total_cmp(&a.0));
+        others.truncate(most);
+        let kept: Vec<usize> = (0..first).chain(others.into_iter().map(|(_, p)| p)).collect();
+        let some = |of: &[DMatrix<f64>]| kept.iter().map(|&p| of[p].clone()).collect::<Vec<_>>();
+        (self.hand, self.truth) = (some(&self.hand), some(&self.truth));
+        (self.tolerance, self.sizes) = (some(&self.tolerance), some(&self.sizes));
+        self.points = kept.iter().map(|&p| self.points[p]).collect();
+        self
+    }
+
     /// |hand − true| relative to its tolerance; more than 1 is wrong.
     pub(crate) fn excess(&self, p: usize, i: usize, j: usize) -> f64 {
         let error = (self.hand[p][(i, j)] - self.truth[p][(i, j)]).abs();
@@ -60,7 +77,7 @@ impl Evidence<'_> {
     /// Σ a b over entries and points, in units of the entries' sizes.
     fn product(&self, mask: &Mask, a: impl Fn(usize, usize, usize) -> f64, b: impl Fn(usize, usize, usize) -> f64) -> f64 {
         let term = |p: usize, &(i, j): &(usize, usize)| {
-            let size = self.sizes[(i, j)].max(f64::MIN_POSITIVE);
+            let size = self.sizes[p][(i, j)].max(f64::MIN_POSITIVE);
             a(p, i, j) / size * (b(p, i, j) / size)
         };
         (0..self.points.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
@@ -70,12 +87,12 @@ impl Evidence<'_> {
         self.hand[p][(i, j)] - self.truth[p][(i, j)]
     }
 
-    fn rows(&self) -> usize {
-        self.sizes.nrows()
+    pub(crate) fn rows(&self) -> usize {
+        self.block.rows.len()
     }
 
-    fn columns(&self) -> usize {
-        self.sizes.ncols()
+    pub(crate) fn columns(&self) -> usize {
+        self.block.columns.len()
     }
 
     /// The true block at other points.

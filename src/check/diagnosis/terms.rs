@@ -143,7 +143,7 @@ pub(super) fn few_digits(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> 
     let mut worst = 0.0f64;
     for p in 0..evidence.points.len() {
         for &(i, j) in &mask.entries {
-            worst = worst.max(evidence.difference(p, i, j).abs() / evidence.sizes[(i, j)]);
+            worst = worst.max(evidence.difference(p, i, j).abs() / evidence.sizes[p][(i, j)]);
         }
     }
     let text = || {

@@ -3,7 +3,7 @@
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
 use super::super::point::Point;
-use super::{Derivative, ElementCheck, Rows};
+use super::{Derivative, ElementCheck, Rows, Value};
 use crate::{Constraint, Scalar};
 
 /// Φ as a function of all arguments in one list.
@@ -71,6 +71,18 @@ impl<'a, E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize>
     fn rate_of_reaction() -> Derived {
         let at = Self::PLACES;
         Derived::GradientAlong { q: at.q(), v: at.v(), t: at.t(), sigma: at.sigma() }
+    }
+
+    /// Φ itself, M numbers.
+    pub fn phi<A: Matrix>(mut self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
+        self.blocks.push(Value("Φ", Rows::Equations("Φ of "), Derived::Value).by_hand(Phi(self.element), hand));
+        self
+    }
+
+    /// dΦ/dt = Φ_q v + Φ_t itself, M numbers.
+    pub fn phi_dot<A: Matrix>(mut self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
+        self.blocks.push(Value("dΦ/dt", Rows::Equations("dΦ/dt of "), Self::rate(true)).by_hand(Phi(self.element), hand));
+        self
     }
 
     /// Φ_q, M × N.

@@ -59,6 +59,12 @@ where
         self
     }
 
+    /// h itself.
+    pub fn h<A: Matrix>(mut self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
+        self.blocks.push(super::Value("h", Rows::One("h"), Derived::Value).by_hand(Value(self.element), hand));
+        self
+    }
+
     /// h_q, N numbers.
     pub fn h_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
         self.by_part("h_q", Self::PLACES.q(), hand)

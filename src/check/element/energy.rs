@@ -3,7 +3,7 @@
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
 use super::super::point::Point;
-use super::{Derivative, ElementCheck, Rows};
+use super::{Derivative, ElementCheck, Rows, Value};
 use crate::{KineticEnergy, PotentialEnergy, Scalar};
 
 /// T as a function of all arguments in one list.
@@ -68,6 +68,12 @@ impl<'a, E: KineticEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a
         Derived::Gradient { q: Self::PLACES.v(), sigma: None }
     }
 
+    /// T itself.
+    pub fn t<A: Matrix>(mut self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
+        self.blocks.push(Value("T", Rows::One("T"), Derived::Value).by_hand(Kinetic(self.element), hand));
+        self
+    }
+
     /// M = T_vv, N × N.
     pub fn mass<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
         let at = Self::PLACES;
@@ -111,6 +117,12 @@ impl<'a, E: KineticEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a
 impl<'a, E: PotentialEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a, E, N, 0, 0, P> {
     fn of_v<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
         self.blocks.push(derivative.by_hand(Potential(self.element), hand));
+        self
+    }
+
+    /// V itself.
+    pub fn v<A: Matrix>(mut self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
+        self.blocks.push(Value("V", Rows::One("V"), Derived::Value).by_hand(Potential(self.element), hand));
         self
     }
 

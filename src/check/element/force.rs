@@ -3,7 +3,7 @@
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
 use super::super::point::Point;
-use super::{Derivative, ElementCheck, Rows};
+use super::{Derivative, ElementCheck, Rows, Value};
 use crate::element::ForcePoint;
 use crate::{Force, Scalar};
 use std::ops::Range;
@@ -43,6 +43,12 @@ impl<'a, E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Elem
 
     fn by(name: &'static str, range: Range<usize>) -> Derivative {
         Derivative::new(name, Rows::Coordinates("Q of "), Derived::Value, range)
+    }
+
+    /// Q itself, N numbers.
+    pub fn q<A: Matrix>(mut self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
+        self.blocks.push(Value("Q", Rows::Coordinates("Q of "), Derived::Value).by_hand(Applied(self.element), hand));
+        self
     }
 
     /// Q_q, N × N.

@@ -13,15 +13,14 @@ pub use force::force;
 use std::ops::Range;
 
 use super::compare::{Block, MatrixAt, Setting, check};
-use super::formula::{Derived, Differentiable, Function, Of};
+use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
+use super::formula::{Derived, Differentiable, Function, Of, Values};
 use super::matrix::Matrix;
 use super::oracle::dual;
 use super::point::{Places, Point};
 use super::random::Random;
 use super::report::Report;
-
-/// Random points that are drawn for one that is admissible.
-const MOST_DRAWS: usize = 200;
+use crate::Error;
 
 /// Derivatives of an element to be checked; made by [`constraint`], [`kinetic_energy`], [`potential_energy`], [`force`] or [`cost`].
 ///
@@ -118,7 +117,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// Compares at this point, and at no random ones.
+    /// Compares at this point and where the formula bends near it, and at no random ones.
     pub fn at(mut self, point: Point<N, M, K, P>) -> Self {
         self.given.push(point);
         self
@@ -149,18 +148,18 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     }
 
     /// Compares everything that was handed in.
-    pub fn run(self) -> Report {
-        let points = self.points();
-        let mut notes = Vec::new();
-        if self.given.is_empty() && points.len() < self.count {
-            notes.push(format!(
-                "only {} of {} random points are admissible and give finite values",
-                points.len(),
-                self.count
-            ));
-        }
-        let setting = self.setting(points);
-        let blocks = self.blocks.into_iter().map(|pending| {
+    ///
+    /// What cannot be compared is refused in the report: a tolerance or magnitude that is no number, a formula that is finite at no
+    /// random point.
+    pub fn run(mut self) -> Report {
+        let drawn = match self.points() {
+            Ok(drawn) => drawn,
+            Err(error) => return Report::refused(self.title, error),
+        };
+        let notes = drawn.note(self.count).into_iter().collect();
+        let blocks = std::mem::take(&mut self.blocks);
+        let setting = self.setting(drawn);
+        let blocks = blocks.into_iter().map(|pending| {
             let equations = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect();
             let rows = match pending.rows {
                 Rows::Equations(prefix) => equations(prefix, &self.equations),
@@ -181,27 +180,33 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             };
             check(&block, &setting)
         });
-        Report { blocks: blocks.collect(), title: self.title, notes }
+        let blocks = blocks.collect();
+        drop(setting);
+        Report { blocks, title: self.title, notes, refused: None }
     }
 
-    fn points(&self) -> Vec<Vec<f64>> {
+    fn points(&self) -> Result<Drawn, Error> {
+        check_tolerance(self.tolerance)?;
+        check_magnitudes(&self.arguments(), &self.magnitudes.list())?;
+        check_number("the variation of the constants", self.spread, self.spread.is_finite(), "finite")?;
         if !self.given.is_empty() {
-            return self.given.iter().map(Point::list).collect();
+            return Ok(Drawn::given(self.given.iter().map(Point::list).collect()));
         }
-        let mut random = Random::new(self.seed);
         let finite = |x: &[f64]| self.blocks.iter().all(|block| block.function.real(x).iter().all(|y| y.is_finite()));
-        let mut draw = || {
-            (0..MOST_DRAWS).find_map(|_| {
-                let mut point = Point::random(&self.magnitudes, &mut random);
-                point.b.apply(|b| *b *= 1.0 + random.uniform(-self.spread, self.spread));
-                Some(point.list()).filter(|x| (self.admissible)(&point) && finite(x))
-            })
+        let usable = |x: &[f64]| (self.admissible)(&Point::from_list(x)) && finite(x);
+        let fresh = |random: &mut Random| {
+            let mut point = Point::random(&self.magnitudes, random);
+            point.b.apply(|b| *b *= 1.0 + random.uniform(-self.spread, self.spread));
+            point.list()
         };
-        (0..self.count).filter_map(|_| draw()).collect()
+        let signed: Vec<usize> = (0..Self::PLACES.t()).collect();
+        let drawn = draw(self.count, &mut Random::new(self.seed), &signed, fresh, usable);
+        drawn.check()?;
+        Ok(drawn)
     }
 
-    fn setting(&self, points: Vec<Vec<f64>>) -> Setting {
-        let places = Self::PLACES;
+    /// The names of all arguments, in the order of their list; the value of a function has none.
+    fn arguments(&self) -> Vec<String> {
         let prefixed =
             |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>();
         let arguments = [
@@ -213,7 +218,13 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             self.controls.clone(),
             vec!["t".to_string()],
             self.constants.clone(),
+            vec![String::new()],
         ];
+        arguments.concat()
+    }
+
+    fn setting(&self, drawn: Drawn) -> Setting<'_> {
+        let places = Self::PLACES;
         let groups = [
             ("b", places.b()),
             ("v", places.v()),
@@ -228,13 +239,48 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         let varied = self.spread != 0.0;
         let constants = self.constants.iter().cloned().zip(self.magnitudes.b.iter().copied()).filter(|_| !varied);
         Setting {
-            points,
+            points: drawn.points,
+            parents: drawn.parents,
+            given: !self.given.is_empty(),
+            free: (0..=places.t()).collect(),
+            kinds: groups[1..].iter().map(|(_, range)| range.clone().collect()).collect(),
+            settle: Box::new(|_| ()),
+            admissible: Box::new(|x| (self.admissible)(&Point::from_list(x))),
             seed: self.seed,
             magnitudes: self.magnitudes.list().into_iter().map(size).collect(),
-            arguments: arguments.concat(),
+            arguments: self.arguments(),
             groups: groups.into_iter().map(|(name, range)| (name.to_string(), range)).collect(),
             factors: constants.collect(),
             tolerance: self.tolerance,
+        }
+    }
+}
+
+/// A function of an element itself: its name, and what it is.
+struct Value(&'static str, Rows, Derived);
+
+impl Value {
+    /// With the user's version of it.
+    fn by_hand<'a, F, A, const N: usize, const M: usize, const K: usize, const P: usize>(
+        self,
+        function: F,
+        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
+    ) -> Pending<'a>
+    where
+        F: Function + Copy + 'a,
+        A: Matrix,
+    {
+        let Value(name, rows, derived) = self;
+        let one = Places { n: N, m: M, k: K, p: P }.one();
+        Pending {
+            name,
+            rows,
+            by: one..one + 1,
+            function: Box::new(Values(Of(function, derived))),
+            foundation: None,
+            hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
+            terms: Vec::new(),
+            others: Vec::new(),
         }
     }
 }

@@ -15,6 +15,7 @@ pub use taylor::{Remainder, Taylor};
 
 use super::derivative::Input;
 use super::direct::no_change;
+use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
 use crate::{Error, Gradient, Inputs, Settings, Solver, System};
@@ -93,8 +94,9 @@ impl GradientCheck<'_> {
     /// Runs the check.
     ///
     /// # Errors
-    /// A motion that cannot be computed at the inputs themselves.
+    /// A motion that cannot be computed at the inputs themselves; a tolerance that is no number from 0 to 1.
     pub fn run(&self) -> Result<GradientReport, Error> {
+        check_tolerance(self.tolerance)?;
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
         let gradient = solver.gradient()?.clone();
@@ -130,9 +132,8 @@ impl GradientCheck<'_> {
             rounding,
             own: Vec::new(),
         };
-        if report.verdict() == Verdict::Right {
-            report.own = self.own.iter().map(|own| self.compare_own(own, &gradient)).collect();
-        }
+        let trusted = report.verdict() == Verdict::Right;
+        report.own = self.own.iter().map(|own| self.compare_own(own, &gradient, trusted)).collect();
         Ok(report)
     }
 
@@ -168,7 +169,20 @@ impl GradientCheck<'_> {
         Ok((inputs.len(), rows))
     }
 
-    fn compare_own(&self, (name, part, values): &(String, Part, Vec<f64>), gradient: &Gradient) -> BlockReport {
-        own::compare(self.system, self.inputs, name, *part, values, gradient, self.tolerance)
+    /// A row of the table in any case; with the verdict "nothing compared" where the library's gradient cannot be trusted.
+    fn compare_own(
+        &self,
+        (name, part, values): &(String, Part, Vec<f64>),
+        gradient: &Gradient,
+        trusted: bool,
+    ) -> BlockReport {
+        let mut report = own::compare(self.system, self.inputs, name, *part, values, gradient, self.tolerance);
+        if !trusted {
+            report.verdict = Verdict::NothingCompared;
+            report
+                .notes
+                .push("the library's gradient is not confirmed here, so that there is nothing to compare with".into());
+        }
+        report
     }
 }

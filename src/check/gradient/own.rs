@@ -33,8 +33,9 @@ pub(super) fn compare(
         return report;
     }
     let size = truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let error = |j: usize| (hand[j] - truth[j]).abs();
-    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j).is_nan() || error(j) > tolerance * size).collect();
+    // NaN is infinitely wrong.
+    let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
+    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > tolerance * size).collect();
     report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
     report.relative_error = if report.absolute_error == 0.0 { 0.0 } else { report.absolute_error / size };
     report.wrong_entries = wrong.len();

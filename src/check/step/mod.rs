@@ -1,4 +1,6 @@
-//! Hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11).
+//! Hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11), and f_i itself.
+//!
+//! Everything is said of the step from node i − 1 to node i; where the paper's Eq. (10) has i and i + 1, read i − 1 and i.
 
 mod point;
 mod terms;
@@ -9,13 +11,14 @@ pub use terms::Terms;
 use std::ops::Range;
 
 use super::compare::{Block, Elsewhere, MatrixAt, Setting, check};
-use super::formula::Formula;
+use super::draw::{Drawn, check_tolerance};
+use super::formula::{Differentiable, Formula, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
-use crate::System;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
 use crate::scalar::Real;
+use crate::{Error, System};
 use point::Places;
 
 /// How far random points are from the motion, relative to the sizes that occur in it.
@@ -28,6 +31,8 @@ pub struct StepCheck<'a> {
     seed: u64,
     spread: f64,
     tolerance: f64,
+    /// The names of the constraint equations.
+    equations: Vec<String>,
     blocks: Vec<Pending<'a>>,
 }
 
@@ -45,6 +50,8 @@ enum By {
     Previous(Variable),
     Controls,
     Design,
+    /// By nothing: the values of f_i.
+    Nothing,
 }
 
 /// Checks hand-derived blocks of the tangent matrices of a step, at nodes of a motion.
@@ -69,7 +76,8 @@ pub fn step<'a>(paper: &'a PaperSystem<'a>) -> StepCheck<'a> {
     let last = paper.inputs.grid.steps.len();
     let mut random = Random::new(7);
     let nodes = if last == 0 { Vec::new() } else { (0..4).map(|_| 1 + random.below(last)).collect() };
-    StepCheck { paper, nodes, seed: 1, spread: SPREAD, tolerance: 1e-11, blocks: Vec::new() }
+    let equations = (0..paper.system.m()).map(|j| paper.system.equation_name(j).to_string()).collect();
+    StepCheck { paper, nodes, seed: 1, spread: SPREAD, tolerance: 1e-11, equations, blocks: Vec::new() }
 }
 
 /// f_i as a function of y_i, y_{i−1}, u_i, b and, last, the number i.
@@ -114,30 +122,47 @@ impl<'a> StepCheck<'a> {
         self
     }
 
-    /// A block of ∂f_i/∂y_i, the left matrix of Eq. (10).
-    pub fn f_y<A: Matrix>(self, equation: Equation, variable: Variable, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("[f_y^i] {} by {}", equation.name(), variable.name()), equation, By::Y(variable), hand)
+    /// Names the constraint equations, in the scene's order.
+    pub fn equations<'n>(mut self, names: impl IntoIterator<Item = &'n str>) -> Self {
+        self.equations = names.into_iter().map(|name| format!("`{name}`")).collect();
+        self
     }
 
-    /// A block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10) (there with i + 1 for i).
+    /// What an entry may be off by, relative to the size of its row and column (1e-11 at first).
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// The values of one equation of f_i itself.
+    pub fn f<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        self.block(format!("{}_i", equation.name()), equation, By::Nothing, hand)
+    }
+
+    /// A block of ∂f_i/∂y_i, the left matrix of Eq. (10).
+    pub fn f_y<A: Matrix>(self, equation: Equation, variable: Variable, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        self.block(format!("∂{}_i/∂{}_i", equation.name(), variable.name()), equation, By::Y(variable), hand)
+    }
+
+    /// A block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10).
     pub fn f_y_previous<A: Matrix>(
         self,
         equation: Equation,
         variable: Variable,
         hand: impl Fn(&StepPoint) -> A + 'a,
     ) -> Self {
-        let name = format!("[f_y^(i+1)] {} by {}", equation.name(), variable.name());
+        let name = format!("∂{}_i/∂{}_(i−1)", equation.name(), variable.name());
         self.block(name, equation, By::Previous(variable), hand)
     }
 
     /// The rows of one equation in ∂f_i/∂u_i.
     pub fn f_u<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("[f_u^i] {}", equation.name()), equation, By::Controls, hand)
+        self.block(format!("∂{}_i/∂u_i", equation.name()), equation, By::Controls, hand)
     }
 
     /// The rows of one equation in ∂f_i/∂b.
     pub fn f_b<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("[f_b^i] {}", equation.name()), equation, By::Design, hand)
+        self.block(format!("∂{}_i/∂b", equation.name()), equation, By::Design, hand)
     }
 
     fn block<A: Matrix>(mut self, name: String, equation: Equation, by: By, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
@@ -148,11 +173,20 @@ impl<'a> StepCheck<'a> {
     }
 
     /// Compares everything that was handed in.
+    ///
+    /// What cannot be compared is refused in the report: a tolerance that is no number, another number of equations' names.
     pub fn run(self) -> Report {
+        let (title, expected) = ("tangent matrices of a step".to_string(), self.paper.system.m());
+        let names = match self.equations.len() {
+            found if found != expected => Err(Error::Size { what: "names of the constraint equations", expected, found }),
+            _ => Ok(()),
+        };
+        if let Err(error) = names.and(check_tolerance(self.tolerance)) {
+            return Report::refused(title, error);
+        }
         let places = Places::of(self.paper);
-        let setting = self.setting(&places);
-        let system = self.paper.system;
-        let (n, m) = (system.n(), system.m());
+        let setting = self.setting(places);
+        let (n, m) = (self.paper.system.n(), self.paper.system.m());
         let (paper, steps) = (self.paper, self.paper.inputs.grid.steps.len());
         let mut notes = Vec::new();
         if self.nodes.iter().any(|&node| node == 0 || node > steps) {
@@ -160,11 +194,14 @@ impl<'a> StepCheck<'a> {
         }
         let blocks = self.blocks.into_iter().map(|pending| {
             let by = pending.by.range(&places);
+            let rows = RowsOf(Residual(paper), part(pending.equation as usize, n, m));
+            let function: Box<dyn Differentiable> =
+                if pending.by == By::Nothing { Box::new(Values(rows)) } else { Box::new(rows) };
             let block = Block {
                 name: pending.name,
-                function: Box::new(RowsOf(Residual(paper), part(pending.equation as usize, n, m))),
+                function,
                 foundation: None,
-                rows: row_names(system, pending.equation),
+                rows: row_names(paper.system, pending.equation, &self.equations),
                 columns: setting.arguments[by.clone()].to_vec(),
                 by,
                 hand: pending.hand,
@@ -174,24 +211,30 @@ impl<'a> StepCheck<'a> {
             };
             check(&block, &setting)
         });
-        Report { blocks: blocks.collect(), title: "tangent matrices of a step".into(), notes }
+        Report { blocks: blocks.collect(), title, notes, refused: None }
     }
 
-    fn setting(&self, places: &Places) -> Setting {
+    fn setting(&self, places: Places) -> Setting<'a> {
         let mut random = Random::new(self.seed);
-        let steps = &self.paper.inputs.grid.steps;
+        let (paper, steps) = (self.paper, &self.paper.inputs.grid.steps);
         let nodes = || self.nodes.iter().copied().filter(|&node| node > 0 && node <= steps.len());
-        let magnitudes = point::magnitudes(self.paper);
-        let near = |node| point::near(self.paper, places, node, &magnitudes, self.spread, &mut random);
-        let points = nodes().map(near).collect();
+        let magnitudes = point::magnitudes(paper);
+        let near = |node| point::near(paper, &places, node, &magnitudes, self.spread, &mut random);
+        let drawn = Drawn::given(nodes().map(near).collect());
         let dt: Vec<f64> = nodes().map(|node| steps[node - 1]).collect();
         let factor = |dt: f64| [("γ", 2.0 / dt), ("Δt", dt), ("γ²", 4.0 / (dt * dt))].map(|(name, x)| (name.to_string(), x));
         let same = dt.windows(2).all(|pair| pair[0] == pair[1]);
         Setting {
-            points,
+            points: drawn.points,
+            parents: drawn.parents,
+            given: false,
+            free: places.free(),
+            kinds: places.kinds(),
+            settle: Box::new(move |x| places.settle(paper, x)),
+            admissible: Box::new(|_| true),
             seed: self.seed,
             magnitudes,
-            arguments: point::names(self.paper),
+            arguments: point::names(paper, &self.equations),
             groups: Vec::new(),
             factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
             tolerance: self.tolerance,
@@ -206,13 +249,14 @@ impl By {
             By::Previous(variable) => places.part_of_y(variable, true),
             By::Controls => places.u(),
             By::Design => places.b(),
+            By::Nothing => places.one()..places.one() + 1,
         }
     }
 }
 
-fn row_names(system: &System, equation: Equation) -> Vec<String> {
+fn row_names(system: &System, equation: Equation, equations: &[String]) -> Vec<String> {
     match equation {
-        Equation::F5 => (0..system.m()).map(|j| format!("dΦ/dt of {}", system.equation_name(j))).collect(),
+        Equation::F5 => equations.iter().map(|name| format!("dΦ/dt of {name}")).collect(),
         _ => (0..system.n()).map(|i| format!("{} of `{}`", equation.name(), system.coordinate_name(i))).collect(),
     }
 }

@@ -31,7 +31,7 @@ pub struct StepPoint<'a> {
     /// i.
     pub node: usize,
     /// t_i, s.
-    pub time: f64,
+    pub t: f64,
     /// Δt of the step, s.
     pub dt: f64,
     /// γ = 2/Δt.
@@ -60,7 +60,7 @@ impl<'a> StepPoint<'a> {
         StepPoint {
             paper,
             node,
-            time: paper.trajectory.times[node],
+            t: paper.trajectory.times[node],
             dt,
             gamma: 2.0 / dt,
             y: state(false),
@@ -72,12 +72,12 @@ impl<'a> StepPoint<'a> {
 
     /// The terms of Eq. (10) at q_i, v_i, σ_i, u_i.
     pub fn terms(&self) -> Terms {
-        Terms::new(self.paper.system, &self.y, &self.u, &self.b, self.time)
+        Terms::new(self.paper.system, &self.y, &self.u, &self.b, self.t)
     }
 
     /// The same functions at q_{i−1}, v_{i−1}, σ_{i−1} (and u_i).
     pub fn previous_terms(&self) -> Terms {
-        Terms::new(self.paper.system, &self.previous, &self.u, &self.b, self.time - self.dt)
+        Terms::new(self.paper.system, &self.previous, &self.u, &self.b, self.t - self.dt)
     }
 
     /// The same functions at a state of your own making.
@@ -85,7 +85,7 @@ impl<'a> StepPoint<'a> {
     /// # Panics
     /// If a part of it has another length than in `y`.
     pub fn terms_at(&self, state: &State) -> Terms {
-        Terms::new(self.paper.system, state, &self.u, &self.b, self.time)
+        Terms::new(self.paper.system, state, &self.u, &self.b, self.t)
     }
 }
 
@@ -126,6 +126,36 @@ impl Places {
 
     pub(super) fn node(&self) -> usize {
         self.b().end
+    }
+
+    /// Behind all arguments stands the 1 that values are multiplied by where they are compared.
+    pub(super) fn one(&self) -> usize {
+        self.node() + 1
+    }
+
+    /// What may be moved; q_{i−1} and p*_{i−1} follow from Eq. (2).
+    pub(super) fn free(&self) -> Vec<usize> {
+        let y = [Variable::Q, Variable::V, Variable::Sigma].map(|variable| self.part_of_y(variable, false));
+        y.into_iter().chain([self.part_of_y(Variable::V, true), self.u()]).flatten().collect()
+    }
+
+    /// q_i; v, σ of both nodes; u_i.
+    pub(super) fn kinds(&self) -> Vec<Vec<usize>> {
+        let both = |variable| self.part_of_y(variable, false).chain(self.part_of_y(variable, true)).collect();
+        let q = self.part_of_y(Variable::Q, false).collect();
+        vec![both(Variable::V), both(Variable::Sigma), q, self.u().collect()]
+    }
+
+    /// Makes Eq. (2) true by q_{i−1} and p*_{i−1}.
+    pub(super) fn settle(&self, paper: &PaperSystem, x: &mut [f64]) {
+        let h = 0.5 * paper.inputs.grid.steps[x[self.node()].round() as usize - 1];
+        for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
+            let start = |variable, previous| self.part_of_y(variable, previous).start;
+            for i in 0..self.n {
+                let sum = x[start(rate, false) + i] + x[start(rate, true) + i];
+                x[start(value, true) + i] = x[start(value, false) + i] - h * sum;
+            }
+        }
     }
 
     pub(super) fn part_of_y(&self, variable: Variable, previous: bool) -> Range<usize> {
@@ -171,7 +201,7 @@ pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
     let motion = paper.trajectory;
     let y = [&motion.v, &motion.p_star_dot, &motion.q, &motion.p_star, &motion.sigma].map(kind).concat();
     let design = paper.inputs.design.iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() });
-    y.iter().chain(&y).copied().chain(kind(&paper.inputs.controls)).chain(design).chain([nodes as f64]).collect()
+    y.iter().chain(&y).copied().chain(kind(&paper.inputs.controls)).chain(design).chain([nodes as f64, 1.0]).collect()
 }
 
 /// A random state near that of the motion at a node, for which Eq. (2) holds.
@@ -185,35 +215,28 @@ pub(super) fn near(
 ) -> Vec<f64> {
     let (y, previous) = (paper.y(node), paper.y(node - 1));
     let u = column(&paper.inputs.controls, node);
-    let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64]];
+    let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64, 1.0]];
     let mut x = lists.concat();
     for k in 0..places.b().start {
         x[k] += if spread == 0.0 { 0.0 } else { random.away_from_zero(spread * magnitudes[k]) };
     }
-    let h = 0.5 * paper.inputs.grid.steps[node - 1];
-    for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
-        let start = |variable, previous| places.part_of_y(variable, previous).start;
-        for i in 0..places.n {
-            let sum = x[start(rate, false) + i] + x[start(rate, true) + i];
-            x[start(value, true) + i] = x[start(value, false) + i] - h * sum;
-        }
-    }
+    places.settle(paper, &mut x);
     x
 }
 
 /// The name of each argument.
-pub(super) fn names(paper: &PaperSystem) -> Vec<String> {
+pub(super) fn names(paper: &PaperSystem, equations: &[String]) -> Vec<String> {
     let system = paper.system;
     let of = |variable: Variable, node: &str| -> Vec<String> {
         let symbol = format!("{}_{node}", variable.name());
         match variable {
-            Variable::Sigma => (0..system.m()).map(|j| format!("{symbol} of {}", system.equation_name(j))).collect(),
+            Variable::Sigma => equations.iter().map(|name| format!("{symbol} of {name}")).collect(),
             _ => (0..system.n()).map(|i| format!("{symbol} of `{}`", system.coordinate_name(i))).collect(),
         }
     };
     let y = |node: &str| Variable::ALL.map(|variable| of(variable, node)).concat();
     let controls = (0..system.k()).map(|k| format!("`{}`", system.control_name(k)));
     let design = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p)));
-    let rest = controls.chain(design).chain(["node".to_string()]);
+    let rest = controls.chain(design).chain(["node".to_string(), String::new()]);
     y("i").into_iter().chain(y("(i−1)")).chain(rest).collect()
 }

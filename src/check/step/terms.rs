@@ -12,7 +12,8 @@ use crate::system::{At, Sums};
 
 /// M, Φ_q and the other terms of Eq. (10), each by dual numbers.
 ///
-/// With variable mass matrices, Q stands for Q + T_q − V_q; the paper has no T_q and counts −V_q to Q.
+/// Q stands for Q + T_q − V_q, all that 𝓛_q + Q is without constraints (the paper has no T_q, and counts −V_q to Q); T_qq and T_qv are
+/// what the kinetic energy has in it, zero for constant mass matrices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     /// M = 𝓛_vv, n × n.
@@ -27,10 +28,14 @@ pub struct Terms {
     pub phi_q_t_sigma_q: DMatrix<f64>,
     /// ((dΦ/dt)_qᵀσ)_q, n × n.
     pub phi_dot_q_t_sigma_q: DMatrix<f64>,
-    /// Q_q, n × n.
+    /// (Q + T_q − V_q)_q, n × n.
     pub force_q: DMatrix<f64>,
-    /// Q_v, n × n.
+    /// (Q + T_q − V_q)_v, n × n.
     pub force_v: DMatrix<f64>,
+    /// T_qq, the part of `force_q` that comes from T_q, n × n.
+    pub t_qq: DMatrix<f64>,
+    /// T_qv, the part of `force_v` that comes from T_q, n × n.
+    pub t_qv: DMatrix<f64>,
     /// Q_u, n × k.
     pub force_u: DMatrix<f64>,
 }
@@ -42,8 +47,10 @@ const REACTION: Named = ("(Φ_qᵀσ)_q", |t| t.phi_q_t_sigma_q.clone());
 const REACTION_RATE: Named = ("((dΦ/dt)_qᵀσ)_q", |t| t.phi_dot_q_t_sigma_q.clone());
 const MASS: Named = ("M", |t| t.mass.clone());
 const MASS_Q: Named = ("(M v)_q", |t| t.mass_v_q.clone());
-const FORCE_Q: Named = ("Q_q", |t| t.force_q.clone());
-const FORCE_V: Named = ("Q_v", |t| t.force_v.clone());
+const FORCE_Q: Named = ("Q_q", |t| &t.force_q - &t.t_qq);
+const FORCE_V: Named = ("Q_v", |t| &t.force_v - &t.t_qv);
+const T_QQ: Named = ("T_qq", |t| t.t_qq.clone());
+const T_QV: Named = ("T_qv", |t| t.t_qv.clone());
 const FORCE_U: Named = ("Q_u", |t| t.force_u.clone());
 const IDENTITY: Named = ("I", |t| DMatrix::identity(t.mass.nrows(), t.mass.ncols()));
 const PHI_Q: Named = ("Φ_q", |t| t.phi_q.clone());
@@ -65,21 +72,50 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) ->
     use Equation::{F3, F4, F5};
     let terms: &[(Named, f64, bool)] = match (row, by) {
         (F3, By::Y(Variable::Q)) => &[(REACTION, 1.0, false), (MASS, 1.0, true), (MASS_Q, 1.0, false)],
-        (F4, By::Y(Variable::Q)) => {
-            &[(FORCE_Q, 1.0, false), (FORCE_V, 1.0, true), (REACTION_RATE, 1.0, false), (REACTION, 1.0, true)]
-        }
+        (F4, By::Y(Variable::Q)) => &[
+            (FORCE_Q, 1.0, false),
+            (FORCE_V, 1.0, true),
+            (T_QQ, 1.0, false),
+            (T_QV, 1.0, true),
+            (REACTION_RATE, 1.0, false),
+            (REACTION, 1.0, true),
+        ],
         (F5, By::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
-        (F4, By::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false)],
-        (F4, By::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true)],
+        (F4, By::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false)],
+        (F4, By::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true)],
         _ => &[],
     };
-    terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()
+    let mut all: Vec<_> = terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect();
+    if (row, by) == (F4, By::Y(Variable::Q)) {
+        // Who forgets T_q forgets both of its derivatives.
+        let both: MatrixAt<'a> = Box::new(|x| {
+            let at = StepPoint::new(paper, x);
+            let terms = at.terms();
+            terms.t_qq + terms.t_qv * at.gamma
+        });
+        all.push(("T_qq + γ T_qv, all of T_q,".into(), both));
+    }
+    all
 }
 
 /// Everything that stands somewhere in Eq. (10).
 pub(super) fn all<'a>(paper: &'a PaperSystem<'a>) -> Vec<(String, MatrixAt<'a>)> {
-    let named =
-        [REACTION, REACTION_RATE, MASS, MASS_Q, FORCE_Q, FORCE_V, FORCE_U, IDENTITY, PHI_Q, PHI_DOT_Q, PHI_Q_T, PHI_DOT_Q_T];
+    let named = [
+        REACTION,
+        REACTION_RATE,
+        MASS,
+        MASS_Q,
+        FORCE_Q,
+        FORCE_V,
+        T_QQ,
+        T_QV,
+        FORCE_U,
+        IDENTITY,
+        PHI_Q,
+        PHI_DOT_Q,
+        PHI_Q_T,
+        PHI_DOT_Q_T,
+    ];
     named.into_iter().flat_map(|term| [signed(paper, term, 1.0, false), signed(paper, term, 1.0, true)]).collect()
 }
 
@@ -96,7 +132,8 @@ impl Terms {
         let arguments = [dual(&y.q), dual(&y.v), dual(&y.sigma), dual(u), dual(b)];
         let mut unloaded = arguments.clone();
         unloaded[2].fill(Dual64::from_re(0.0));
-        let by = |of: &[DVector<Dual64>; 5], which: usize| columns(system, of, which, time);
+        let by = |of: &[DVector<Dual64>; 5], which: usize| columns(system, System::plain_sums, of, which, time);
+        let kinetic = |which: usize| columns(system, System::kinetic_sums, &unloaded, which, time).force;
         // Both are linear in σ, so what is left without it, and what it adds, are these differences.
         let (by_q, by_q_unloaded) = (by(&arguments, 0), by(&unloaded, 0));
         let by_v = by(&unloaded, 1);
@@ -110,11 +147,16 @@ impl Terms {
             force_q: by_q_unloaded.force,
             phi_dot_q: by_q_unloaded.phi_dot,
             force_u: by(&unloaded, 3).force,
+            t_qq: kinetic(0),
+            t_qv: kinetic(1),
         }
     }
 }
 
-fn columns(system: &System, arguments: &[DVector<Dual64>; 5], which: usize, time: f64) -> Columns {
+/// The sums of some elements.
+type Elements = fn(&System, &At<Dual64>, &mut Sums<Dual64>);
+
+fn columns(system: &System, elements: Elements, arguments: &[DVector<Dual64>; 5], which: usize, time: f64) -> Columns {
     let (n, m, count) = (system.n(), system.m(), arguments[which].len());
     let zeros = |rows| DMatrix::zeros(rows, count);
     let mut found = Columns { l_v: zeros(n), force: zeros(n), phi_dot: zeros(m) };
@@ -123,7 +165,7 @@ fn columns(system: &System, arguments: &[DVector<Dual64>; 5], which: usize, time
     for k in 0..count {
         seeded[which][k].eps = 1.0;
         let [q, v, sigma, u, design] = [0, 1, 2, 3, 4].map(|i| seeded[i].as_slice());
-        system.plain_sums(&At { q, v, sigma, u, t: Dual64::from_re(time), design }, &mut sums);
+        elements(system, &At { q, v, sigma, u, t: Dual64::from_re(time), design }, &mut sums);
         for (matrix, values) in
             [(&mut found.l_v, &sums.l_v), (&mut found.force, &sums.force), (&mut found.phi_dot, &sums.phi_dot)]
         {

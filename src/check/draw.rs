@@ -1,0 +1,99 @@
+//! Random points over decades of magnitude, and what a check refuses to begin with.
+
+use super::random::Random;
+use crate::Error;
+
+/// Tries for one point at which the formula is defined.
+const MOST_DRAWS: usize = 200;
+/// Every second point is the one before with about half of its arguments smaller, by up to so many decades.
+const DECADES: f64 = 6.0;
+
+/// Points, for each the one that it was made from, and how many more were drawn but could not be used.
+#[derive(Default)]
+pub(crate) struct Drawn {
+    pub points: Vec<Vec<f64>>,
+    pub parents: Vec<Option<usize>>,
+    pub left_out: usize,
+}
+
+/// `count` points: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with small arguments.
+pub(crate) fn draw(
+    count: usize,
+    random: &mut Random,
+    signed: &[usize],
+    fresh: impl Fn(&mut Random) -> Vec<f64>,
+    usable: impl Fn(&[f64]) -> bool,
+) -> Drawn {
+    let mut drawn = Drawn::default();
+    for k in 0..count {
+        for attempt in 0..MOST_DRAWS {
+            // Where signs or small arguments are outside of the domain, other points must do.
+            let last = (attempt % 2 == 0).then(|| drawn.points.len().checked_sub(1 + (k + 1) % 2)).flatten();
+            let (x, parent) = match last {
+                Some(last) if k % 2 == 1 => (smaller(&drawn.points[last], signed, random), Some(last)),
+                Some(last) => (opposite(fresh(random), &drawn.points[last], signed), None),
+                None => (fresh(random), None),
+            };
+            if usable(&x) {
+                drawn.points.push(x);
+                drawn.parents.push(parent);
+                break;
+            }
+            drawn.left_out += 1;
+        }
+    }
+    drawn
+}
+
+fn smaller(point: &[f64], signed: &[usize], random: &mut Random) -> Vec<f64> {
+    let mut x = point.to_vec();
+    for &k in signed {
+        let factor = 10f64.powf(random.uniform(-DECADES, 0.0));
+        x[k] *= if random.below(2) == 0 { factor } else { 1.0 };
+    }
+    x
+}
+
+fn opposite(mut x: Vec<f64>, point: &[f64], signed: &[usize]) -> Vec<f64> {
+    signed.iter().for_each(|&k| x[k] = -x[k].abs().copysign(point[k]));
+    x
+}
+
+impl Drawn {
+    /// Points of the user's own, as they are.
+    pub(crate) fn given(points: Vec<Vec<f64>>) -> Self {
+        Drawn { parents: vec![None; points.len()], points, left_out: 0 }
+    }
+
+    /// What the report shall say about them.
+    pub(crate) fn note(&self, count: usize) -> Option<String> {
+        let found = self.points.len();
+        (self.left_out > 0).then(|| {
+            let few =
+                if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
+            format!("{few}{} drawn points were left out: not admissible, or the formula is not finite there", self.left_out)
+        })
+    }
+
+    /// Refuses to compare nothing because every point was left out.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let nowhere = self.points.is_empty() && self.left_out > 0;
+        if nowhere { Err(Error::NoPoint { drawn: self.left_out }) } else { Ok(()) }
+    }
+}
+
+/// A relative tolerance that can tell right from wrong.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    check_number("the tolerance of the check", tolerance, (0.0..1.0).contains(&tolerance), "at least 0 and less than 1")
+}
+
+/// Sizes of arguments.
+pub(crate) fn check_magnitudes(names: &[String], magnitudes: &[f64]) -> Result<(), Error> {
+    let one =
+        |(name, &size): (&String, &f64)| check_number(&format!("the magnitude of {name}"), size, size.is_finite(), "finite");
+    names.iter().zip(magnitudes).try_for_each(one)
+}
+
+pub(crate) fn check_number(what: &str, value: f64, fits: bool, must_be: &'static str) -> Result<(), Error> {
+    if fits { Ok(()) } else { Err(Error::Parameter { what: what.into(), value, must_be }) }
+}

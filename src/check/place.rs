@@ -1,0 +1,100 @@
+//! A point where a block is compared: the true value there, and what the errors of an entry are relative to.
+
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+use super::compare::Setting;
+use super::formula::Differentiable;
+use super::oracle::{Truth, truth};
+use super::random::Random;
+use super::scale::sizes;
+
+/// An entry may be off by this many times the noise of the true value.
+const NOISE: f64 = 64.0;
+/// Values that differ by no more than this factor are about as large: sums of like terms may cancel in one place.
+const ALIKE: f64 = 16.0;
+
+/// A point and the true block there.
+pub(crate) struct Place {
+    pub x: Vec<f64>,
+    /// The place that this one is with some arguments made small, or was found from.
+    parent: Option<usize>,
+    pub truth: Truth,
+    /// r_i c_j of the entries here.
+    pub size: DMatrix<f64>,
+    /// The same, or what the entries are elsewhere if that is more and rounding may carry it here.
+    pub scale: DMatrix<f64>,
+}
+
+impl Place {
+    /// Without differences.
+    pub(crate) fn new(
+        f: &dyn Differentiable,
+        x: Vec<f64>,
+        by: &Range<usize>,
+        parent: Option<usize>,
+        random: &mut Random,
+    ) -> Self {
+        let truth = truth(f, &x, by, random);
+        let none = || DMatrix::zeros(0, 0);
+        Place { x, parent, truth, size: none(), scale: none() }
+    }
+
+    /// All points of a setting, with differences.
+    pub(crate) fn of_points(f: &dyn Differentiable, by: &Range<usize>, setting: &Setting, random: &mut Random) -> Vec<Self> {
+        let mut place = |(x, &parent): (&Vec<f64>, &Option<usize>)| {
+            let mut place = Place::new(f, x.clone(), by, parent, random);
+            place.truth.difference(f, x, by, &setting.magnitudes, random);
+            place
+        };
+        setting.points.iter().zip(&setting.parents).map(&mut place).collect()
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.truth.value.iter().chain(&self.truth.complex).chain(&self.truth.function).all(|x| x.is_finite())
+    }
+
+    /// What the entries may be off by: a share of their size here, and rounding.
+    pub(crate) fn tolerance(&self, relative: f64) -> DMatrix<f64> {
+        let rounding = self.scale.zip_map(&self.truth.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
+        self.size.zip_map(&rounding, |size, rounding| relative * size + rounding)
+    }
+
+    /// Whether these are the true values.
+    pub(crate) fn holds(&self, hand: &DMatrix<f64>, relative: f64) -> bool {
+        let within = |(i, within): (usize, &f64)| (hand[i] - self.truth.value[i]).abs() <= *within;
+        hand.shape() != self.truth.value.shape() || self.tolerance(relative).iter().enumerate().all(within)
+    }
+}
+
+/// Fills in sizes and scales; the first places are the points of the setting.
+///
+/// A formula by hand may round more than the reference does: 1 − tanh² far out is rounded like 1, its value at 0. So an entry's scale
+/// is the largest that the entry has at any place where the *function* is about as large as here or as usual, or at the place's parent:
+/// there the terms are no larger than those that may be rounded here. exp(20 x) at x = −1 is so not measured by what it is at x = 1.
+pub(crate) fn set_scales(places: &mut [Place], points: usize, by: &Range<usize>, magnitudes: &[f64]) {
+    let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
+    let values: Vec<DMatrix<f64>> = places.iter().map(|place| place.truth.value.map(finite)).collect();
+    let functions: Vec<Vec<f64>> =
+        places.iter().map(|place| place.truth.function.iter().map(|&y| finite(y)).collect()).collect();
+    let usual = |i: usize| {
+        let mut sizes: Vec<f64> = functions[..points].iter().map(|f| f[i]).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes[(points - 1) / 2]
+    };
+    let usual: Vec<f64> = (0..functions[0].len()).map(usual).collect();
+    for (p, place) in places.iter_mut().enumerate() {
+        let (value, function) = (&values[p], &functions[p]);
+        let magnitude = |j: usize| magnitudes[by.start + j];
+        // An empty column has the size that would change the row's function by as much as the others do.
+        let row = |i: usize| (0..value.ncols()).fold(function[i], |m, j| m.max(value[(i, j)] * magnitude(j)));
+        place.size = sizes(value, |i, j| row(i) / magnitude(j));
+        place.scale = place.size.clone();
+        for i in 0..value.nrows() {
+            let near = |o: &usize| functions[*o][i] <= ALIKE * function[i].max(usual[i]) || place.parent == Some(*o);
+            for o in (0..values.len()).filter(near) {
+                (0..value.ncols()).for_each(|j| place.scale[(i, j)] = place.scale[(i, j)].max(values[o][(i, j)]));
+            }
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Checks at their limits: settings that tell nothing, formulas with kinks and ends, values, bumps beside a given point, names.
+
+mod hand;
+
+use hamiltonian_adjoint::check::{self, Function, Input, Mistake, Part, Verdict};
+use hamiltonian_adjoint::paper_system::Equation::{F3, F4, F5};
+use hamiltonian_adjoint::paper_system::PaperSystem;
+use hamiltonian_adjoint::paper_system::Variable::{Q, V};
+use hamiltonian_adjoint::planar::Revolute;
+use hamiltonian_adjoint::{
+    Error, Grid, Inputs, PotentialEnergy, Scalar, Scene, Settings, Start, Sum, gradient, scenes::CartPendulum, simulate,
+};
+use hand::*;
+use nalgebra::{DVector, SVector};
+
+struct Square;
+impl PotentialEnergy<1> for Square {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, _: &SVector<S, 0>, _: S) -> S {
+        q[0] * q[0]
+    }
+}
+
+/// A function of one input.
+struct One<F>(#[allow(dead_code)] F);
+macro_rules! one {
+    ($name:ident, $x:ident, $value:expr) => {
+        struct $name;
+        impl Function for One<$name> {
+            fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+                let $x = x[0];
+                vec![$value]
+            }
+        }
+    };
+}
+one!(Diode, x, (x * 20.0).exp());
+one!(Bump, x, (-((x - 0.3) / 1e-4).powi(2)).exp() + x);
+one!(Abs, x, x.abs());
+one!(Stop, x, (x - 0.3).max(S::from(0.0)) * 1e5);
+one!(Root, x, x.sqrt());
+one!(Never, x, (-x * x - 1.0).sqrt());
+
+fn verdict<F>(f: &F, at: Option<f64>, hand: impl Fn(f64) -> f64) -> check::Report
+where
+    F: Function,
+{
+    let check = check::function(f, ["x"], ["y"]);
+    let check = if let Some(x) = at { check.at(&[x]) } else { check };
+    let report = check.jacobian(move |x: &[f64]| [[hand(x[0])]]).run();
+    println!("{report}");
+    report
+}
+
+#[test]
+fn a_tolerance_that_tells_nothing_is_refused() {
+    let cart = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&cart, Grid::uniform(5, 0.02));
+    let motion = simulate(&cart, &inputs, Settings::default()).expect("motion");
+    let paper = PaperSystem::new(&cart, &inputs, &motion).expect("complete");
+    for tolerance in [f64::NAN, f64::INFINITY, -1e-9, 1.0, 1e300] {
+        let element = check::potential_energy(&Square, []).tolerance(tolerance).v_q(|_| [7.0]).run();
+        let step = check::step(&paper).tolerance(tolerance).f_y(F5, V, |at| at.terms().phi_q).run();
+        for report in [element, step] {
+            assert_eq!(report.verdict(), Verdict::Refused);
+            assert!(matches!(report.refused, Some(Error::Parameter { .. })) && !report.passed(), "{report}");
+        }
+        let refused = check::gradient(&cart, &inputs, Settings::default()).tolerance(tolerance).run();
+        assert!(matches!(refused, Err(Error::Parameter { .. })));
+    }
+    for size in [f64::NAN, f64::INFINITY] {
+        let report = check::potential_energy(&Square, []).magnitudes(|m| m.q[0] = size).v_q(|_| [7.0]).run();
+        assert!(matches!(report.refused, Some(Error::Parameter { .. })), "{report}");
+    }
+    let report = check::function(&One(Diode), ["x"], ["y"]).magnitudes(&[1.0, 2.0]).jacobian(|_: &[f64]| [[0.0]]).run();
+    assert!(matches!(report.refused, Some(Error::Size { expected: 1, found: 2, .. })), "{report}");
+}
+
+#[test]
+fn a_step_below_rounding_is_refused() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.02));
+    inputs.controls.fill(1.0);
+    let input = [Input::Control { channel: 0, node: 1 }];
+    let by = |step| check::central_differences(&system, &inputs, Settings::default(), &input, step);
+    for step in [0.0, 1e-300, 1e-17, f64::NAN, f64::INFINITY] {
+        assert!(matches!(by(step), Err(Error::Parameter { .. })), "{step}");
+    }
+    let exact = gradient(&system, &inputs, Settings::default()).expect("gradient").controls[(0, 1)];
+    assert!((by(1e-4).expect("differences")[0] - exact).abs() < 1e-6 * exact.abs());
+    let mut direction = check::no_change(&inputs);
+    direction.controls[(0, 2)] = f64::NAN;
+    let refused = check::direct_differentiation(&system, &inputs, Settings::default(), &direction);
+    assert!(matches!(refused, Err(Error::NotFinite { .. })));
+}
+
+#[test]
+fn what_a_diode_is_at_the_end_of_its_range_hides_nothing_at_the_other() {
+    let right = |x: f64| 20.0 * (20.0 * x).exp();
+    verdict(&One(Diode), None, right).assert_passed();
+    for wrong in [1e-3, 1e-6] {
+        let report = verdict(&One(Diode), None, |x| right(x) + wrong);
+        assert_eq!(report.verdict(), Verdict::Wrong, "{wrong}");
+    }
+    assert_eq!(verdict(&One(Diode), None, |x| if x < 0.0 { 0.0 } else { right(x) }).verdict(), Verdict::Wrong);
+}
+
+#[test]
+fn a_bump_beside_a_given_point_is_found() {
+    let bump = |x: f64| (-((x - 0.3) / 1e-4).powi(2)).exp();
+    let right = |x: f64| 1.0 - 2.0 * (x - 0.3) / 1e-8 * bump(x);
+    let report = verdict(&One(Bump), Some(0.3), right);
+    report.assert_passed();
+    assert!(report.blocks[0].points == 1 && report.blocks[0].bends > 0);
+    // At the point itself the bump is flat.
+    assert_eq!(verdict(&One(Bump), Some(0.3), |_| 1.0).verdict(), Verdict::Wrong);
+}
+
+#[test]
+fn a_kink_is_named_and_blames_nobody() {
+    let report = verdict(&One(Abs), Some(0.0), f64::signum);
+    assert!(report.verdict() == Verdict::OraclesDisagree && report.blocks[0].notes[0].contains("kink"));
+    let both = check::function(&One(Abs), ["x"], ["y"]).at(&[0.0]).at(&[0.2]).jacobian(|x: &[f64]| [[x[0].signum()]]).run();
+    both.assert_passed();
+    assert!(both.to_string().contains("kink"));
+    let stop = |x: f64| if x > 0.3 { 1e5 } else { 0.0 };
+    verdict(&One(Abs), None, f64::signum).assert_passed();
+    verdict(&One(Stop), None, stop).assert_passed();
+    for beside in [0.3 - 1e-9, 0.3 + 1e-9, 0.3 + 1e-6, 0.3 - 1e-4] {
+        let report = verdict(&One(Stop), Some(beside), stop);
+        assert_ne!(report.verdict(), Verdict::Wrong, "{beside}");
+    }
+}
+
+#[test]
+fn points_outside_of_the_domain_are_drawn_again_and_counted() {
+    let report = verdict(&One(Root), None, |x| 0.5 / x.sqrt());
+    report.assert_passed();
+    assert!(report.blocks[0].points == 12 && report.notes[0].contains("left out"), "{report}");
+    let report = verdict(&One(Never), None, |_| 0.0);
+    assert!(report.verdict() == Verdict::Refused && matches!(report.refused, Some(Error::NoPoint { drawn }) if drawn > 0));
+    // A given point is used wherever it is.
+    assert_eq!(verdict(&One(Root), Some(-1.0), |_| 0.0).verdict(), Verdict::OraclesDisagree);
+}
+
+#[test]
+fn values_are_compared_too() {
+    let b = [0.5, 0.1, -0.4, 0.2];
+    let hinge = || check::constraint(&Revolute, b).equations(["x", "y"]);
+    hinge().phi(|at| between(&at.q, &b)).phi_dot(|at| hinge_q(&at.q, &b) * at.v).run().assert_passed();
+    let wrong = hinge().phi(|at| -between(&at.q, &b)).run();
+    println!("{wrong}");
+    assert_eq!(wrong.blocks[0].diagnoses[0].mistake, Mistake::SignFlipped);
+    check::function(&One(Diode), ["x"], ["y"]).value(|x: &[f64]| [(20.0 * x[0]).exp()]).run().assert_passed();
+    let wrong = check::function(&One(Diode), ["x"], ["y"]).value(|x: &[f64]| [(20.0 * x[0]).exp() - 1.0]).run();
+    assert_eq!(wrong.verdict(), Verdict::Wrong);
+    check::kinetic_energy(&DoublePendulum, [0.8, 0.4, 1.1, 0.9])
+        .t(|at| 0.5 * (at.v.transpose() * pendulum_mass(&at.q, &at.b) * at.v)[0])
+        .run()
+        .assert_passed();
+    check::potential_energy(&Square, []).v(|at| at.q[0] * at.q[0]).run().assert_passed();
+}
+
+/// The double pendulum in its two angles: all of 𝓛_q that depends on v is T_q.
+#[test]
+fn a_residual_by_hand_is_compared_and_t_q_has_its_name() {
+    let b = [0.8, 0.4, 1.1, 0.9];
+    let mut scene = Scene::new();
+    let q = scene.coordinates("pendulum", ["φ_1", "φ_2"]);
+    scene.kinetic_energy("T", DoublePendulum, q, b.map(Into::into));
+    scene.potential_energy("V", DoublePendulum, q, b.map(Into::into));
+    scene.cost("end", End, Sum::Terminal, [q[0]], [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    inputs.start = Start::Velocity { q: DVector::from_vec(vec![0.4, 0.9]), v: DVector::from_vec(vec![2.0, -3.0]) };
+    let motion = simulate(&system, &inputs, Settings::default()).expect("motion");
+    let paper = PaperSystem::new(&system, &inputs, &motion).expect("complete");
+    let four = Four::from(b);
+    let two = |x: &DVector<f64>| SVector::<f64, 2>::from_column_slice(x.as_slice());
+    let third = |at: &check::StepPoint| pendulum_mass(&two(&at.y.q), &four) * two(&at.y.v) - two(&at.y.p_star);
+    check::step(&paper).f(F3, third).run().assert_passed();
+    let wrong = check::step(&paper).f(F3, |at| third(at) + two(&at.y.p_star) * 2.0).run();
+    println!("{wrong}");
+    assert_eq!(wrong.verdict(), Verdict::Wrong);
+
+    let f4_q = |at: &check::StepPoint| {
+        let t = at.terms();
+        t.force_q + t.force_v * at.gamma
+    };
+    check::step(&paper).f_y(F4, Q, f4_q).run().assert_passed();
+    let names = |report: check::Report| {
+        println!("{report}");
+        assert_eq!(report.blocks[0].diagnoses[0].mistake, Mistake::TermMissing);
+        report.blocks[0].diagnoses[0].text.clone()
+    };
+    let all = names(check::step(&paper).f_y(F4, Q, |at| f4_q(at) - at.terms().t_qq - at.terms().t_qv * at.gamma).run());
+    assert!(all.contains("T_qq + γ T_qv") && !all.contains("Q_v"), "{all}");
+    let half = names(check::step(&paper).f_y(F4, Q, |at| f4_q(at) - at.terms().t_qv * at.gamma).run());
+    assert!(half.contains("missing: γ T_qv"), "{half}");
+}
+
+/// φ_1 at the end.
+struct End;
+impl hamiltonian_adjoint::Cost<1> for End {
+    fn cost<S: Scalar>(&self, at: &hamiltonian_adjoint::CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.q[0]
+    }
+}
+
+#[test]
+fn equations_have_the_names_one_gives_them_and_times_are_called_t() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.02));
+    inputs.controls.fill(1.0);
+    let motion = simulate(&system, &inputs, Settings::default()).expect("motion");
+    let paper = PaperSystem::new(&system, &inputs, &motion).expect("complete");
+    let names = ["rail y", "rail φ", "hinge x", "hinge y"];
+    let wrong = |at: &check::StepPoint| {
+        assert!((at.t - 0.02 * at.node as f64).abs() < 1e-12);
+        -at.terms().phi_q
+    };
+    let report = check::step(&paper).equations(names).f_y_previous(F5, V, |at| -wrong(at)).run();
+    assert_eq!(report.blocks[0].name, "∂f5_i/∂v_(i−1)");
+    assert!(report.blocks[0].entries.iter().all(|entry| names.iter().any(|name| entry.row.contains(name))), "{report}");
+    let report = check::step(&paper).equations(["one"]).f_y_previous(F5, V, wrong).run();
+    assert!(matches!(report.refused, Some(Error::Size { expected: 4, found: 1, .. })), "{report}");
+}
+
+#[test]
+fn a_wrong_gradient_of_ones_own_is_a_row_of_the_table() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    inputs.controls.fill(1.0);
+    let right: Vec<f64> =
+        gradient(&system, &inputs, Settings::default()).expect("gradient").controls.iter().copied().collect();
+    let wrong = right.iter().map(|g| -g).collect::<Vec<_>>();
+    let check = check::gradient(&system, &inputs, Settings::default());
+    let check = check.own("mine", Part::Controls, right).own("theirs", Part::Controls, wrong);
+    let report = check.own("short", Part::Controls, [1.0]).run().expect("motion");
+    let text = report.to_string();
+    println!("{text}");
+    assert!(report.verdict() == Verdict::Wrong && report.own[0].verdict == Verdict::Right);
+    let row = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).expect("a row").to_string();
+    assert!(row("mine").ends_with("right") && row("theirs").ends_with("WRONG") && row("short").ends_with("WRONG"));
+    assert!(text.lines().next().is_some_and(|line| line.contains(": right; but see")));
+    assert!(text.contains("enough: more than 1.5 is asked for"));
+}
