@@ -13,11 +13,11 @@ use super::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
 use super::scan::bends;
 
 /// Places found by searching: the most for each point, and for all columns together; but not fewer than the last.
-const BENDS: (usize, usize, usize) = (5, 2400, 8);
+const BENDS: (usize, usize, usize) = (3, 400, 6);
 /// So many of the worst of them take part in the diagnosis.
 const DIAGNOSED_BENDS: usize = 4;
 /// So many of them are differenced even if nothing is wrong there: where derivatives get lost, it is often in a branch.
-const DIFFERENCED_BENDS: usize = 4;
+const DIFFERENCED_BENDS: usize = 2;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
 

@@ -7,13 +7,13 @@
 //! | V_q, V_qq, … | [`potential_energy`] |
 //! | Q_q, Q_v, Q_u, Q_b, … | [`force`] |
 //! | h_q, h_u, S_q, … | [`cost`] |
-//! | a block of f_y^i, f_y^{i+1}, f_u (Eq. 10) | [`step`] |
-//! | the Jacobian of any other function | [`function`] |
+//! | a block of ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10), or f_i itself | [`step`] |
+//! | the Jacobian or the values of any other function | [`function`] |
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
 //!
-//! Each compares at random points with dual numbers, complex step and central differences with Ridders' extrapolation, and
+//! Each compares at random points over decades of magnitude, and where the formula bends near them, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
-//! Errors are relative to the sizes of their row and column, so units do not matter. Which check sees what, and what none of
+//! Errors are relative to the sizes of their row and column at the point, so units do not matter. Which check sees what, and what none of
 //! them can see, is told in `docs/checking-derivatives.md`.
 
 mod agreement;

@@ -20,10 +20,10 @@ const BASES: usize = 2;
 /// Halvings on one side of a line.
 const MOST_HALVINGS: usize = 80;
 /// What searching one line costs, about, in evaluations of the function; a point costs some 30 for each column.
-const LINE: usize = 100;
+const LINE: usize = 160;
 const POINT: usize = 30;
 /// As many lines are searched as cost what the points do, but not fewer and not more than these.
-const LINES: (usize, usize) = (12, 64);
+const LINES: (usize, usize) = (8, 24);
 /// What the cubic may miss, relative to the change of the value so far out.
 const MISSED: f64 = 1e-3;
 /// A block that differs from the straight line between its neighbours by more than this, relative to their size, has a bend.
@@ -61,7 +61,7 @@ pub(crate) fn bends(f: &dyn Differentiable, by: &Range<usize>, setting: &Setting
     by.clone().for_each(|j| along[j] = random.away_from_zero(setting.magnitudes[j]));
     let of_line = |line: Line| {
         let sample = |s: f64| line.sample(f, &along, setting, s);
-        let samples = samples(&sample, setting.given, &mut random);
+        let samples = samples(&sample, &line.rounding(f, &mut random), setting.given, &mut random);
         strongest(&samples).into_iter().map(|s| Bend { x: line.at(s), base: line.base }).collect::<Vec<_>>()
     };
     let lines = lines(f, by, &along, setting);
@@ -126,6 +126,14 @@ impl Line {
         finite.then_some(Sample { s, value, slope, block })
     }
 
+    /// What rounding the arguments does to the values, generously.
+    fn rounding(&self, f: &dyn Differentiable, random: &mut Random) -> Vec<f64> {
+        let x = self.at(0.7);
+        let nearby: Vec<f64> = x.iter().map(|x| x * (1.0 + f64::EPSILON * random.uniform(-2.5, 2.5).round())).collect();
+        let off = |(a, b): (&f64, &f64)| 1e-13 * a.abs() + 64.0 * (a - b).abs();
+        f.real(&x).iter().zip(&f.real(&nearby)).map(off).map(|x| if x.is_finite() { x } else { 0.0 }).collect()
+    }
+
     /// Whether the function or the block depends on s at all.
     fn matters(&self, f: &dyn Differentiable, along: &[f64], setting: &Setting) -> bool {
         let samples: Vec<_> = [0.7, -0.9, 1e-6].map(|s| self.sample(f, along, setting, s)).into_iter().flatten().collect();
@@ -134,7 +142,7 @@ impl Line {
 }
 
 /// Both sides of a line: first in decades, then wherever the values are not what the slopes say; by increasing distance from 0.
-fn samples(sample: &dyn Fn(f64) -> Option<Sample>, given: bool, random: &mut Random) -> [Vec<Sample>; 2] {
+fn samples(sample: &dyn Fn(f64) -> Option<Sample>, rounding: &[f64], given: bool, random: &mut Random) -> [Vec<Sample>; 2] {
     let decades = if given { DECADES.start..1 } else { DECADES };
     [1.0, -1.0].map(|side| {
         let mut places = decades.clone().map(|e| side * 10f64.powi(e) * random.uniform(0.6, 1.0));
@@ -153,7 +161,7 @@ fn samples(sample: &dyn Fn(f64) -> Option<Sample>, given: bool, random: &mut Ran
             }
             let Some(middle) = sample(m) else { continue };
             let at = samples.partition_point(|x| x.s.abs() < m.abs());
-            if missed(&samples[..=at], &middle) {
+            if missed(&samples[..=at], &middle, rounding) {
                 open.extend([(m, b), (a, m)]);
             }
             samples.insert(at, middle);
@@ -163,12 +171,12 @@ fn samples(sample: &dyn Fn(f64) -> Option<Sample>, given: bool, random: &mut Ran
 }
 
 /// Whether the value in the middle is not the cubic's, relative to all change of the value up to there.
-fn missed(samples: &[Sample], middle: &Sample) -> bool {
+fn missed(samples: &[Sample], middle: &Sample, rounding: &[f64]) -> bool {
     let [.., a, b] = samples else { return false };
     (0..middle.value.len()).any(|i| {
         let expected = 0.5 * (a.value[i] + b.value[i]) + (b.s - a.s) / 8.0 * (a.slope[i] - b.slope[i]);
         let change = samples.iter().fold(0.0f64, |m, x| m.max((x.value[i] - samples[0].value[i]).abs()));
-        let rounding = 1e-13 * (a.value[i].abs() + b.value[i].abs() + middle.value[i].abs());
+        let rounding = rounding[i] + 1e-13 * (a.value[i].abs() + b.value[i].abs() + middle.value[i].abs());
         (middle.value[i] - expected).abs() > MISSED * change + rounding
     })
 }

@@ -137,6 +137,8 @@ pub trait PlainBatch<R: Real>: Send + Sync {
 pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
     /// Traces every element, decides what is constant, and resolves its parameters.
     fn prepare(&mut self, gravity: &[Param; 2]);
+    /// What kind of element it holds.
+    fn form(&self) -> Form;
     /// What each element touches.
     fn footprints(&self) -> Vec<Footprint<'_>>;
     /// Fixes where each varying entry of K is stored.
@@ -218,6 +220,10 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.items.sort_by_key(|item| !differentiated(item));
         self.varying = self.items.iter().filter(|item| differentiated(item)).count();
         self.sensitive = (0..self.items.len()).filter(|&i| self.items[i].is_sensitive()).collect();
+    }
+
+    fn form(&self) -> Form {
+        J::FORM
     }
 
     fn footprints(&self) -> Vec<Footprint<'_>> {

@@ -284,8 +284,7 @@ impl System {
     /// What the kinetic energies alone contribute: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
         sums.clear();
-        let is_kinetic = |batch: &dyn AnyBatch| batch.footprints().first().is_some_and(|f| f.form == jet::Form::Kinetic);
-        for batch in self.batches.iter().filter(|batch| is_kinetic(batch.as_ref())) {
+        for batch in self.batches.iter().filter(|batch| batch.form() == jet::Form::Kinetic) {
             R::view(batch.as_ref()).add(at, sums);
         }
     }
