@@ -46,6 +46,10 @@ pub(crate) struct Block<'a> {
 /// Another point made of a point.
 pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
 
+/// A change of a point, and a question about one.
+type Settle<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
+type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
+
 /// Where blocks are compared, and how strictly.
 pub(crate) struct Setting<'a> {
     pub points: Vec<Vec<f64>>,
@@ -57,8 +61,8 @@ pub(crate) struct Setting<'a> {
     pub free: Vec<usize>,
     pub kinds: Vec<Vec<usize>>,
     /// Makes a point's other arguments fit those that were moved.
-    pub settle: Box<dyn Fn(&mut Vec<f64>) + 'a>,
-    pub admissible: Box<dyn Fn(&[f64]) -> bool + 'a>,
+    pub settle: Settle<'a>,
+    pub admissible: Admissible<'a>,
     pub seed: u64,
     /// The size that each argument has.
     pub magnitudes: Vec<f64>,

@@ -145,12 +145,15 @@ impl Function for Sums {
     }
 }
 
+/// What a mistake is called, and the wrong Jacobian.
+type Mistake<'a> = (&'static str, Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>);
+
 /// Every mistake in turn: what it is called, and the wrong Jacobian; none where it would change nothing.
-fn mistakes<'a>(f: &'a Sums, random: &mut Random) -> Vec<(&'static str, Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>)> {
+fn mistakes<'a>(f: &'a Sums, random: &mut Random) -> Vec<Mistake<'a>> {
     let row = random.below(f.rows.len());
     let term = random.below(f.rows[row].len());
     let right = move |x: &[f64]| f.jacobian(x, (0, 0, 1.0));
-    let mut all: Vec<(&'static str, Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>)> = vec![
+    let mut all: Vec<Mistake<'a>> = vec![
         ("block zero", Box::new(move |x| right(x) * 0.0)),
         ("block twice", Box::new(move |x| right(x) * 2.0)),
         ("block's sign", Box::new(move |x| -right(x))),
