@@ -23,18 +23,17 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 use crate::gradient::{AdjointVariables, Gradient};
-use crate::lanes::{dot_sum, largest};
+use crate::growth::Growth;
+use crate::lanes::dot_sum;
 use crate::linear::Breakdown;
 use crate::refinement::Refinement;
+use crate::resolution::Resolution;
 use crate::restart::Restart;
 use crate::simulate::Forward;
 use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
 use crate::trajectory::{Report, column, column_mut};
 use crate::trapezoid::Newton;
-use crate::{Error, Settings, Start, System, Warning};
-
-/// The growth of the adjoint variables is looked at every so many nodes.
-const LOOK_EVERY: usize = 16;
+use crate::{Error, Settings, Start, System};
 
 /// Adjoint variables of one node.
 #[derive(Clone, Default)]
@@ -63,13 +62,13 @@ pub(crate) struct Sweep {
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) carried: Vec<f64>,
     pub(crate) carried_to: Option<usize>,
-    /// The first |dJ/dp*| that was not zero.
-    first_size: f64,
+    growth: Growth,
     /// dJ/du of the node at hand.
     pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     pub(crate) time: f64,
-    refinement: Refinement,
+    pub(crate) resolution: Resolution,
+    pub(crate) refinement: Refinement,
 }
 
 impl Sweep {
@@ -80,7 +79,7 @@ impl Sweep {
         let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
         let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
         Sweep {
-            gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new() },
+            gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
             report: Report::default(),
             variables: None,
             next: node.clone(),
@@ -92,9 +91,10 @@ impl Sweep {
             zeros: Pair::new(n, m),
             carried: zeros(m),
             carried_to: None,
-            first_size: 0.0,
+            growth: Growth::default(),
             u: zeros(system.k()),
             time: 0.0,
+            resolution: Resolution::new(system),
             refinement: Refinement::default(),
         }
     }
@@ -113,7 +113,7 @@ impl Sweep {
         let nodes = forward.inputs.grid.nodes();
         self.begin(system, forward, settings);
         self.back(system, forward, 0..nodes)?;
-        self.finish(system)
+        self.finish(system, forward)
     }
 
     /// Goes back through these nodes.
@@ -125,10 +125,11 @@ impl Sweep {
     }
 
     /// Refuses sums that overflowed, and says how far the gradient can be trusted.
-    pub(crate) fn finish(&mut self, system: &System) -> Result<&Gradient, Error> {
-        if self.report.adjoint_growth > Warning::GROWTH {
-            self.report.warn(Warning::AdjointGrowth { factor: self.report.adjoint_growth });
-        }
+    pub(crate) fn finish(&mut self, system: &System, forward: &Forward) -> Result<&Gradient, Error> {
+        self.growth.tell(&mut self.report);
+        self.resolution.tell(system, &mut self.report);
+        self.gradient.warnings.clear();
+        self.gradient.warnings.extend(forward.report.warnings.iter().chain(&self.report.warnings).cloned());
         self.gradient.check_finite(system)?;
         Ok(&self.gradient)
     }
@@ -139,6 +140,9 @@ impl Sweep {
         let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
         let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
         self.cost_rows(system, forward, node)?;
+        if !self.cost_is_zero {
+            self.growth.add_source(system, forward, &self.cost, node);
+        }
         if self.carried_to == Some(node) {
             self.carried_to = None;
             self.cost.sigma.iter_mut().zip(&mut self.carried).for_each(|(sum, carried)| *sum += std::mem::take(carried));
@@ -156,26 +160,19 @@ impl Sweep {
         }
         self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
         if node > 0 {
+            if system.may_bend() {
+                self.watch_resolution(system, forward, restart.as_ref(), node);
+            }
             self.step_row(forward, restart, node);
         } else {
             self.start_rows(system, forward);
         }
         self.store(forward, node);
-        if node.is_multiple_of(LOOK_EVERY) {
-            self.watch_growth();
+        if node.is_multiple_of(Growth::LOOK_EVERY) {
+            self.growth.watch(system, &forward.newton.weights, (&self.node.a, &self.node.b));
         }
         std::mem::swap(&mut self.node, &mut self.next);
         Ok(())
-    }
-
-    /// Compares b = −dJ/dp* with the first that was not zero.
-    fn watch_growth(&mut self) {
-        let size = largest(&self.node.b);
-        if self.first_size == 0.0 {
-            self.first_size = size;
-        } else {
-            self.report.adjoint_growth = self.report.adjoint_growth.max(size / self.first_size);
-        }
     }
 
     /// Makes room for the gradient with respect to the given inputs and sets it to zero.
@@ -184,7 +181,8 @@ impl Sweep {
         self.refinement = forward.refinement();
         self.carried.fill(0.0);
         self.carried_to = None;
-        self.first_size = 0.0;
+        self.growth.begin(forward);
+        self.resolution.begin();
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
         let gradient = &mut self.gradient;
         if gradient.controls.ncols() != nodes {

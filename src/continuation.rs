@@ -46,7 +46,9 @@ impl Forward {
         (3..=k.min(4)).any(|before| {
             let [v, v1, v2] = [v(before - 2), v(before - 1), v(before)];
             let first = weights.of_velocities(positions, v.iter().zip(v1).map(|(v, v1)| v - v1));
-            let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - 2.0 * v1 + v2);
+            // Steps may be of other lengths, and lead back.
+            let ratio = self.step_ratio(k - before + 2);
+            let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2));
             let second = weights.of_velocities(positions, seconds);
             // A sine that turns by 60° a step has second differences as large as first ones.
             second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
@@ -74,6 +76,23 @@ impl Forward {
         change > MISSED * self.newton.weights.of_velocities(system.positions(), before)
     }
 
+    /// The length of the step into a column, in parts of the one before.
+    fn step_ratio(&self, k: usize) -> f64 {
+        let length = |k: usize| self.trajectory.times[k] - self.trajectory.times[k - 1];
+        length(k) / length(k - 1)
+    }
+
+    /// Whether mean accelerations differ by more than this part of them between the step into a column and the one before.
+    pub(crate) fn turns_by(&self, system: &System, k: usize, part: f64) -> bool {
+        let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.trajectory.v, k - before));
+        let size = |changes: &mut dyn Iterator<Item = f64>| self.newton.weights.of_velocities(system.positions(), changes);
+        let ratio = self.step_ratio(k);
+        let change = size(&mut v.iter().zip(v1).map(|(v, v1)| v - v1));
+        let before = size(&mut v1.iter().zip(v2).map(|(v1, v2)| ratio * (v1 - v2)));
+        let turn = size(&mut v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2)));
+        turn > part * change.max(before)
+    }
+
     /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
     fn is_beyond(&self, system: &System, k: usize) -> bool {
         let (v, before) = (column(&self.trajectory.v, k - 1), column(&self.trajectory.v, k - 2));
@@ -94,7 +113,11 @@ impl Forward {
         match &result {
             Ok(()) => {
                 self.smooth_from = node;
-                self.warn_of_roughness(node);
+                let k = node - self.first;
+                // No guess was near, and still the motion may go on as it went; from rest, under forces that grow, it goes three times as fast.
+                if k >= 2 && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED }) {
+                    self.warn_of_roughness(node);
+                }
             }
             // What is said of the failure is about this step.
             Err(_) => self.begin_step(node - self.first, h),

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::lanes::all_finite;
-use crate::{Error, Start, System};
+use crate::{Error, Start, System, Warning};
 
 /// The cost and its derivatives with respect to everything a motion follows from.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Gradient {
     pub start: Start,
     /// dJ/dΔt_i of the steps i = 1 … N; their sum weighted with the steps' shares is the derivative with respect to a free final time.
     pub steps: Vec<f64>,
+    /// What the motion and the way back had to say.
+    pub warnings: Vec<Warning>,
 }
 
 /// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
@@ -44,7 +46,7 @@ pub struct AdjointVariables {
 impl Gradient {
     /// Refuses sums over the nodes that overflowed.
     pub(crate) fn check_finite(&self, system: &System) -> Result<(), Error> {
-        let Gradient { value, controls, design, start, steps } = self;
+        let Gradient { value, controls, design, start, steps, .. } = self;
         let rate = if matches!(start, Start::Velocity { .. }) { "dJ/dv₀" } else { "dJ/dp*₀" };
         let parts: [(&str, &[f64]); 6] = [
             ("J", std::slice::from_ref(value)),

@@ -155,7 +155,7 @@ impl<'s> LongSolver<'s> {
             self.checkpoints.pop();
             to = from;
         }
-        self.sweep.finish(self.system)
+        self.sweep.finish(self.system, &self.forward)
     }
 
     /// The inputs of the last motion, on the grid that was taken.

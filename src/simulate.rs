@@ -37,6 +37,8 @@ pub(crate) struct Forward {
     /// The first node that may be extrapolated from.
     pub(crate) smooth_from: usize,
     pub(crate) continuation: Continuation,
+    /// Whether the step into a column is worth a look, if elements may bend within it.
+    pub(crate) surprising: Vec<bool>,
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
@@ -74,6 +76,7 @@ impl Forward {
             most_turn: Warning::TURN,
             smooth_from: 0,
             continuation: Continuation::new(n, m),
+            surprising: Vec::new(),
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
@@ -196,6 +199,9 @@ impl Forward {
                 Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
                 _ => self.continue_from_zero(system, node, h, settings)?,
             }
+        }
+        if system.may_bend() {
+            self.note_surprise(system, k, history);
         }
         let rates = column(&self.trajectory.p_star_dot, k);
         let now = column_mut(&mut self.trajectory.p_star, k);

@@ -83,6 +83,15 @@ impl UnitWeights {
         terms.fold(0.0, |size, (&position, sigma)| larger(size, sigma.abs() * self.of_unknowns[position][1]))
     }
 
+    /// The largest multiplier's equation, of those in the scene's order.
+    pub(crate) fn of_equations(&self, positions: &Positions, r: &[f64]) -> f64 {
+        positions
+            .sigma
+            .iter()
+            .zip(r)
+            .fold(0.0, |size, (&position, r)| larger(size, r.abs() * self.of_equations[position][1]))
+    }
+
     /// The largest momentum, of those in the scene's order.
     pub(crate) fn of_momenta(&self, positions: &Positions, p_star: &[f64]) -> f64 {
         let terms = positions.v.iter().zip(p_star);

@@ -254,6 +254,8 @@ pub struct Report {
     pub sine_evaluations: usize,
     /// Evaluations of single elements by dual numbers for their derivatives with respect to one control, design variable or time.
     pub input_evaluations: usize,
+    /// Evaluations of single elements at the ends of steps, along them, to see whether they are resolved (adjoint sweep only).
+    pub chord_evaluations: usize,
     /// Evaluations of single costs: for the value, and for each part of their arguments (q, v, …, a design variable) with a derivative.
     pub cost_evaluations: usize,
     /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
@@ -262,7 +264,7 @@ pub struct Report {
     pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,
-    /// How much larger dJ/dp* became on the way back than it was first, looked at every so many nodes (adjoint sweep only).
+    /// How much larger (dJ/dq, dJ/dp*) became on the way back than what the costs put into it, looked at every so many nodes (adjoint sweep only).
     pub adjoint_growth: f64,
     /// Nodes at which the motion was started anew.
     pub restarts: usize,
@@ -280,6 +282,7 @@ impl Default for Report {
             element_evaluations: 0,
             sine_evaluations: 0,
             input_evaluations: 0,
+            chord_evaluations: 0,
             cost_evaluations: 0,
             worst_residual: 0.0,
             worst_correction: 0.0,

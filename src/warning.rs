@@ -27,10 +27,10 @@ pub enum Warning {
         /// The ratio of the pivot to its terms.
         pivot: f64,
     },
-    /// The adjoint variables grew by more than [`GROWTH`](Warning::GROWTH) on the way back: the motion amplifies changes, and
-    /// rounding with them, so that about 1e-16 times this is what the gradient is right to.
+    /// The adjoint variables grew by more than [`GROWTH`](Warning::GROWTH) on the way back, beyond what the costs put into them: the motion amplifies
+    /// changes, and rounding with them, so that about 1e-16 times this is what the gradient is right to.
     AdjointGrowth {
-        /// The largest dJ/dp* of all nodes looked at, relative to the first that was not zero.
+        /// The largest size of (dJ/dq, dJ/dp*) of all nodes looked at, relative to that of the costs' own derivatives up to there.
         factor: f64,
     },
     /// A coordinate whose sine and cosine enter the constraints turned by more than [`TURN`](Warning::TURN) in one step: the motion is not resolved,
@@ -44,6 +44,21 @@ pub enum Warning {
         time: f64,
         /// By how much, rad.
         turn: f64,
+    },
+    /// Within a step an element did what its derivatives at the ends of the step do not show: a force that changes faster than the steps, or a kink. The
+    /// gradient is exact for the discrete motion, and may be far from that of the motion that is meant (adjoint sweep only).
+    ///
+    /// What is missed is counted in shares of what the cost gains if the motion is ahead of its time, summed over the steps of an event with their
+    /// signs, and over all events and elements by squares; [`BENT`](Warning::BENT) is worth a warning.
+    UnresolvedElement {
+        /// The element of which most was missed in one event.
+        element: String,
+        /// The step of it in which most was missed, counted from 1.
+        step: usize,
+        /// When it ends, s.
+        time: f64,
+        /// The share that was missed in all.
+        share: f64,
     },
     /// Positions have drifted from a constraint by more than [`DRIFT`](Warning::DRIFT) of the lengths in it: velocities satisfy dΦ/dt = 0,
     /// positions follow by quadrature, and what is computed is no longer a motion of this mechanism.
@@ -89,8 +104,10 @@ pub enum Warning {
 impl Warning {
     /// Pivots below this fraction of their terms are worth a warning: half of the digits are gone.
     pub const LOST_DIGITS: f64 = 1e-8;
-    /// Growth beyond this is worth a warning: a gradient of ten digits at most.
-    pub const GROWTH: f64 = 1e6;
+    /// Growth beyond this is worth a warning: half of the gradient's digits are gone.
+    pub const GROWTH: f64 = 1e8;
+    /// What elements do within steps unseen is worth a warning from this share on.
+    pub const BENT: f64 = 0.15;
     /// A quarter of a turn in one step, rad, is worth a warning.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
     /// Constraints that are violated by this fraction of the lengths in them are worth a warning.
@@ -123,6 +140,14 @@ impl fmt::Display for Warning {
                 f,
                 "`{coordinate}` turns by {turn:.1} rad in step {step} (t = {} s): the motion is not resolved, and may not be the one that was \
                  meant; take shorter steps",
+                seconds(*time)
+            ),
+            Warning::UnresolvedElement { element, step, time, share } => write!(
+                f,
+                "`{element}` changes faster than the steps: its derivatives at the ends of steps, first of all of step {step} (t = {} s), do not show what \
+                 happens in between, {share:.1e} of what the cost feels of the motion; the gradient is exact for the discrete motion, and may be far \
+                 from that of the motion that is meant: take shorter steps there, or make the element change more slowly, as by a wider \
+                 velocity of friction or a softer contact",
                 seconds(*time)
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(

@@ -114,6 +114,15 @@ pub struct InputRows<'a> {
     pub evaluations: &'a mut usize,
 }
 
+/// What happens to c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element within a step.
+#[derive(Clone, Copy)]
+pub struct Within {
+    /// Its change, less what the derivatives at the ends of the step say.
+    pub missed: f64,
+    /// The larger of its change and of what these say.
+    pub change: f64,
+}
+
 /// What an element depends on, in the scene's numbering.
 pub struct Footprint<'a> {
     pub form: Form,
@@ -163,6 +172,10 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows);
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows);
+    /// The names of the elements whose derivatives vary other than as sines.
+    fn bending(&self) -> Vec<&str>;
+    /// Shows what happens to each of them between the ends of a step; derivatives there are along the step.
+    fn look_within(&self, ends: &[At<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within));
     /// The first element whose contributions or their derivatives are not finite.
     fn find_not_finite(&self, at: &At<f64>) -> Option<&str>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
@@ -321,6 +334,14 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         for &i in self.sensitive.iter().filter(|_| M > 0) {
             self.items[i].pull_back_phi(at, e, rows);
         }
+    }
+
+    fn bending(&self) -> Vec<&str> {
+        self.items.iter().filter(|item| item.may_bend()).map(|item| item.name.as_str()).collect()
+    }
+
+    fn look_within(&self, ends: &[At<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within)) {
+        self.items.iter().filter(|item| item.may_bend()).for_each(|item| show(item.within(ends, with)));
     }
 
     fn find_not_finite(&self, at: &At<f64>) -> Option<&str> {

@@ -5,7 +5,7 @@ use num_dual::Dual64;
 use num_traits::Zero;
 use std::f64::consts::FRAC_PI_2;
 
-use super::batch::{At, Covector, InputRows, Sums};
+use super::batch::{At, Covector, InputRows, Sums, Within};
 use super::constants::{Constants, Entry};
 use super::jet::{First, Form, Jet, Local};
 use super::plan::{MOST_SEEDS, Plan};
@@ -103,6 +103,11 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.plan.timed || self.plan.bound || K > 0 && !self.plan.constant
     }
 
+    /// Whether its derivatives vary within a step, other than as sines of angles, whose turns are looked at themselves.
+    pub fn may_bend(&self) -> bool {
+        self.plan.timed || !self.plan.constant && !self.plan.sinusoidal
+    }
+
     pub fn block_len(&self) -> usize {
         J::FORM.length(self.plan.count, M)
     }
@@ -126,15 +131,26 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         };
         let mut b = self.b(at.design).map(Dual64::from_re);
         seed(&mut local, &mut b);
-        let first = self.jet.first(&local, &b);
-        let mut sum = 0.0;
+        self.pair(&self.jet.first(&local, &b), with).eps
+    }
+
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
+    fn pair(&self, first: &First<Dual64, N, M>, with: &Covector) -> Dual64 {
+        let mut sum = Dual64::zero();
         for (i, &coordinate) in self.q.iter().enumerate() {
-            sum += with.c[coordinate] * first.l_v[i].eps + with.d[coordinate] * first.force[i].eps;
+            sum += first.l_v[i] * with.c[coordinate] + first.force[i] * with.d[coordinate];
         }
         for (j, phi_dot) in first.phi_dot.iter().enumerate() {
-            sum += with.e[self.sigma[j]] * phi_dot.eps;
+            sum += *phi_dot * with.e[self.sigma[j]];
         }
         sum
+    }
+
+    /// What happens to that sum between the ends of a step, where derivatives are along it.
+    pub fn within(&self, ends: &[At<Dual64>; 2], with: &Covector) -> Within {
+        let [begin, end] = ends.map(|at| self.pair(&self.jet.first(&self.local(&at), &self.b(at.design)), with));
+        let (change, told) = (end.re - begin.re, 0.5 * (begin.eps + end.eps));
+        Within { missed: change - told, change: change.abs().max(told.abs()) }
     }
 
     pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {

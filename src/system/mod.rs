@@ -20,7 +20,7 @@ use nalgebra::DVector;
 use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums};
+pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
@@ -53,6 +53,8 @@ pub struct System {
     differentiated: Vec<(usize, usize)>,
     /// The batches with elements whose derivatives with respect to inputs are not constant.
     sensitive: Vec<usize>,
+    /// The batches with elements that may bend within a step.
+    bending: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     symbolic: Symbolic,
@@ -93,6 +95,7 @@ impl System {
         let numbered = || batches.iter().enumerate();
         let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
         let sensitive = numbered().filter(|(_, b)| b.is_sensitive()).map(|(i, _)| i).collect();
+        let bending = numbered().filter(|(_, b)| !b.bending().is_empty()).map(|(i, _)| i).collect();
         Ok(System {
             n,
             m,
@@ -100,6 +103,7 @@ impl System {
             batches,
             differentiated,
             sensitive,
+            bending,
             costs,
             running,
             symbolic,
@@ -187,6 +191,20 @@ impl System {
     /// The batches that have derivatives with respect to inputs beyond the constant ones.
     pub(crate) fn sensitive(&self) -> impl Iterator<Item = &dyn AnyBatch> {
         self.sensitive.iter().map(|&i| self.batches[i].as_ref())
+    }
+
+    /// The batches with elements that may bend within a step: whose derivatives vary, other than as sines.
+    pub(crate) fn bending(&self) -> impl Iterator<Item = &dyn AnyBatch> {
+        self.bending.iter().map(|&i| self.batches[i].as_ref())
+    }
+
+    /// The names of these elements.
+    pub(crate) fn bending_elements(&self) -> impl Iterator<Item = &str> {
+        self.bending().flat_map(|batch| batch.bending())
+    }
+
+    pub(crate) fn may_bend(&self) -> bool {
+        !self.bending.is_empty()
     }
 
     pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
