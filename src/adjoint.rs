@@ -24,7 +24,7 @@ use std::ops::Range;
 
 use crate::gradient::{AdjointVariables, Gradient};
 use crate::growth::Growth;
-use crate::lanes::dot_sum;
+use crate::lanes::{all_finite, dot_sum};
 use crate::linear::Breakdown;
 use crate::refinement::Refinement;
 use crate::resolution::Resolution;
@@ -150,13 +150,13 @@ impl Sweep {
         }
         let begins = restart.is_some() || node == 0;
         self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
-        self.input_rows(system, &forward.newton, || forward.at(node));
+        self.input_rows(system, &forward.newton, || forward.at(node), node)?;
         if let Some(restart) = restart {
             let crossed = self.cross(system, forward, &restart, node);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
             self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
             let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
-            self.input_rows(system, &forward.newton, end);
+            self.input_rows(system, &forward.newton, end, node)?;
         }
         self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
         if node > 0 {
@@ -235,8 +235,7 @@ impl Sweep {
         if self.cost.is_finite() {
             return Ok(());
         }
-        let element = system.find_bad_cost(&at, &weights, &mut self.cost);
-        Err(Error::Model { element, node: given, time: at.t })
+        Err(system.bad_cost(&at, &weights, &mut self.cost, given))
     }
 
     fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {
@@ -302,13 +301,24 @@ impl Sweep {
     }
 
     /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
-    fn input_rows<'a>(&mut self, system: &System, newton: &Newton, at: impl Fn() -> At<'a, f64>) {
+    fn input_rows<'a>(
+        &mut self,
+        system: &System,
+        newton: &Newton,
+        at: impl Fn() -> At<'a, f64>,
+        node: usize,
+    ) -> Result<(), Error> {
         newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
         let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
         let design = self.gradient.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
+        if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
+            return Ok(());
+        }
+        // Sums that overflowed are told by name at the end.
+        system.find_bad_input(&at(), self.refinement.given_step(node)).map_or(Ok(()), Err)
     }
 
     /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes.

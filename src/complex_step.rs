@@ -230,7 +230,8 @@ impl DualNum for Cx {
         self * *factor
     }
     fn recip(&self) -> Self {
-        Cx(self.0.inv())
+        // Complex division by zero is NaN in both parts.
+        if self.0.is_zero() { Cx::from(self.0.re.recip()) } else { Cx(self.0.inv()) }
     }
     fn powi(&self, n: i32) -> Self {
         Cx(self.0.powi(n))
@@ -284,6 +285,9 @@ impl DualNum for Cx {
     fn asin(&self) -> Self {
         // asin z = atan(z/√(1 − z²)); num-complex's formula cancels.
         let z = self.0;
+        if z.re.abs() == 1.0 && z.im == 0.0 {
+            return Cx::from(z.re.asin());
+        }
         Cx(atan(z / ((1.0 - z) * (1.0 + z)).sqrt()))
     }
     fn acos(&self) -> Self {

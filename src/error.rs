@@ -177,12 +177,19 @@ pub enum Error {
     },
     /// A model function returned an infinite value or NaN for finite arguments.
     Model {
-        /// The elements.
+        /// The element.
         element: String,
+        /// Those of its arguments for which it has no derivatives there, and their values; empty if they are not known.
+        arguments: String,
         /// The node, 0 … N.
         node: usize,
         /// Its time, s.
         time: f64,
+    },
+    /// A formula that is another one than when the scene was compiled, so that what was concluded from it does not hold any more.
+    Changed {
+        /// The element.
+        element: String,
     },
     /// J, a derivative of it or a violation of a constraint that is infinite or NaN although every term of it is finite.
     Overflow {
@@ -333,11 +340,17 @@ impl fmt::Display for Error {
                 seconds(*time),
                 if pivot.is_finite() { format!("relative pivot {pivot:.1e}") } else { "numbers overflow there".into() }
             ),
-            Error::Model { element, node, time } => write!(
+            Error::Model { element, arguments, node, time } => write!(
                 f,
-                "{element} gave a value or derivative that is not finite at node {node} (t = {} s); check its formula \
+                "{element} gave a value or derivative that is not finite{} at node {node} (t = {} s); check its formula \
                  (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
+                if arguments.is_empty() { String::new() } else { format!(" for {arguments}") },
                 seconds(*time)
+            ),
+            Error::Changed { element } => write!(
+                f,
+                "the formula of `{element}` depends on its arguments in another way than when the scene was compiled; make what \
+                 changes between runs a control or a design variable, or compile the scene again"
             ),
             Error::Overflow { what, value } if value.is_nan() => write!(
                 f,

@@ -3,11 +3,11 @@
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
-use crate::System;
 use crate::linear::{BlockLu, Breakdown};
 use crate::step::{Given, StepStart};
 use crate::system::{At, Constants, Covector, Pair, Rows, Sines, Sums};
 use crate::trajectory::Report;
+use crate::{Error, System};
 
 /// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.
 pub(crate) struct Evaluation {
@@ -17,8 +17,9 @@ pub(crate) struct Evaluation {
     pub(crate) blocks: Vec<f64>,
     /// μ of the equations that depend on others.
     compliance: Vec<(usize, f64)>,
-    /// The design variables that the constants belong to.
-    design: Option<Vec<f64>>,
+    /// The formulas and the design variables that the constants belong to.
+    fingerprint: Option<u64>,
+    design: Vec<f64>,
     /// The half steps met last, whose L the matrix keeps; `oldest` is the next to be replaced.
     steps: Vec<f64>,
     oldest: usize,
@@ -49,11 +50,12 @@ impl Evaluation {
             zeros: Pair::new(n, m),
         };
         Evaluation {
-            constants: Constants::new(n, m, system.k()),
+            constants: Constants::new(n),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
             compliance: Vec::new(),
-            design: None,
+            fingerprint: None,
+            design: Vec::new(),
             steps: Vec::new(),
             oldest: 0,
             triplets: Vec::new(),
@@ -61,16 +63,22 @@ impl Evaluation {
         }
     }
 
-    /// Takes over the values of the design variables.
-    pub(crate) fn set_design(&mut self, system: &System, design: &[f64]) {
-        if self.design.as_deref() == Some(design) {
-            return;
+    /// Takes over the design variables of a start, and the formulas as they are now.
+    pub(crate) fn set_start(&mut self, system: &System, start: &At<f64>) -> Result<(), Error> {
+        let fingerprint = system.fingerprint();
+        if self.fingerprint == Some(fingerprint) && self.design == start.design {
+            return Ok(());
         }
-        self.design = Some(design.to_vec());
-        system.constants(design, &mut self.constants);
+        self.fingerprint = None;
+        system.constants(start, fingerprint, &mut self.constants)?;
         self.sines.set_coefficients(&mut self.constants.waves);
         self.steps.clear();
         self.oldest = 0;
+        self.design.clear();
+        self.design.extend_from_slice(start.design);
+        // What is no number at this start may be one at the next.
+        self.fingerprint = self.constants.are_finite().then_some(fingerprint);
+        Ok(())
     }
 
     /// Takes over the compliances of constraint equations.

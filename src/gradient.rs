@@ -63,7 +63,7 @@ impl Gradient {
             let k = values.iter().position(|x| !x.is_finite())?;
             let what = match name {
                 "dJ/db" => format!("{name} of `{}`", system.design_name(k)),
-                "dJ/du" => format!("{name} at node {}", k / system.k().max(1)),
+                "dJ/du" => format!("{name} of `{}` at node {}", system.control_name(k % system.k()), k / system.k()),
                 "dJ/dΔt" => format!("{name} of step {}", k + 1),
                 "J" => "J".into(),
                 _ => format!("{name} of `{}`", system.coordinate_name(k)),

@@ -76,6 +76,7 @@
 //!
 //! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
 pub mod adjoint;
+mod boundary;
 pub mod check;
 mod complex_step;
 mod composition;
@@ -85,6 +86,7 @@ pub mod element;
 mod equilibrate;
 pub mod error;
 mod evaluation;
+mod fingerprint;
 mod gradient;
 mod growth;
 mod halving;

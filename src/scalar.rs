@@ -7,6 +7,7 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use crate::Cx;
+use crate::boundary;
 use crate::system::{AnyBatch, AnyCosts, PlainBatch, PlainCosts};
 
 /// The arithmetic of a number with itself and with constants.
@@ -63,9 +64,9 @@ pub trait Scalar:
     fn recip(&self) -> Self;
     /// xⁿ for an integer n.
     fn powi(&self, n: i32) -> Self;
-    /// xⁿ for a real constant n, x ≥ 0.
+    /// xⁿ for a real constant n, x ≥ 0; at 0 it has the derivatives of order below n.
     fn powf(&self, n: f64) -> Self;
-    /// √x, not differentiable at 0.
+    /// √x, with an infinite derivative at 0.
     fn sqrt(&self) -> Self;
     /// eˣ.
     fn exp(&self) -> Self;
@@ -83,9 +84,9 @@ pub trait Scalar:
     fn cos(&self) -> Self;
     /// Tangent.
     fn tan(&self) -> Self;
-    /// Arcsine, |x| < 1.
+    /// Arcsine, |x| ≤ 1, with an infinite derivative at ±1.
     fn asin(&self) -> Self;
-    /// Arccosine, |x| < 1.
+    /// Arccosine, |x| ≤ 1, with an infinite derivative at ±1.
     fn acos(&self) -> Self;
     /// Arctangent.
     fn atan(&self) -> Self;
@@ -108,6 +109,10 @@ pub trait Scalar:
     fn atan2(&self, x: Self) -> Self {
         use std::f64::consts::{FRAC_PI_2, PI};
         let y = *self;
+        if x.re() == 0.0 && y.re() == 0.0 {
+            // No angle has a derivative at the origin, and neither has the distance.
+            return y.hypot(x) + y.re().atan2(x.re());
+        }
         // Divide by the larger of the two, so that x = 0 is an ordinary point.
         if x.re().abs() >= y.re().abs() {
             let turn = if x.re() >= 0.0 { 0.0 } else { PI.copysign(y.re()) };
@@ -149,16 +154,31 @@ impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {
     }
     #[inline]
     fn powi(&self, n: i32) -> Self {
-        DualNum::powi(self, n)
+        let re = Scalar::re(self);
+        let is_plain = T::NDERIV == 0 || (0..=3).contains(&n) || boundary::is_in_range(re.powi(n.saturating_sub(3)));
+        if is_plain || !re.is_finite() || re == 0.0 && n > 0 {
+            return DualNum::powi(self, n);
+        }
+        boundary::powi_out_of_range(self, re, n)
     }
     #[inline]
     fn powf(&self, n: f64) -> Self {
-        // num-dual forms x^(n−3)·x³, which is ∞·0 at x = 0.
-        if Scalar::re(self) == 0.0 && n > 3.0 { Self::zero() } else { DualNum::powf(self, n) }
+        let re = Scalar::re(self);
+        if T::NDERIV > 0 && re == 0.0 && n > 0.0 {
+            return if n.fract() == 0.0 { Scalar::powi(self, n as i32) } else { boundary::power_of_zero(self, n) };
+        }
+        if T::NDERIV > 0 && re == 0.0 && n < 0.0 {
+            return Scalar::recip(self);
+        }
+        if T::NDERIV == 0 || !(re > 0.0 && re.is_finite()) || boundary::is_in_range(re.powf(n - 3.0)) {
+            return DualNum::powf(self, n);
+        }
+        boundary::powf_out_of_range(self, re, n)
     }
     #[inline]
     fn sqrt(&self) -> Self {
-        DualNum::sqrt(self)
+        let is_end = T::NDERIV > 0 && Scalar::re(self) == 0.0;
+        if is_end { boundary::sqrt_of_zero(self) } else { DualNum::sqrt(self) }
     }
     #[inline]
     fn exp(&self) -> Self {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::continuation::Continuation;
 use crate::halving::Ahead;
-use crate::lanes::largest;
+use crate::lanes::{all_finite, largest};
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
 use crate::redundancy::Relaxed;
@@ -112,7 +112,11 @@ impl Forward {
         self.ahead.forget();
         self.most_turn = Warning::TURN;
         self.continuation.counted = 0;
-        self.newton.evaluation.set_design(system, inputs.design.as_slice());
+        self.start_p.fill(0.0);
+        self.start_sigma.fill(0.0);
+        let (q, (u, design)) = (inputs.start.q().as_slice(), inputs.at(0));
+        let start = At { q, v: &self.start_p, sigma: &self.start_sigma, u, t: inputs.grid.start, design };
+        self.newton.evaluation.set_start(system, &start)?;
         self.begin_again(system, settings)
     }
 
@@ -365,16 +369,29 @@ impl Forward {
     }
 
     /// The element that gives no number where the last good node stood, or where its velocities lead within so many seconds.
-    fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<String> {
+    fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<Error> {
         let last = self.at(node.saturating_sub(1));
         let u = column(&self.inputs.controls, node);
         if node == 0 {
             // What the iteration left of v₀ and σ₀ may be no numbers.
             let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
-            return system.find_not_finite(&At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last });
+            return system.find_not_finite(&At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
         }
         let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
-        system.find_not_finite(&At { q: &q, u, t: self.trajectory.times[node - self.first], ..last })
+        let at = At { q: &q, u, t: self.trajectory.times[node - self.first], ..last };
+        system.find_not_finite(&at, self.given_step(node))
+    }
+
+    /// The same where the iteration broke off.
+    fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
+        let x = self.newton.iterate(system);
+        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * self.inputs.grid.steps[before]);
+        let q: Vec<f64> = self.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
+        // What overflowed is no argument.
+        let is_point = all_finite(&q) && all_finite(&x.v) && all_finite(&x.sigma);
+        let (u, design) = self.inputs.at(node);
+        let at = At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.times[node - self.first], design };
+        is_point.then(|| system.find_not_finite(&at, self.given_step(node))).flatten()
     }
 
     /// Which element is to blame for a value that is not finite.
@@ -383,16 +400,15 @@ impl Forward {
         let step = self.given_step(node);
         let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
         // Node 0 has no step, and nothing ahead.
-        match [0.0, self.given_length(node)].into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead)) {
-            Some(element) => Error::Model { element, node: step, time },
-            None => Error::Newton {
-                step,
-                time,
-                iterations: self.report.most_iterations,
-                length,
-                residual: f64::INFINITY,
-                equation: "all equations (the iteration overflowed)".into(),
-            },
-        }
+        let ahead = [0.0, self.given_length(node)];
+        let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));
+        found.or_else(|| self.find_not_finite_iterate(system, node)).unwrap_or_else(|| Error::Newton {
+            step,
+            time,
+            iterations: self.report.most_iterations,
+            length,
+            residual: f64::INFINITY,
+            equation: "all equations (the iteration overflowed)".into(),
+        })
     }
 }

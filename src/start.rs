@@ -32,12 +32,13 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
         p_star = sums.l_v;
     }
     if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
-        let element = system.find_not_finite(&point(forward, &q)).unwrap_or_else(|| system.coordinate_name(what).into());
-        return Err(Error::Model {
-            element: format!("{element} (p* = {value})"),
+        let unknown = || Error::Model {
+            element: format!("the kinetic energy of `{}`", system.coordinate_name(what)),
+            arguments: format!("p* = {value}"),
             node: 0,
             time: forward.trajectory.times[0],
-        });
+        };
+        return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
     }
     forward.set_start(&q, &p_star, &vec![0.0; m]);
     check_regular(forward, system, &q)?;
@@ -67,7 +68,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     system.phi(&point(forward, q), &mut phi);
     let tolerance = settings.position_tolerance;
     match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, j)),
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
         Some((j, violation)) => Err(contradiction(forward, system, q, &phi).unwrap_or_else(|| Error::InitialPosition {
             equation: system.equation_name(j).into(),
             violation,
@@ -77,9 +78,13 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     }
 }
 
-fn not_finite(forward: &Forward, system: &System, equation: usize) -> Error {
+fn not_finite(forward: &Forward, system: &System, q: &[f64], equation: usize) -> Error {
     let (element, time) = (system.equation_name(equation).into(), forward.trajectory.times[0]);
-    Error::Model { element, node: 0, time }
+    match system.find_not_finite(&point(forward, q), 0) {
+        // By the equation, since a constraint may have several.
+        Some(Error::Model { arguments, .. }) => Error::Model { element, arguments, node: 0, time },
+        _ => Error::Model { element, arguments: String::new(), node: 0, time },
+    }
 }
 
 /// Whether no initial value would satisfy all constraints, as far as they can be told from here.
@@ -91,7 +96,7 @@ fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) 
 fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, j)),
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
         Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
             equation: system.equation_name(j).into(),
             violation,
@@ -117,8 +122,8 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
         return Ok(());
     }
     let time = forward.trajectory.times[0];
-    if let Some(element) = system.find_not_finite(&point(forward, q)) {
-        return Err(Error::Model { element, node: 0, time });
+    if let Some(error) = system.find_not_finite(&point(forward, q), 0) {
+        return Err(error);
     }
     let v = column(&forward.trajectory.v, 0).to_vec();
     let sigma = vec![0.0; system.m()];

@@ -7,8 +7,11 @@
 
 use num_traits::{One, Zero};
 use std::cell::Cell;
+use std::fmt;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::Scalar;
 
@@ -21,7 +24,7 @@ thread_local! {
 }
 
 /// A number that remembers its inputs (one bit each), those that it is not linear in, and its degree as a polynomial.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Trace {
     value: f64,
     /// The value is the same in every run: not an input and not a design variable.
@@ -35,6 +38,9 @@ pub struct Trace {
     angle: bool,
     /// Its rate of change when all shifted inputs grow at the rate 1; not a number where that is no constant.
     rate: f64,
+    /// Whether it depends on the marked input, and the inputs that its derivative by that one depends on or may.
+    marked: bool,
+    partners: u128,
 }
 
 /// What a formula depends on.
@@ -72,19 +78,37 @@ impl Structure {
 
     /// Runs a formula and joins what its results depend on.
     ///
-    /// If the formula branches on a traced value, nothing is known of the branch it did not take: [`Structure::UNKNOWN`].
+    /// If the formula branches on a traced value, nothing is known of the branch it did not take: [`Structure::UNKNOWN`]. Nor is it of one
+    /// that panics, since it is not defined at the values of the trace.
     pub fn of<I: IntoIterator<Item = Trace>>(formula: impl FnOnce() -> I) -> Structure {
         LOOKED.set(false);
         let none = Structure { inputs: 0, bent: 0, degree: 0, sinusoidal: true, unmoved: true };
-        let found = formula().into_iter().fold(none, |all, x| Structure {
-            inputs: all.inputs | x.inputs,
-            bent: all.bent | x.bent,
-            degree: all.degree.max(x.degree),
-            sinusoidal: all.sinusoidal && x.sinusoidal,
-            unmoved: all.unmoved && x.rate == 0.0,
+        let found = guarded(formula).map(|results| {
+            results.into_iter().fold(none, |all, x| Structure {
+                inputs: all.inputs | x.inputs,
+                bent: all.bent | x.bent,
+                degree: all.degree.max(x.degree),
+                sinusoidal: all.sinusoidal && x.sinusoidal,
+                unmoved: all.unmoved && x.rate == 0.0,
+            })
         });
-        if LOOKED.take() { Structure::UNKNOWN } else { found }
+        if LOOKED.take() { Structure::UNKNOWN } else { found.unwrap_or(Structure::UNKNOWN) }
     }
+}
+
+/// What a formula gives where it may not be defined: nothing if it panics.
+pub(crate) fn guarded<T>(formula: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(formula)).ok()
+}
+
+/// Notes that a formula has asked for a value that is not known before a run.
+pub(crate) fn note_look() {
+    LOOKED.set(true);
+}
+
+/// Whether a formula has asked for such a value since this was called last.
+pub(crate) fn take_look() -> bool {
+    LOOKED.take()
 }
 
 /// The bit of an input; all of them, if it is one that cannot be told apart.
@@ -95,12 +119,27 @@ fn bits(input: usize) -> u128 {
 impl Trace {
     /// Input number `index`, with a value for formulas that look at it.
     pub fn input(value: f64, index: usize) -> Self {
-        Trace { value, known: false, inputs: bits(index), bent: 0, degree: 1, sinusoidal: true, angle: true, rate: 0.0 }
+        Trace { known: false, inputs: bits(index), degree: 1, angle: true, ..Trace::from(value) }
     }
 
     /// An input as one of those that are shifted together.
     pub fn shifted(self) -> Self {
         Trace { rate: 1.0, ..self }
+    }
+
+    /// An input as the one whose products with others are looked for.
+    pub fn marked(self) -> Self {
+        Trace { marked: true, ..self }
+    }
+
+    /// The inputs that it depends on, one bit each.
+    pub fn inputs(&self) -> u128 {
+        self.inputs
+    }
+
+    /// The inputs x_j for which ∂²/∂x_i ∂x_j is other than zero by structure, x_i being the marked input; one bit each.
+    pub fn partners(&self) -> u128 {
+        self.partners
     }
 
     /// A constant of the run whose value may be another in the next run (a design variable).
@@ -124,7 +163,8 @@ impl Trace {
         let constant = self.degree == 0;
         let degree = if constant { 0 } else { BEYOND };
         let rate = if self.rate == 0.0 { 0.0 } else { f64::NAN };
-        Trace { value: f(self.value), degree, bent: self.inputs, sinusoidal: constant, angle: false, rate, ..self }
+        let partners = if self.marked { self.inputs } else { 0 };
+        Trace { value: f(self.value), degree, bent: self.inputs, sinusoidal: constant, angle: false, rate, partners, ..self }
     }
 
     /// Sine or cosine.
@@ -135,6 +175,11 @@ impl Trace {
     /// Whether it is a constant whose value is always 1 or −1.
     fn keeps_angle(&self) -> bool {
         self.known && self.value.abs() == 1.0
+    }
+
+    /// The other factor's inputs, if this one depends on the marked input.
+    fn crossed(&self, other: &Trace) -> u128 {
+        if self.marked { other.inputs } else { 0 }
     }
 
     /// The rate of the product with a number of this rate: a constant that is not known may be any.
@@ -159,6 +204,8 @@ impl Add for Trace {
             sinusoidal: self.sinusoidal && other.sinusoidal,
             angle: self.angle && other.degree == 0 || self.degree == 0 && other.angle,
             rate: self.rate + other.rate,
+            marked: self.marked || other.marked,
+            partners: self.partners | other.partners,
         }
     }
 }
@@ -181,6 +228,8 @@ impl Mul for Trace {
             sinusoidal: !product && self.sinusoidal && other.sinusoidal,
             angle: self.angle && other.keeps_angle() || self.keeps_angle() && other.angle,
             rate: self.times_rate(other.rate) + other.times_rate(self.rate),
+            marked: self.marked || other.marked,
+            partners: self.partners | other.partners | self.crossed(&other) | other.crossed(&self),
         }
     }
 }
@@ -232,7 +281,25 @@ with_constants! {
 
 impl From<f64> for Trace {
     fn from(value: f64) -> Self {
-        Trace { value, known: true, inputs: 0, bent: 0, degree: 0, sinusoidal: true, angle: false, rate: 0.0 }
+        Trace {
+            value,
+            known: true,
+            inputs: 0,
+            bent: 0,
+            degree: 0,
+            sinusoidal: true,
+            angle: false,
+            rate: 0.0,
+            marked: false,
+            partners: 0,
+        }
+    }
+}
+
+impl fmt::Debug for Trace {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        // A text that shows the value lets a formula branch on it.
+        write!(f, "{}", self.look())
     }
 }
 

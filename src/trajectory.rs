@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::refinement::Refinement;
 use crate::scalar::Real;
-use crate::system::{At, CostAt, CostRows, Sums};
+use crate::system::{At, CostAt, CostRows, Sums, Weights};
 use crate::{Error, Inputs, System, Warning};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
@@ -145,9 +145,8 @@ impl<R: Real> Trajectory<R> {
         let t = at.t.part(0);
         let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
         let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
-        let bad = |weights| system.find_bad_cost(&at, &weights, &mut rows);
-        let element = refinement.weights(&steps, node).map_or_else(|| "the cost".into(), bad);
-        Error::Model { element, node: refinement.given_step(node), time: t }
+        let weights = refinement.weights(&steps, node).unwrap_or_else(|| Weights::new(Some(0.0), Some(0.0)));
+        system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
     }
 
     /// Φ(q_i, t_i) in m or rad (m × nodes).

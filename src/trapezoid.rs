@@ -176,6 +176,13 @@ impl Newton {
         self.matrix.worst_unknown(system.symbolic())
     }
 
+    /// (v, σ) of the last iterate.
+    pub(crate) fn iterate(&self, system: &System) -> Pair {
+        let mut x = Pair::new(system.n(), system.m());
+        x.load(system.positions(), &self.x);
+        x
+    }
+
     /// Solves K x = r in place.
     pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
         x.store(system.positions(), &mut self.delta);

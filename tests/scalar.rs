@@ -3,7 +3,7 @@
 use hamiltonian_adjoint::planar::Revolute;
 use hamiltonian_adjoint::{Constraint, Cx, Scalar};
 use nalgebra::SVector;
-use num_dual::{Dual, Dual2SVec, Dual64, DualSVec, DualSVec64};
+use num_dual::{Dual, Dual2SVec, Dual2SVec64, Dual64, DualSVec, DualSVec64};
 
 /// Every function of `Scalar`, in a formula that is smooth where it is used.
 struct Model;
@@ -84,4 +84,86 @@ fn a_shipped_joint_can_be_called_on_every_number_type() {
     let plain = Revolute.phi(&SVector::from(q), &SVector::from(b), 0.0);
     let complex = Revolute.phi(&SVector::from(q.map(Cx::from)), &SVector::from(b.map(Cx::from)), Cx::from(0.0));
     assert!((complex.map(|phi| phi.re()) - plain).norm() < 1e-15);
+}
+
+/// Value and derivative at x on a vector dual, which knows whether it has a derivative.
+fn at<F: Fn(DualSVec64<1>) -> DualSVec64<1>>(x: f64, f: F) -> (f64, f64) {
+    let y = f(DualSVec64::from_re(x).derivative(0));
+    (y.re, y.eps.0.map_or(0.0, |eps| eps[0]))
+}
+
+#[test]
+fn functions_have_the_derivatives_that_exist_at_the_ends_of_their_domains() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    const INF: f64 = f64::INFINITY;
+    let ends: [(&str, (f64, f64), (f64, f64)); 18] = [
+        ("x^1.5", at(0.0, |x| x.powf(1.5)), (0.0, 0.0)),
+        ("x^2.5", at(0.0, |x| x.powf(2.5)), (0.0, 0.0)),
+        ("x^3.0", at(0.0, |x| x.powf(3.0)), (0.0, 0.0)),
+        ("x^1.0", at(0.0, |x| x.powf(1.0)), (0.0, 1.0)),
+        ("x^0.0", at(0.0, |x| x.powf(0.0)), (1.0, 0.0)),
+        ("x^0.3", at(0.0, |x| x.powf(0.3)), (0.0, INF)),
+        ("x^-0.5", at(0.0, |x| x.powf(-0.5)), (INF, -INF)),
+        ("x^-1", at(0.0, |x| x.powi(-1)), (INF, -INF)),
+        ("√x", at(0.0, |x| x.sqrt()), (0.0, INF)),
+        ("ln x", at(0.0, |x| x.ln()), (-INF, INF)),
+        ("ln(1 + x)", at(-1.0, |x| x.ln_1p()), (-INF, INF)),
+        ("asin 1", at(1.0, |x| x.asin()), (FRAC_PI_2, INF)),
+        ("asin -1", at(-1.0, |x| x.asin()), (-FRAC_PI_2, INF)),
+        ("acos 1", at(1.0, |x| x.acos()), (0.0, -INF)),
+        ("acos -1", at(-1.0, |x| x.acos()), (PI, -INF)),
+        // Where x^(n − 3) overflows, and with it what num-dual makes of it.
+        ("x^1.5", at(1e-220, |x| x.powf(1.5)), (0.0, 1.5e-110)),
+        ("x^-1", at(1e-120, |x| x.powi(-1)), (1e120, -1e240)),
+        ("x^0.5", at(1e250, |x| x.powf(0.5)), (1e125, 0.5e-125)),
+    ];
+    for (name, (value, slope), expected) in ends {
+        let close = |a: f64, b: f64| a == b || (a - b).abs() <= 1e-14 * b.abs();
+        assert!(close(value, expected.0) && close(slope, expected.1), "{name}: {value}, {slope} instead of {expected:?}");
+    }
+    // No direction is a derivative of the distance from a point, or of the angle about it, there.
+    assert!(at(0.0, |x| x.hypot(x)).1.is_nan() && at(0.0, |x| x.atan2(x)).1.is_nan());
+    assert_eq!((at(0.0, |x| x.hypot(x)).0, at(0.0, |x| x.atan2(x)).0), (0.0, 0.0));
+}
+
+#[test]
+fn second_derivatives_that_exist_at_zero_are_returned() {
+    let second = |n: f64| {
+        let y = Scalar::powf(&Dual2SVec64::<1>::from_re(0.0).derivative(0), n);
+        (y.re, y.v1.0.map_or(0.0, |v| v[0]), y.v2.0.map_or(0.0, |v| v[0]))
+    };
+    assert_eq!(second(2.5), (0.0, 0.0, 0.0));
+    assert_eq!(second(2.0), (0.0, 0.0, 2.0));
+    assert_eq!(second(3.5), (0.0, 0.0, 0.0));
+    assert!(!second(1.5).2.is_finite());
+}
+
+#[test]
+fn what_does_not_depend_on_an_argument_has_no_derivative_where_functions_have_none() {
+    // max picks the constant.
+    let none = |f: fn(DualSVec64<1>) -> DualSVec64<1>| at(-0.5, |x| f(x.max(DualSVec64::from(0.0)))).1;
+    let one = |f: fn(DualSVec64<1>) -> DualSVec64<1>| at(1.5, |x| f(x.min(DualSVec64::from(1.0)))).1;
+    let functions: [fn(DualSVec64<1>) -> DualSVec64<1>; 5] =
+        [|x| x.sqrt(), |x| x.powf(0.5), |x| x.powf(1.5), |x| x.hypot(x), |x| x.ln()];
+    for f in functions {
+        assert_eq!(none(f), 0.0);
+    }
+    assert_eq!((one(|x| x.asin()), one(|x| x.acos())), (0.0, 0.0));
+}
+
+#[test]
+fn complex_numbers_have_the_values_of_real_ones_at_the_ends_of_domains() {
+    let pairs: [(fn(Cx) -> Cx, f64); 7] = [
+        (|_| Scalar::asin(&Cx::from(1.0)), 1f64.asin()),
+        (|_| Scalar::asin(&Cx::from(-1.0)), -(1f64.asin())),
+        (|_| Scalar::acos(&Cx::from(1.0)), 0.0),
+        (|_| Scalar::recip(&Cx::from(0.0)), f64::INFINITY),
+        (|_| Scalar::sqrt(&Cx::from(0.0)), 0.0),
+        (|_| Scalar::powf(&Cx::from(0.0), 1.5), 0.0),
+        (|_| Scalar::atan2(&Cx::from(0.0), Cx::from(0.0)), 0.0),
+    ];
+    for (k, (f, expected)) in pairs.into_iter().enumerate() {
+        let value = f(Cx::from(0.0));
+        assert!(value.0.re == expected && value.0.im == 0.0, "{k}: {value:?}");
+    }
 }

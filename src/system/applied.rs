@@ -3,10 +3,8 @@
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::jet::{First, Form, Jet, Local, Seeds};
+use super::jet::{First, Form, Jet, Local, Number, Seeds};
 use crate::element::ForcePoint;
-use crate::scalar::Real;
-use crate::trace::{Structure, Trace};
 use crate::{Force, Scalar};
 
 /// An applied force: adds Q to the right-hand side of Eq. (1b).
@@ -30,16 +28,14 @@ impl<E> Applied<E> {
 impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0, K, P> for Applied<E> {
     const FORM: Form = Form::Applied;
 
-    fn first<R: Real>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> First<R, N, 0> {
         let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
         First { force, ..First::zero() }
     }
 
-    fn structure(&self, at: &Local<Trace, N, 0, K>, b: &SVector<Trace, P>) -> Structure {
-        Structure::of(|| {
-            let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
-            force.iter().copied().collect::<Vec<_>>()
-        })
+    fn values<S: Scalar>(&self, at: &Local<S, N, 0, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
+        let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
+        force.iter().for_each(|component| put(*component));
     }
 
     fn blocks<const A: usize>(

@@ -5,11 +5,13 @@
 use num_dual::Dual64;
 use std::any::Any;
 
+use super::blame::Suspect;
 use super::constants::{Constants, Entry};
 use super::item::Item;
 use super::jet::{Form, Jet, Local};
 use super::tangent;
 use crate::Cx;
+use crate::fingerprint::Fingerprint;
 use crate::scalar::Real;
 use crate::scene::Param;
 
@@ -144,16 +146,24 @@ pub trait PlainBatch<R: Real>: Send + Sync {
 
 /// A batch in real numbers: second derivatives, the tangent matrix, and adjoints.
 pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
-    /// Traces every element, decides what is constant, and resolves its parameters.
-    fn prepare(&mut self, gravity: &[Param; 2]);
+    /// Resolves the parameters of every element, traces its formula and decides what is constant; `at` is for formulas that look at values.
+    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>);
+    /// Joins what identifies the formulas that anything was concluded of.
+    fn fingerprint(&self, sum: &mut Fingerprint);
+    /// The first element from whose formula other things would be concluded now.
+    fn find_changed(&self, at: &At<f64>) -> Option<&str>;
+    /// Appends the entries of K that constant derivatives can have.
+    fn constant_entries(&self, at: &At<f64>, n: usize, entries: &mut Vec<(usize, usize)>);
     /// What kind of element it holds.
     fn form(&self) -> Form;
     /// What each element touches.
     fn footprints(&self) -> Vec<Footprint<'_>>;
     /// Fixes where each varying entry of K is stored.
     fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize);
-    /// Adds the blocks of the elements that are constant for these design variables.
-    fn constants(&self, design: &[f64], into: &mut Constants);
+    /// Adds the blocks of the elements that are constant, for the design variables of a start.
+    fn constants(&self, start: &At<f64>, into: &mut Constants);
+    /// The first element that has a constant for which `has_place` knows no place.
+    fn find_misplaced(&self, start: &At<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str>;
     /// Appends the entries of Φ_q at a point.
     fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>);
     /// The number of stored derivatives of all varying elements at one node.
@@ -177,7 +187,9 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// Shows what happens to each of them between the ends of a step; derivatives there are along the step.
     fn look_within(&self, ends: &[At<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within));
     /// The first element whose contributions or their derivatives are not finite.
-    fn find_not_finite(&self, at: &At<f64>) -> Option<&str>;
+    fn find_not_finite(&self, at: &At<f64>) -> Option<Suspect<'_>>;
+    /// The first element with a derivative with respect to an input that is not finite.
+    fn find_bad_input(&self, at: &At<f64>) -> Option<Suspect<'_>>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -224,10 +236,10 @@ where
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyBatch for Batch<J, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2]) {
+    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
-            item.trace();
+            item.plan = item.traced_plan(at);
         }
         let differentiated = |item: &Item<J, N, M, K, P>| !item.plan.constant && !item.plan.sinusoidal;
         self.items.sort_by_key(|item| !differentiated(item));
@@ -256,6 +268,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             .collect()
     }
 
+    fn fingerprint(&self, sum: &mut Fingerprint) {
+        self.items.iter().for_each(|item| item.fingerprint(sum));
+    }
+
+    fn find_changed(&self, at: &At<f64>) -> Option<&str> {
+        self.items.iter().find(|item| !item.plan.agrees(&item.traced_plan(at))).map(|item| item.name.as_str())
+    }
+
+    fn constant_entries(&self, at: &At<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
+        self.items.iter().for_each(|item| item.constant_entries(at, n, entries));
+    }
+
     fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize) {
         self.slots.clear();
         for item in &mut self.items[..self.varying] {
@@ -272,11 +296,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    fn constants(&self, design: &[f64], into: &mut Constants) {
-        let zeros = into.zeros(design);
-        for item in &self.items {
-            item.add_constants(&zeros.at(), into);
-        }
+    fn constants(&self, start: &At<f64>, into: &mut Constants) {
+        self.items.iter().for_each(|item| item.add_constants(start, into));
+    }
+
+    fn find_misplaced(&self, start: &At<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str> {
+        let mut own = Constants::new(start.q.len());
+        let bad = self.items.iter().find(|item| {
+            own.clear();
+            item.add_constants(start, &mut own);
+            !has_place(&own)
+        });
+        bad.map(|item| item.name.as_str())
     }
 
     fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>) {
@@ -344,13 +375,15 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.items.iter().filter(|item| item.may_bend()).for_each(|item| show(item.within(ends, with)));
     }
 
-    fn find_not_finite(&self, at: &At<f64>) -> Option<&str> {
-        let bad = self.items.iter().find(|item| {
-            let first = item.jet.first(&item.local(at), &item.b(at.design));
-            let values = first.l_v.iter().chain(&first.force).chain(&first.phi_dot);
-            !(values.copied().all(f64::is_finite) && item.all_blocks(at).into_iter().all(f64::is_finite))
-        });
-        bad.map(|item| item.name.as_str())
+    fn find_bad_input(&self, at: &At<f64>) -> Option<Suspect<'_>> {
+        self.items.iter().find_map(|item| Some(Suspect { element: &item.name, arguments: vec![item.find_bad_input(at)?] }))
+    }
+
+    fn find_not_finite(&self, at: &At<f64>) -> Option<Suspect<'_>> {
+        self.items.iter().find_map(|item| {
+            let arguments = item.find_not_finite(at)?;
+            Some(Suspect { element: &item.name, arguments })
+        })
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

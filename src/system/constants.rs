@@ -9,7 +9,9 @@
 use super::batch::{At, Covector, Positions, Rows};
 use super::jet::Form;
 use super::sines::Wave;
+use crate::linear::Symbolic;
 use crate::step::{Given, StepStart};
+
 /// One entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
@@ -31,31 +33,11 @@ pub struct Constants {
     pub waves: Vec<Wave>,
     l_v: Vec<f64>,
     force: Vec<f64>,
-    controls: usize,
-    multipliers: usize,
-}
-
-/// A point where everything is zero: what remains there of a formula is its constant part.
-pub struct Zeros<'a> {
-    n: Vec<f64>,
-    m: Vec<f64>,
-    k: Vec<f64>,
-    design: &'a [f64],
-}
-
-impl Zeros<'_> {
-    pub fn at(&self) -> At<'_, f64> {
-        At { q: &self.n, v: &self.n, sigma: &self.m, u: &self.k, t: 0.0, design: self.design }
-    }
 }
 
 impl Constants {
-    pub fn new(n: usize, m: usize, k: usize) -> Self {
-        Constants { l_v: vec![0.0; n], force: vec![0.0; n], controls: k, multipliers: m, ..Constants::default() }
-    }
-
-    pub fn zeros<'a>(&self, design: &'a [f64]) -> Zeros<'a> {
-        Zeros { n: vec![0.0; self.l_v.len()], m: vec![0.0; self.multipliers], k: vec![0.0; self.controls], design }
+    pub fn new(n: usize) -> Self {
+        Constants { l_v: vec![0.0; n], force: vec![0.0; n], ..Constants::default() }
     }
 
     /// Adds an element's second derivatives, given by rows in the order of its form.
@@ -157,6 +139,21 @@ impl Constants {
             triplets.push((n + e.row, e.col, e.value));
             triplets.push((e.col, n + e.row, e.value));
         }
+    }
+
+    /// Whether the pattern has a place for every entry of K.
+    pub(crate) fn fit(&self, symbolic: &Symbolic) -> bool {
+        let mut triplets = Vec::new();
+        self.tangent(1.0, &mut triplets);
+        triplets.iter().all(|&(row, col, _)| symbolic.contains(row, col))
+    }
+
+    /// Whether all of them are numbers.
+    pub fn are_finite(&self) -> bool {
+        let lists = [&self.vv, &self.vq, &self.qv, &self.qq, &self.phi_q, &self.q_u];
+        let waves = self.waves.iter().all(|wave| wave.sine.is_finite() && wave.cosine.is_finite());
+        let values = lists.into_iter().flatten().map(|e| e.value).chain(self.l_v.iter().chain(&self.force).copied());
+        waves && values.into_iter().all(f64::is_finite)
     }
 
     /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`tangent::pull_back`](super::tangent::pull_back)), in the solver's order.

@@ -4,7 +4,11 @@ use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64, gradient};
 use std::any::Any;
 
+use super::batch::At;
+use super::blame::{Argument, Suspect};
+use super::jet::{Slope, slope};
 use crate::element::{CostPoint, Sum};
+use crate::fingerprint::Fingerprint;
 use crate::scalar::Real;
 use crate::scene::Param;
 use crate::trace::{Structure, Trace};
@@ -95,6 +99,23 @@ impl CostRows {
         lists.into_iter().flatten().chain(&numbers).all(|x| x.is_finite())
     }
 
+    /// The arguments by which the derivatives are not finite.
+    fn bad_arguments(&self) -> Vec<Argument> {
+        let lists = [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.sigma, &self.u, &self.design];
+        let kinds: [fn(usize) -> Argument; 7] = [
+            Argument::Coordinate,
+            Argument::Velocity,
+            Argument::Momentum,
+            Argument::Force,
+            Argument::Multiplier,
+            Argument::Control,
+            Argument::Design,
+        ];
+        let bad = |list: &[f64]| (0..list.len()).filter(|&i| !list[i].is_finite()).collect::<Vec<_>>();
+        let time = (!self.time.is_finite()).then_some(Argument::Time);
+        lists.into_iter().zip(kinds).flat_map(|(list, of)| bad(list).into_iter().map(of)).chain(time).collect()
+    }
+
     pub fn clear(&mut self) {
         let lists = [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot];
         lists.into_iter().chain([&mut self.sigma, &mut self.u, &mut self.design]).for_each(|list| list.fill(0.0));
@@ -112,13 +133,17 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
     /// Traces every cost and resolves its parameters.
-    fn prepare(&mut self, gravity: &[Param; 2]);
+    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>);
+    /// Joins what identifies the formulas that anything was concluded of.
+    fn fingerprint(&self, sum: &mut Fingerprint);
+    /// The first cost from whose formula other things would be concluded now.
+    fn find_changed(&self, at: &At<f64>) -> Option<&str>;
     /// Whether any of its costs has a value before the last node.
     fn is_running(&self) -> bool;
     /// Adds value and derivatives.
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
-    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<&str>;
+    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -205,23 +230,36 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         SVector::from_fn(|p, _| self.b[p].value(design))
     }
 
-    fn trace(&mut self) {
-        let part = |offset: usize| SVector::from_fn(|i, _| Trace::input(0.3, offset + i));
-        let at = CostPoint {
+    /// What the formula depends on; the values are for one that looks at them.
+    fn traced(&self, at: &At<f64>) -> Structure {
+        if input::t(N, M, K) >= Structure::MOST_INPUTS {
+            return Structure::UNKNOWN;
+        }
+        let value = |i: usize| if i < 2 * N { [at.q, at.v][i / N][self.q[i % N]] } else { 0.0 };
+        let point = Self::inputs(|i| Trace::input(if i == input::t(N, M, K) { at.t } else { value(i) }, i));
+        let b = self.b(at.design).map(Trace::unknown_constant);
+        Structure::of(|| [self.cost.cost(&point, &b)])
+    }
+
+    /// A point made of numbered inputs.
+    fn inputs<S: Scalar>(input: impl Fn(usize) -> S) -> Point<S, N, M, K> {
+        let part = |offset: usize| SVector::from_fn(|i, _| input(offset + i));
+        CostPoint {
             q: part(0),
             v: part(input::v(N)),
             p_star: part(input::p_star(N)),
             p_star_dot: part(input::p_star_dot(N)),
-            sigma: SVector::from_fn(|j, _| Trace::input(0.4, input::sigma(N) + j)),
-            u: SVector::from_fn(|k, _| Trace::input(0.6, input::u(N, M) + k)),
-            t: Trace::input(0.2, input::t(N, M, K)),
-        };
-        let b = SVector::from_fn(|_, _| Trace::unknown_constant(0.7));
-        self.uses = if input::t(N, M, K) < Structure::MOST_INPUTS {
-            Structure::of(|| [self.cost.cost(&at, &b)])
-        } else {
-            Structure::UNKNOWN
-        };
+            sigma: SVector::from_fn(|j, _| input(input::sigma(N) + j)),
+            u: SVector::from_fn(|k, _| input(input::u(N, M) + k)),
+            t: input(input::t(N, M, K)),
+        }
+    }
+
+    fn fingerprint(&self, sum: &mut Fingerprint) {
+        if self.uses != Structure::UNKNOWN {
+            let b = SVector::from_fn(|p, _| Fingerprint::input(input::t(N, M, K) + 1 + p));
+            sum.join(self.cost.cost(&Self::inputs(Fingerprint::input), &b));
+        }
     }
 
     fn uses(&self, first: usize, len: usize) -> bool {
@@ -303,10 +341,10 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
             rows.time += weight * self.part(&t, p, b, |point, x| point.t = x[0])[0];
         }
         for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
-            let mut b = b.map(Dual64::from_re);
-            b[i].eps = 1.0;
+            let mut b = b.map(Slope::from_re);
+            b[i] = b[i].derivative(0);
             rows.evaluations += 1;
-            rows.design[design] += weight * factor * self.cost.cost(&lift(p), &b).eps;
+            rows.design[design] += weight * factor * slope(&self.cost.cost(&lift(p), &b));
         }
     }
 }
@@ -335,11 +373,19 @@ where
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2]) {
+    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
-            item.trace();
+            item.uses = item.traced(at);
         }
+    }
+
+    fn fingerprint(&self, sum: &mut Fingerprint) {
+        self.items.iter().for_each(|item| item.fingerprint(sum));
+    }
+
+    fn find_changed(&self, at: &At<f64>) -> Option<&str> {
+        self.items.iter().find(|item| item.traced(at) != item.uses).map(|item| item.name.as_str())
     }
 
     fn is_running(&self) -> bool {
@@ -352,13 +398,13 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         }
     }
 
-    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<&str> {
+    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
         let bad = self.items.iter().find(|item| {
             rows.clear();
             item.gradient(at, weights, rows);
             !rows.is_finite()
         });
-        bad.map(|item| item.name.as_str())
+        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

@@ -3,10 +3,8 @@
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec, gradient, hessian, partial_hessian};
 
-use super::jet::{First, Form, Jet, Local, Seeds};
-use crate::scalar::Real;
-use crate::trace::{Structure, Trace};
-use crate::{KineticEnergy, PotentialEnergy};
+use super::jet::{First, Form, Jet, Local, Number, Seeds};
+use crate::{KineticEnergy, PotentialEnergy, Scalar};
 
 /// A kinetic energy: 𝓛_v = T_v, 𝓛_q = T_q.
 pub struct Kinetic<E>(pub E);
@@ -14,22 +12,22 @@ pub struct Kinetic<E>(pub E);
 /// A potential energy: 𝓛_q = −V_q.
 pub struct Potential<E>(pub E);
 
-fn constant<R: Real, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVector<DualSVec<R, D>, N> {
+fn constant<R: Number, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVector<DualSVec<R, D>, N> {
     x.map(DualSVec::from_re)
 }
 
 impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Kinetic<E> {
     const FORM: Form = Form::Kinetic;
 
-    fn first<R: Real>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
         let (q, v, b) = (constant(&at.q), constant(&at.v), constant(b));
         let (_, l_v) = gradient(|v| self.0.kinetic_energy(&q, &v, &b), &at.v);
         let (_, force) = gradient(|q| self.0.kinetic_energy(&q, &v, &b), &at.q);
         First { l_v, force, phi_dot: SVector::zeros() }
     }
 
-    fn structure(&self, at: &Local<Trace, N, 0, 0>, b: &SVector<Trace, P>) -> Structure {
-        Structure::of(|| [self.0.kinetic_energy(&at.q, &at.v, b)])
+    fn values<S: Scalar>(&self, at: &Local<S, N, 0, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
+        put(self.0.kinetic_energy(&at.q, &at.v, b));
     }
 
     fn blocks<const A: usize>(
@@ -56,14 +54,14 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
 impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Potential<E> {
     const FORM: Form = Form::Potential;
 
-    fn first<R: Real>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
         let (b, t) = (constant(b), DualSVec::from_re(at.t));
         let (_, v_q) = gradient(|q| self.0.potential_energy(&q, &b, t), &at.q);
         First { l_v: SVector::zeros(), force: -v_q, phi_dot: SVector::zeros() }
     }
 
-    fn structure(&self, at: &Local<Trace, N, 0, 0>, b: &SVector<Trace, P>) -> Structure {
-        Structure::of(|| [self.0.potential_energy(&at.q, b, at.t)])
+    fn values<S: Scalar>(&self, at: &Local<S, N, 0, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
+        put(self.0.potential_energy(&at.q, b, at.t));
     }
 
     fn blocks<const A: usize>(

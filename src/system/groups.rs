@@ -16,6 +16,7 @@ use super::constants::Entry;
 use super::jet::Form;
 use crate::equilibrate::equilibrate;
 use crate::linear::{Branch, Group};
+use crate::trace::guarded;
 
 /// A constraint: its equations and the blocks of coordinates it touches.
 struct Joint {
@@ -43,19 +44,18 @@ pub(super) fn groups(
     batches: &[Box<dyn AnyBatch>],
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
-    (initial, design): (&[f64], &[f64]),
+    at: &At<f64>,
 ) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
     let joints = joints(batches, &block_of);
     let tree = Tree::new(blocks.len(), &joints);
-    // On the constraints some rows may depend on others that are independent elsewhere.
-    let jacobians = [generic(n), initial.to_vec()].map(|q| jacobian(batches, &q, m, design));
+    let phi_q = jacobian(batches, m, at);
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     let mut closing = Vec::new();
     for joint in joints {
-        let regular = |&b: &usize| jacobians.iter().all(|phi_q| can_own(&owned[b], &joint.equations, &blocks[b], phi_q));
+        let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q);
         match tree.carried_by(&joint.blocks).filter(regular) {
             Some(b) => {
                 owned[b].extend(&joint.equations);
@@ -187,17 +187,13 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
     (0..rows.len()).all(|r| pivots[(r, r)].abs() > 1e-6)
 }
 
-/// A configuration without any special position.
-fn generic(n: usize) -> Vec<f64> {
-    (0..n).map(|i| 0.4 + ((i * 7919 + 104_729) % 1009) as f64 / 1009.0).collect()
-}
-
 /// Φ_q by rows.
-fn jacobian(batches: &[Box<dyn AnyBatch>], q: &[f64], m: usize, design: &[f64]) -> Vec<Vec<Entry>> {
-    let zeros = vec![0.0; q.len().max(m)];
-    let at = At { q, v: &zeros[..q.len()], sigma: &zeros[..m], u: &[], t: 0.1, design };
+fn jacobian(batches: &[Box<dyn AnyBatch>], m: usize, at: &At<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
-    batches.iter().for_each(|batch| batch.phi_q(&at, &mut entries));
+    for batch in batches {
+        // Rows that are missing belong to nobody.
+        guarded(|| batch.phi_q(at, &mut entries));
+    }
     let mut rows = vec![Vec::new(); m];
     entries.into_iter().for_each(|e: Entry| rows[e.row].push(e));
     rows

@@ -12,10 +12,8 @@
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
 
-use super::jet::{First, Form, Jet, Local, Seeds};
-use crate::Constraint;
-use crate::scalar::Real;
-use crate::trace::{Structure, Trace};
+use super::jet::{First, Form, Jet, Local, Number, Seeds};
+use crate::{Constraint, Scalar};
 
 /// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.
 pub struct Holonomic<E>(pub E);
@@ -26,7 +24,7 @@ where
 {
     const FORM: Form = Form::Holonomic;
 
-    fn first<R: Real>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> First<R, N, M> {
+    fn first<R: Number>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> First<R, N, M> {
         let q = SVector::from_fn(|i, _| {
             let q: DualSVec<R, N> = DualSVec::from_re(at.q[i]).derivative(i);
             Dual::new(q, DualSVec::from_re(at.v[i]))
@@ -46,12 +44,12 @@ where
         sums
     }
 
-    fn phi<R: Real>(&self, q: &SVector<R, N>, b: &SVector<R, P>, t: R) -> SVector<R, M> {
+    fn phi<R: Number>(&self, q: &SVector<R, N>, b: &SVector<R, P>, t: R) -> SVector<R, M> {
         self.0.phi(q, b, t)
     }
 
-    fn structure(&self, at: &Local<Trace, N, M, 0>, b: &SVector<Trace, P>) -> Structure {
-        Structure::of(|| self.0.phi(&at.q, b, at.t).iter().copied().collect::<Vec<_>>())
+    fn values<S: Scalar>(&self, at: &Local<S, N, M, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
+        self.0.phi(&at.q, b, at.t).iter().for_each(|phi| put(*phi));
     }
 
     fn blocks<const A: usize>(
@@ -96,7 +94,6 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Scalar;
 
     /// Φ = (x sin y, y² + t x): every derivative by hand.
     struct Sample;

@@ -2,17 +2,16 @@
 
 use nalgebra::SVector;
 use num_dual::Dual64;
-use num_traits::Zero;
 use std::f64::consts::FRAC_PI_2;
 
 use super::batch::{At, Covector, InputRows, Sums, Within};
+use super::blame::Argument;
 use super::constants::{Constants, Entry};
-use super::jet::{First, Form, Jet, Local};
+use super::jet::{First, Form, Jet, Local, Number, Slope, slope};
 use super::plan::{MOST_SEEDS, Plan};
 use super::sines::Wave;
 use crate::scalar::Real;
 use crate::scene::Param;
-use crate::trace::Trace;
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
 pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usize> {
@@ -52,17 +51,27 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.jet.blocks::<A>(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
     }
 
-    /// The second derivatives with all coordinates active.
-    pub fn all_blocks(&self, at: &At<f64>) -> Vec<f64> {
+    /// The arguments by which its derivatives are not finite, if anything of it is not.
+    pub fn find_not_finite(&self, at: &At<f64>) -> Option<Vec<Argument>> {
+        let (local, b) = (self.local(at), self.b(at.design));
         let mut blocks = vec![0.0; J::FORM.length(N, M)];
-        self.jet.blocks::<N>(
-            &Plan::<N>::default().seeds(),
-            &self.local(at),
-            &self.b(at.design),
-            &mut First::zero(),
-            &mut blocks,
-        );
-        blocks
+        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &b, &mut First::zero(), &mut blocks);
+        let mut arguments = Vec::new();
+        for (which, _) in blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite()) {
+            // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
+            let by_v = matches!(J::FORM, Form::Kinetic | Form::Applied) && which < N * N;
+            let i = self.q[which % N];
+            arguments.push(if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) });
+        }
+        let first = self.jet.first(&local, &b);
+        let mut values = first.l_v.iter().chain(&first.force).chain(&first.phi_dot);
+        let is_fine = arguments.is_empty() && values.all(|x| x.is_finite());
+        if arguments.is_empty() {
+            arguments = self.arguments(at);
+        }
+        arguments.sort_unstable();
+        arguments.dedup();
+        (!is_fine).then_some(arguments)
     }
 
     /// Value and derivatives: the number of seeds selects the size of the dual numbers.
@@ -90,14 +99,6 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    /// Its constants, as far as they are known.
-    pub fn traced_constants(&self) -> SVector<Trace, P> {
-        SVector::from_fn(|p, _| match self.b[p].constant() {
-            Some(value) => Trace::from(value),
-            None => Trace::unknown_constant(0.7),
-        })
-    }
-
     /// Whether its derivatives with respect to inputs must be asked for at every node.
     pub fn is_sensitive(&self) -> bool {
         self.plan.timed || self.plan.bound || K > 0 && !self.plan.constant
@@ -114,29 +115,39 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt with their derivatives with respect to one input, seeded by `seed`.
+    #[inline]
+    fn differentiate(
+        &self,
+        at: &At<f64>,
+        seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
+    ) -> First<Slope, N, M> {
+        let real: Local<f64, N, M, K> = self.local(at);
+        let mut local = Local {
+            q: real.q.map(Slope::from_re),
+            v: real.v.map(Slope::from_re),
+            sigma: real.sigma.map(Slope::from_re),
+            u: real.u.map(Slope::from_re),
+            t: Slope::from_re(real.t),
+        };
+        let mut b = self.b(at.design).map(Slope::from_re);
+        seed(&mut local, &mut b);
+        self.jet.first(&local, &b)
+    }
+
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one input, seeded by `seed`.
     fn directional(
         &self,
         at: &At<f64>,
         with: &Covector,
-        seed: impl FnOnce(&mut Local<Dual64, N, M, K>, &mut SVector<Dual64, P>),
+        seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
     ) -> f64 {
-        let real: Local<f64, N, M, K> = self.local(at);
-        let mut local = Local {
-            q: real.q.map(Dual64::from_re),
-            v: real.v.map(Dual64::from_re),
-            sigma: real.sigma.map(Dual64::from_re),
-            u: real.u.map(Dual64::from_re),
-            t: Dual64::from_re(real.t),
-        };
-        let mut b = self.b(at.design).map(Dual64::from_re);
-        seed(&mut local, &mut b);
-        self.pair(&self.jet.first(&local, &b), with).eps
+        slope(&self.pair(&self.differentiate(at, seed), with))
     }
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
-    fn pair(&self, first: &First<Dual64, N, M>, with: &Covector) -> Dual64 {
-        let mut sum = Dual64::zero();
+    fn pair<R: Number>(&self, first: &First<R, N, M>, with: &Covector) -> R {
+        let mut sum = R::zero();
         for (i, &coordinate) in self.q.iter().enumerate() {
             sum += first.l_v[i] * with.c[coordinate] + first.force[i] * with.d[coordinate];
         }
@@ -153,22 +164,36 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         Within { missed: change - told, change: change.abs().max(told.abs()) }
     }
 
+    /// The first input with respect to which the derivatives are not finite.
+    pub fn find_bad_input(&self, at: &At<f64>) -> Option<Argument> {
+        let is_bad = |first: First<Slope, N, M>| {
+            let mut slopes = first.l_v.iter().chain(&first.force).chain(&first.phi_dot).map(slope);
+            slopes.any(|slope| !slope.is_finite())
+        };
+        let control = |k: &usize| is_bad(self.differentiate(at, |local, _| local.u[*k] = local.u[*k].derivative(0)));
+        let design = |p: &usize| is_bad(self.differentiate(at, |_, b| b[*p] = b[*p].derivative(0)));
+        let time = || is_bad(self.differentiate(at, |local, _| local.t = local.t.derivative(0)));
+        let of_control = (0..K).find(control).map(|k| Argument::Control(self.u[k]));
+        let of_design = || (0..P).filter(design).find_map(|p| self.b[p].design()).map(|(p, _)| Argument::Design(p));
+        of_control.or_else(|| (self.plan.timed && time()).then_some(Argument::Time)).or_else(of_design)
+    }
+
     pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
         if !self.plan.constant {
             *rows.evaluations += K;
             for (k, &channel) in self.u.iter().enumerate() {
-                rows.u[channel] += self.directional(at, with, |local, _| local.u[k].eps = 1.0);
+                rows.u[channel] += self.directional(at, with, |local, _| local.u[k] = local.u[k].derivative(0));
             }
         }
         if self.plan.timed {
             *rows.evaluations += 1;
-            *rows.time += self.directional(at, with, |local, _| local.t.eps = 1.0);
+            *rows.time += self.directional(at, with, |local, _| local.t = local.t.derivative(0));
         }
         if self.plan.bound {
             for (p, b) in self.b.iter().enumerate() {
                 if let Some((design, factor)) = b.design() {
                     *rows.evaluations += 1;
-                    rows.design[design] += factor * self.directional(at, with, |_, b| b[p].eps = 1.0);
+                    rows.design[design] += factor * self.directional(at, with, |_, b| b[p] = b[p].derivative(0));
                 }
             }
         }
@@ -176,78 +201,72 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     pub fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows) {
-        let q = SVector::from_fn(|i, _| Dual64::from_re(at.q[self.q[i]]));
-        let directional = |t: Dual64, b: &SVector<Dual64, P>| -> f64 {
+        let q = SVector::from_fn(|i, _| Slope::from_re(at.q[self.q[i]]));
+        let directional = |t: Slope, b: &SVector<Slope, P>| -> f64 {
             let phi = self.jet.phi(&q, b, t);
-            phi.iter().zip(self.sigma).map(|(phi, j)| e[j] * phi.eps).sum()
+            phi.iter().zip(self.sigma).map(|(phi, j)| e[j] * slope(phi)).sum()
         };
-        let b = self.b(at.design).map(Dual64::from_re);
+        let b = self.b(at.design).map(Slope::from_re);
         if self.plan.timed {
             *rows.evaluations += 1;
-            *rows.time += directional(Dual64::new(at.t, 1.0), &b);
+            *rows.time += directional(Slope::from_re(at.t).derivative(0), &b);
         }
         for (p, constant) in self.b.iter().enumerate() {
             if let Some((design, factor)) = constant.design() {
                 *rows.evaluations += 1;
                 let mut moved = b;
-                moved[p].eps = 1.0;
-                rows.design[design] += factor * directional(Dual64::from_re(at.t), &moved);
+                moved[p] = moved[p].derivative(0);
+                rows.design[design] += factor * directional(Slope::from_re(at.t), &moved);
             }
         }
     }
 
     /// Blocks of an element with constant second derivatives, and the constant columns of Φ_q of any constraint.
-    pub fn add_constants(&self, zero: &At<f64>, into: &mut Constants) {
-        let n = N;
-        if matches!(J::FORM, Form::Holonomic) {
-            self.add_linear_columns(zero.design, into);
+    ///
+    /// The former is a polynomial, which has its constants at zero; the latter may be defined only where a motion can start.
+    pub fn add_constants(&self, start: &At<f64>, into: &mut Constants) {
+        if J::FORM == Form::Holonomic {
+            self.add_linear_columns(start, into);
             return;
         }
         if !self.plan.constant {
             return;
         }
         let mut first = First::zero();
-        let mut blocks = vec![0.0; J::FORM.length(n, M)];
-        let local: Local<f64, N, M, K> = self.local(zero);
-        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &self.b(zero.design), &mut first, &mut blocks);
+        let mut blocks = vec![0.0; J::FORM.length(N, M)];
+        let b = self.b(start.design);
+        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &Local::zeros(), &b, &mut first, &mut blocks);
         into.add_squares(J::FORM, &self.q, &blocks);
         into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
         for (k, &channel) in self.u.iter().enumerate() {
-            let mut local: Local<Dual64, N, M, K> = Local {
-                q: SVector::zeros(),
-                v: SVector::zeros(),
-                sigma: SVector::zeros(),
-                u: SVector::zeros(),
-                t: Dual64::zero(),
-            };
-            local.u[k].eps = 1.0;
-            let first = self.jet.first(&local, &self.b(zero.design).map(Dual64::from_re));
+            let mut local: Local<Slope, N, M, K> = Local::zeros();
+            local.u[k] = local.u[k].derivative(0);
+            let first = self.jet.first(&local, &b.map(Slope::from_re));
             for (i, &coordinate) in self.q.iter().enumerate() {
-                into.add_control(coordinate, channel, first.force[i].eps);
+                into.add_control(coordinate, channel, slope(&first.force[i]));
             }
         }
     }
 
     /// The columns of Φ_q that belong to coordinates in which Φ is linear.
-    fn add_linear_columns(&self, design: &[f64], into: &mut Constants) {
-        let active = &self.plan.active[..if self.plan.constant { 0 } else { self.plan.count }];
-        // Not at zero, where a root or quotient of the other coordinates may not be defined.
-        let q = SVector::from_fn(|k, _| 0.3 + 0.17 * k as f64);
-        for i in (0..N).filter(|i| !active.contains(i)) {
-            self.phi_q_column(i, &q, 0.2, design, &mut |e| into.add_phi_q(e));
+    fn add_linear_columns(&self, start: &At<f64>, into: &mut Constants) {
+        let q = SVector::from_fn(|i, _| start.q[self.q[i]]);
+        for i in self.plan.linear_columns() {
+            self.phi_q_column(i, &q, start.t, start.design, &mut |e| into.add_phi_q(e));
         }
-        for &i in active.iter().filter(|_| self.plan.sinusoidal) {
-            self.add_waves(i, q, design, into);
+        for &i in self.plan.active[..self.plan.count].iter().filter(|_| self.plan.sinusoidal) {
+            self.add_waves(i, start, into);
         }
     }
 
     /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
-    fn add_waves(&self, i: usize, mut q: SVector<f64, N>, design: &[f64], into: &mut Constants) {
+    fn add_waves(&self, i: usize, start: &At<f64>, into: &mut Constants) {
+        let mut q = SVector::zeros();
         let mut slopes = [SVector::<f64, M>::zeros(); 3];
         for (quarter, slope) in slopes.iter_mut().enumerate() {
             q[i] = quarter as f64 * FRAC_PI_2;
             let mut row = 0..M;
-            self.phi_q_column(i, &q, 0.2, design, &mut |e| row.by_ref().take(1).for_each(|j| slope[j] = e.value));
+            self.phi_q_column(i, &q, start.t, start.design, &mut |e| row.by_ref().take(1).for_each(|j| slope[j] = e.value));
         }
         for (j, &equation) in self.sigma.iter().enumerate() {
             let [at_0, at_90, at_180] = slopes.map(|slope| slope[j]);
@@ -263,11 +282,11 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// Column `i` of the element's Φ_q, in the scene's numbering.
     pub fn phi_q_column(&self, i: usize, q: &SVector<f64, N>, t: f64, design: &[f64], put: &mut dyn FnMut(Entry)) {
-        let mut q = q.map(Dual64::from_re);
-        q[i].eps = 1.0;
-        let phi: SVector<Dual64, M> = self.jet.phi(&q, &self.b(design).map(Dual64::from_re), Dual64::from_re(t));
+        let mut q = q.map(Slope::from_re);
+        q[i] = q[i].derivative(0);
+        let phi: SVector<Slope, M> = self.jet.phi(&q, &self.b(design).map(Slope::from_re), Slope::from_re(t));
         for (j, phi) in phi.iter().enumerate() {
-            put(Entry { row: self.sigma[j], col: self.q[i], value: phi.eps });
+            put(Entry { row: self.sigma[j], col: self.q[i], value: slope(phi) });
         }
     }
 }

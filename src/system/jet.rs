@@ -1,9 +1,24 @@
 //! Elements seen through automatic differentiation: what each kind contributes to the equations of a step.
 
 use nalgebra::SVector;
+use num_dual::{DualNum, DualSVec64};
 
-use crate::scalar::Real;
-use crate::trace::{Structure, Trace};
+use crate::Scalar;
+
+/// A number with one derivative, or without: num-dual's `Dual64` cannot tell a derivative that vanishes from none, and the root of a constant
+/// zero has a derivative that is zero, while that of a number that vanishes has not.
+pub type Slope = DualSVec64<1>;
+
+/// The derivative.
+#[inline]
+pub fn slope(x: &Slope) -> f64 {
+    x.eps.0.map_or(0.0, |eps| eps[0])
+}
+
+/// A number that formulas and their derivatives are evaluated with.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 /// The arguments of one element.
 #[derive(Clone, Copy)]
@@ -15,6 +30,12 @@ pub struct Local<R, const N: usize, const M: usize, const K: usize> {
     pub t: R,
 }
 
+impl<R: Number, const N: usize, const M: usize, const K: usize> Local<R, N, M, K> {
+    pub fn zeros() -> Self {
+        Local { q: SVector::zeros(), v: SVector::zeros(), sigma: SVector::zeros(), u: SVector::zeros(), t: R::zero() }
+    }
+}
+
 /// What one element adds to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
 #[derive(Clone, Copy)]
 pub struct First<R, const N: usize, const M: usize> {
@@ -23,7 +44,7 @@ pub struct First<R, const N: usize, const M: usize> {
     pub phi_dot: SVector<R, M>,
 }
 
-impl<R: Real, const N: usize, const M: usize> First<R, N, M> {
+impl<R: Number, const N: usize, const M: usize> First<R, N, M> {
     pub fn zero() -> Self {
         First { l_v: SVector::zeros(), force: SVector::zeros(), phi_dot: SVector::zeros() }
     }
@@ -75,15 +96,15 @@ pub struct Seeds<const A: usize> {
 pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
     const FORM: Form;
 
-    fn first<R: Real>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> First<R, N, M>;
+    fn first<R: Number>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> First<R, N, M>;
 
     /// Φ itself.
-    fn phi<R: Real>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
+    fn phi<R: Number>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
         SVector::zeros()
     }
 
-    /// What the formula depends on; inputs are numbered q, v, u, t.
-    fn structure(&self, at: &Local<Trace, N, M, K>, b: &SVector<Trace, P>) -> Structure;
+    /// The formula itself: T, V, Q or Φ.
+    fn values<S: Scalar>(&self, at: &Local<S, N, M, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S));
 
     /// Adds to `first` what the seeded coordinates contribute and writes the second derivatives with respect to them to `blocks`.
     ///

@@ -2,8 +2,10 @@
 
 mod applied;
 mod batch;
+mod blame;
 mod constants;
 mod cost;
+mod dependence;
 mod energy;
 mod groups;
 mod holonomic;
@@ -35,10 +37,13 @@ pub use batch::{AnyBatch, PlainBatch};
 pub use cost::{AnyCosts, PlainCosts};
 pub use size::{Elimination, EliminationNode};
 
+use crate::fingerprint::Fingerprint;
 use crate::linear::{Breakdown, Symbolic};
 use crate::scalar::Real;
 use crate::scene::{Param, Scene};
-use crate::{Error, error, memory};
+use crate::trace::take_look;
+use crate::{Error, memory};
+use blame::Suspect;
 use names::Names;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -65,6 +70,8 @@ pub struct System {
     initial: Vec<f64>,
     design: Vec<f64>,
     positive: Vec<(Param, String)>,
+    /// Identifies the formulas that were compiled.
+    fingerprint: u64,
 }
 
 impl System {
@@ -76,13 +83,16 @@ impl System {
         let names = Names::new(&scene);
         let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
         let (mut batches, mut costs) = (scene.batches, scene.costs);
-        batches.iter_mut().for_each(|batch| batch.prepare(&gravity));
-        costs.iter_mut().for_each(|costs| costs.prepare(&gravity));
         let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
         check_positive(&scene.positive, &design)?;
+        let zeros = vec![0.0; n.max(m).max(k)];
+        let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
+        let at = At { q: &scene.initial, v, sigma, u, t: 0.0, design: &design };
+        batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at));
+        costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at));
         check_inertia(&batches, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
-        let analysis = structure::analyse(&mut batches, &blocks, (n, m, k), (&scene.initial, &design));
+        let analysis = structure::analyse(&mut batches, &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, closing } = analysis;
         // Its entries are numbered by `u32`.
         let entries = symbolic.values_len();
@@ -96,6 +106,7 @@ impl System {
         let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
         let sensitive = numbered().filter(|(_, b)| b.is_sensitive()).map(|(i, _)| i).collect();
         let bending = numbered().filter(|(_, b)| !b.bending().is_empty()).map(|(i, _)| i).collect();
+        let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
             n,
             m,
@@ -114,6 +125,7 @@ impl System {
             initial,
             design,
             positive,
+            fingerprint,
         })
     }
 
@@ -320,20 +332,47 @@ impl System {
         values.fold(R::zero(), |sum, value| sum + value)
     }
 
-    /// The constant derivatives for these design variables.
-    pub(crate) fn constants(&self, design: &[f64], into: &mut Constants) {
-        structure::constants(&self.batches, design, into);
+    /// Identifies the formulas as they are now.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        fingerprint(&self.batches, &self.costs)
     }
 
-    /// The first cost whose value or derivatives are not finite, for an error message; `rows` is overwritten.
-    pub(crate) fn find_bad_cost(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> String {
-        let name = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
-        error::quoted(name.unwrap_or("the cost"))
+    /// The constant derivatives for a start, of formulas as they are now.
+    ///
+    /// # Errors
+    /// A formula that is another one than was compiled, so that other derivatives are constant, or zero.
+    pub(crate) fn constants(&self, start: &At<f64>, fingerprint: u64, into: &mut Constants) -> Result<(), Error> {
+        let changed = |element: &str| Err(Error::Changed { element: element.to_string() });
+        if fingerprint != self.fingerprint {
+            let element = self.batches.iter().find_map(|batch| batch.find_changed(start));
+            if let Some(element) = element.or_else(|| self.costs.iter().find_map(|costs| costs.find_changed(start))) {
+                return changed(element);
+            }
+        }
+        structure::constants(&self.batches, start, into);
+        if into.fit(&self.symbolic) {
+            return Ok(());
+        }
+        let has_place = |own: &Constants| own.fit(&self.symbolic);
+        changed(self.batches.iter().find_map(|batch| batch.find_misplaced(start, &has_place)).unwrap_or("an element"))
     }
 
-    /// The first element whose contributions are not finite, for an error message.
-    pub(crate) fn find_not_finite(&self, at: &At<f64>) -> Option<String> {
-        self.batches.iter().find_map(|batch| batch.find_not_finite(at)).map(error::quoted)
+    /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
+    pub(crate) fn bad_cost(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
+        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
+        suspect.unwrap_or(Suspect { element: "the cost", arguments: Vec::new() }).explain(&self.names, at, node)
+    }
+
+    /// The first element whose derivative with respect to an input is not finite at a node, as an error.
+    pub(crate) fn find_bad_input(&self, at: &At<f64>, node: usize) -> Option<Error> {
+        let suspect = self.sensitive().find_map(|batch| batch.find_bad_input(at))?;
+        Some(suspect.explain(&self.names, &CostAt::of(at), node))
+    }
+
+    /// The first element whose contributions are not finite at a node, as an error.
+    pub(crate) fn find_not_finite(&self, at: &At<f64>, node: usize) -> Option<Error> {
+        let suspect = self.batches.iter().find_map(|batch| batch.find_not_finite(at))?;
+        Some(suspect.explain(&self.names, &CostAt::of(at), node))
     }
 }
 
@@ -342,6 +381,14 @@ impl std::fmt::Debug for System {
         let (n, m, k) = (self.n, self.m, self.k);
         f.debug_struct("System").field("n", &n).field("m", &m).field("k", &k).finish_non_exhaustive()
     }
+}
+
+fn fingerprint(batches: &[Box<dyn AnyBatch>], costs: &[Box<dyn AnyCosts>]) -> u64 {
+    let mut sum = Fingerprint::NONE;
+    take_look();
+    batches.iter().for_each(|batch| batch.fingerprint(&mut sum));
+    costs.iter().for_each(|costs| costs.fingerprint(&mut sum));
+    sum.value(take_look())
 }
 
 fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Error> {

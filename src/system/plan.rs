@@ -6,19 +6,20 @@
 
 use nalgebra::SVector;
 
-use super::item::Item;
-use super::jet::{First, Form, Jet, Local, Seeds, time_input};
-use crate::trace::{Structure, Trace};
+use super::jet::{First, Form, Seeds};
+use crate::trace::Structure;
 
 /// The sizes of dual numbers that are made; beyond this, all coordinates are seeded.
 pub const MOST_SEEDS: usize = 4;
 
 /// How an element is evaluated.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Plan<const N: usize> {
     pub constant: bool,
     /// A constraint that is a sum of q_i, sin q_i, cos q_i.
     pub sinusoidal: bool,
+    /// Whether anything is known of the formula; if not, it is taken to depend on everything.
+    pub is_traced: bool,
     pub timed: bool,
     pub bound: bool,
     /// Local numbers of the active coordinates, which have entries in the blocks; the first `count` are valid.
@@ -39,7 +40,7 @@ pub struct Plan<const N: usize> {
 }
 
 /// q_i enters only as q_j − q_i.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, PartialEq)]
 struct Mirror {
     i: usize,
     j: usize,
@@ -51,6 +52,7 @@ impl<const N: usize> Default for Plan<N> {
         Plan {
             constant: false,
             sinusoidal: false,
+            is_traced: false,
             timed: true,
             bound: true,
             active: all,
@@ -67,47 +69,41 @@ impl<const N: usize> Default for Plan<N> {
     }
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
-    /// Traces the formula and plans its evaluation.
-    pub fn trace(&mut self) {
-        let b = self.traced_constants();
-        let time = time_input(N, K);
-        let at = Local {
-            q: std::array::from_fn(|i| Trace::input(0.3, i)).into(),
-            v: std::array::from_fn(|i| Trace::input(0.4, N + i)).into(),
-            sigma: [Trace::from(1.0); M].into(),
-            u: std::array::from_fn(|k| Trace::input(0.6, 2 * N + k)).into(),
-            t: Trace::input(0.2, time),
-        };
-        let structure = if time < Structure::MOST_INPUTS { self.jet.structure(&at, &b) } else { Structure::UNKNOWN };
-        let timed = structure.depends_on(time.min(Structure::MOST_INPUTS - 1));
-        let highest = if matches!(J::FORM, Form::Kinetic | Form::Potential) { 2 } else { 1 };
-        let constant = structure.degree <= highest && !timed;
-        let bound = self.b.iter().any(|b| b.constant().is_none());
-        self.plan = Plan { constant, timed, bound, ..Plan::default() };
-        self.plan.sinusoidal = J::FORM == Form::Holonomic && structure.sinusoidal && !timed && !constant;
-        if self.plan.sinusoidal {
-            self.plan.activate((0..N).filter(|&i| structure.is_bent_in(i)));
-        } else if !constant && J::FORM != Form::Kinetic {
-            let mut plan = self.plan;
-            plan.seed(J::FORM, &structure, |i, j| self.depends_on_difference(&at, (i, j)));
-            self.plan = plan;
-        }
-    }
-
-    /// Whether q_i and q_j, and v_i and v_j, enter only in their differences.
-    fn depends_on_difference(&self, at: &Local<Trace, N, M, K>, (i, j): (usize, usize)) -> bool {
-        let (mut with_q, mut with_v) = (*at, *at);
-        for k in [i, j] {
-            with_q.q[k] = with_q.q[k].shifted();
-            with_v.v[k] = with_v.v[k].shifted();
-        }
-        let b = self.traced_constants();
-        [with_q, with_v].iter().all(|at| self.jet.structure(at, &b).unmoved)
-    }
-}
-
 impl<const N: usize> Plan<N> {
+    /// From what is known of the formula; `time` is the number of its input t, `bound` tells whether design variables are among its constants.
+    pub fn new(
+        form: Form,
+        structure: &Structure,
+        (time, bound): (usize, bool),
+        difference: impl Fn(usize, usize) -> bool,
+    ) -> Self {
+        let mut plan = Plan { bound, is_traced: *structure != Structure::UNKNOWN, ..Plan::default() };
+        if !plan.is_traced {
+            return plan;
+        }
+        plan.timed = structure.depends_on(time);
+        let highest = if matches!(form, Form::Kinetic | Form::Potential) { 2 } else { 1 };
+        plan.constant = structure.degree <= highest && !plan.timed;
+        plan.sinusoidal = form == Form::Holonomic && structure.sinusoidal && !plan.timed && !plan.constant;
+        if plan.sinusoidal {
+            plan.activate((0..N).filter(|&i| structure.is_bent_in(i)));
+        } else if !plan.constant && form != Form::Kinetic {
+            plan.seed(form, structure, difference);
+        }
+        plan
+    }
+
+    /// Whether another trace led to the same.
+    pub fn agrees(&self, other: &Self) -> bool {
+        *self == Plan { slots: self.slots, ..*other }
+    }
+
+    /// The columns of Φ_q that are constant.
+    pub fn linear_columns(&self) -> impl Iterator<Item = usize> + Clone {
+        let (active, count) = (self.active, if self.constant { 0 } else { self.count });
+        (0..N).filter(move |i| !active[..count].contains(i))
+    }
+
     fn activate(&mut self, coordinates: impl Iterator<Item = usize>) {
         self.count = 0;
         for i in coordinates {
@@ -118,9 +114,6 @@ impl<const N: usize> Plan<N> {
 
     /// Chooses what is seeded: what the formula depends on (or is other than linear in, for a constraint), one of each difference.
     fn seed(&mut self, form: Form, structure: &Structure, difference: impl Fn(usize, usize) -> bool) {
-        if *structure == Structure::UNKNOWN {
-            return;
-        }
         let is_used = |&i: &usize| match form {
             Form::Kinetic => true,
             Form::Potential => structure.depends_on(i),
@@ -240,6 +233,8 @@ mod tests {
     use super::*;
     use crate::planar::{Actuator, Damper, Distance, LinearSpring, Prismatic};
     use crate::scene::Param;
+    use crate::system::item::Item;
+    use crate::system::jet::Jet;
     use crate::system::{Applied, At, Holonomic, Potential, Sums};
     use crate::{Constraint, Force, ForcePoint, Scalar};
 
@@ -260,7 +255,7 @@ mod tests {
             (sums, blocks)
         };
         let (all_sums, all) = evaluate(&item);
-        item.trace();
+        item.plan = item.traced_plan(&at);
         let plan = item.plan;
         assert_eq!(&plan.seeds[..plan.seeded], seeds);
         let (sums, blocks) = evaluate(&item);

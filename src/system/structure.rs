@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::batch::AnyBatch;
+use super::batch::{AnyBatch, At};
 use super::constants::Constants;
 use super::groups::{self, Groups};
 use super::jet::Form;
@@ -13,10 +13,10 @@ use crate::linear::{Pattern, Symbolic};
 
 type Batches = [Box<dyn AnyBatch>];
 
-/// The constant derivatives of all elements for these design variables.
-pub(super) fn constants(batches: &Batches, design: &[f64], into: &mut Constants) {
+/// The constant derivatives of all elements for a start.
+pub(super) fn constants(batches: &Batches, start: &At<f64>, into: &mut Constants) {
     into.clear();
-    batches.iter().for_each(|batch| batch.constants(design, into));
+    batches.iter().for_each(|batch| batch.constants(start, into));
     into.compress();
 }
 
@@ -29,14 +29,9 @@ pub(super) struct Analysis {
 }
 
 /// Analyses K and tells every varying element where its entries are stored.
-pub(super) fn analyse(
-    batches: &mut Batches,
-    blocks: &[Range<usize>],
-    (n, m, k): (usize, usize, usize),
-    (initial, design): (&[f64], &[f64]),
-) -> Analysis {
-    let (mut entries, mut constant) = entries(batches, (n, m, k), design);
-    let Groups { groups, closing } = groups::groups(batches, blocks, (n, m), (initial, design));
+pub(super) fn analyse(batches: &mut Batches, blocks: &[Range<usize>], (n, m): (usize, usize), at: &At<f64>) -> Analysis {
+    let (mut entries, mut constant) = entries(batches, (n, m), at);
+    let Groups { groups, closing } = groups::groups(batches, blocks, (n, m), at);
     // Room for a compliance, should the loops depend on each other.
     for &j in &closing {
         entries.push((n + j, n + j));
@@ -46,16 +41,17 @@ pub(super) fn analyse(
     // Row and column of a varying entry vary, so neither is condensed.
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
     batches.iter_mut().for_each(|batch| batch.place(&slot, n));
-    let mut values = Constants::new(n, m, k);
-    constants(batches, design, &mut values);
+    let mut values = Constants::new(n);
+    constants(batches, at, &mut values);
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
     Analysis { symbolic, sines, closing }
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
-fn entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) -> (Vec<(usize, usize)>, Vec<bool>) {
-    let mut entries = constant_entries(batches, (n, m, k), design);
+fn entries(batches: &Batches, (n, m): (usize, usize), at: &At<f64>) -> (Vec<(usize, usize)>, Vec<bool>) {
+    let mut entries = Vec::new();
+    batches.iter().for_each(|batch| batch.constant_entries(at, n, &mut entries));
     let mut constant = vec![true; n + m];
     for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
         for &row in &footprint.active {
@@ -69,24 +65,4 @@ fn entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) 
         }
     }
     (entries, constant)
-}
-
-/// Nonzeros of the constant part; a bound parameter counts as any number, so it is tried with several values.
-fn constant_entries(batches: &Batches, (n, m, k): (usize, usize, usize), design: &[f64]) -> Vec<(usize, usize)> {
-    let mut entries = Vec::new();
-    let mut triplets = Vec::new();
-    let mut values = Constants::new(n, m, k);
-    for trial in [0.0, 0.37, 0.71] {
-        let design: Vec<f64> =
-            design.iter().enumerate().map(|(i, b)| b + trial * (1.0 + 0.1 * i as f64 + b.abs())).collect();
-        constants(batches, &design, &mut values);
-        // Two step lengths, so that no entry cancels by chance.
-        for h in [0.013, 0.29] {
-            values.tangent(h, &mut triplets);
-            entries.extend(triplets.iter().map(|&(row, col, _)| (row, col)));
-        }
-    }
-    entries.sort_unstable();
-    entries.dedup();
-    entries
 }

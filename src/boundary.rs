@@ -1,0 +1,37 @@
+//! Powers, roots and arcsines at the ends of their domains, where the closed forms of their derivatives are 0 · ∞.
+//!
+//! A derivative that exists there is returned (x^1.5 has the slope 0 at 0); one that does not is infinite, or not a number if what it
+//! multiplies vanishes too, as for √(x² + y²) at the origin; and a number without derivatives has none afterwards either.
+
+use num_dual::DualNum;
+
+/// √x at x = 0.
+///
+/// arcosh(1 + x) has the same value and the same limits of all derivatives there: 0, ∞, −∞, …
+pub(crate) fn sqrt_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T) -> T {
+    (*x + T::one()).acosh()
+}
+
+/// xⁿ at x = 0 for n > 0 that is no integer: the derivatives of lower order vanish, those of higher order are infinite.
+pub(crate) fn power_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T, n: f64) -> T {
+    if n > T::NDERIV as f64 { T::zero() } else { x.powi(n as i32) * sqrt_of_zero(x) }
+}
+
+/// xⁿ for an integer n where xⁿ⁻³, of which num-dual makes it, is beyond the range of numbers.
+pub(crate) fn powi_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f64, n: i32) -> T {
+    if re == 0.0 {
+        return x.recip().powi(n.saturating_neg());
+    }
+    // In two halves, since the value may vanish where its derivatives do not.
+    (*x / re).powi(n) * re.powi(n / 2) * re.powi(n - n / 2)
+}
+
+/// xⁿ likewise for a real n, x > 0.
+pub(crate) fn powf_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f64, n: f64) -> T {
+    (*x / re).powf(n) * re.powf(0.5 * n) * re.powf(0.5 * n)
+}
+
+/// Whether a factor has neither vanished nor overflowed.
+pub(crate) fn is_in_range(factor: f64) -> bool {
+    factor != 0.0 && factor.is_finite()
+}
