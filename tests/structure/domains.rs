@@ -100,7 +100,7 @@ fn a_formula_that_panics_outside_its_domain_is_not_asked_there() {
         }
         s.cost("cost", domain(), Sum::Terminal, [x], [], [], []);
         let system = s.compile().expect("a scene");
-        let mut inputs = Inputs::at_rest(&system, Grid { start: 5.0, steps: vec![0.05; 12] });
+        let mut inputs = Inputs::at_rest(&system, Grid { start: 5.0, ..Grid::uniform(12, 0.05) });
         inputs.start.rate_mut()[0] = if which == 1 { 0.35 } else { 0.1 };
         simulate(&system, &inputs, Settings::default()).expect("a motion");
         gradient(&system, &inputs, Settings::default()).expect("a gradient");
