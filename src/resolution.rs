@@ -228,7 +228,7 @@ impl Sweep {
         let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * crate::lanes::dot_sum(x, y, z).abs();
         let gain = mean(&self.node.a, end.v, before.v) + mean(&self.node.b, rate_end, column(rates, k - 1));
         *most = most.max(gain);
-        let place = Place { step: forward.refinement().given_step(node), time: here.t };
+        let place = Place { step: self.refinement.given_step(node), time: here.t };
         let mut bends = bends.iter_mut();
         let mut judge = |Within { missed, change }: Within| {
             let Some(bend) = bends.next().filter(|_| missed.is_finite()) else { return };
