@@ -2,7 +2,7 @@
 
 use crate::rank::{self, Scaled};
 use crate::simulate::Forward;
-use crate::system::{At, Sums};
+use crate::system::{At, Pair};
 use crate::trajectory::{column, column_mut};
 use crate::{Error, Settings, Start, System, redundancy};
 
@@ -25,11 +25,14 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     check_position(forward, system, &q, settings)?;
     let mut p_star = rate;
     if given_velocity {
-        let mut sums = Sums::new(n, m);
-        system.plain_sums(&point(forward, &q), &mut sums);
-        check_velocity(forward, system, &q, &sums.phi_dot, settings)?;
+        let mut left = Pair::new(n, m);
+        let (u, design) = forward.inputs.at(0);
+        let sigma = column(&forward.trajectory.sigma, 0);
+        let at = At { q: &q, v: &p_star, sigma, u, t: forward.trajectory.times[0], design };
+        forward.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.report);
+        check_velocity(forward, system, &q, &left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
-        p_star = sums.l_v;
+        p_star = left.v;
     }
     if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
         let unknown = || Error::Model {

@@ -164,6 +164,14 @@ impl Newton {
         l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
     }
 
+    /// 𝓛_v and dΦ/dt likewise.
+    pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &At<f64>, left: &mut Pair, report: &mut Report) {
+        self.l_v(system, at, &mut left.v, report);
+        self.evaluation.constants.phi_dot(at, &mut left.sigma);
+        let positions = &system.positions().sigma;
+        left.sigma.iter_mut().zip(positions).for_each(|(phi_dot, &position)| *phi_dot -= self.delta[position]);
+    }
+
     fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
         self.evaluation.begin();
         let positions = system.positions();

@@ -120,6 +120,12 @@ impl Constants {
         multiply_transposed(&self.phi_q, at.sigma, l_v);
     }
 
+    /// Writes the constant part of dΦ/dt.
+    pub fn phi_dot(&self, at: &At<f64>, phi_dot: &mut [f64]) {
+        phi_dot.fill(0.0);
+        multiply(&self.phi_q, at.v, phi_dot);
+    }
+
     /// Adds the constant part of 𝓛_q + Q.
     pub fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
         force.iter_mut().zip(&self.force).for_each(|(sum, constant)| *sum += constant);
