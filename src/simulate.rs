@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::continuation::Continuation;
 use crate::halving::Ahead;
-use crate::lanes::{all_finite, largest};
+use crate::lanes::largest;
 use crate::linear::Breakdown;
 use crate::predict::Predictor;
 use crate::redundancy::Relaxed;
@@ -17,6 +17,9 @@ use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, m
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
 const CONTRADICTION: f64 = 1e-6;
+
+/// Numbers of an iterate from here on are no arguments of a mechanism: their cubes overflow.
+const RAN_AWAY: f64 = 1e100;
 
 /// A motion, with what the adjoint sweep needs of it.
 pub(crate) struct Forward {
@@ -387,8 +390,8 @@ impl Forward {
         let x = self.newton.iterate(system);
         let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * self.inputs.grid.steps[before]);
         let q: Vec<f64> = self.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
-        // What overflowed is no argument.
-        let is_point = all_finite(&q) && all_finite(&x.v) && all_finite(&x.sigma);
+        // An iteration that ran away says nothing of a formula.
+        let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
         let (u, design) = self.inputs.at(node);
         let at = At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.times[node - self.first], design };
         is_point.then(|| system.find_not_finite(&at, self.given_step(node))).flatten()
