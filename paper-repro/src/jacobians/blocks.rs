@@ -220,7 +220,9 @@ impl Printed {
             status,
             corrected: if status == Status::Holds { String::new() } else { self.correct.into() },
             printed_error: printed.map(|reports| reports.each_ref().map(error)),
-            corrected_error: Some(corrected.each_ref().map(error)),
+            corrected_error: Some(
+                corrected.each_ref().map(|report| if passes(report) { error(report) } else { f64::INFINITY }),
+            ),
             words,
         })
     }
