@@ -31,7 +31,12 @@ pub(crate) fn powf_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f
     (*x / re).powf(n) * re.powf(0.5 * n) * re.powf(0.5 * n)
 }
 
-/// Whether a factor has neither vanished nor overflowed.
-pub(crate) fn is_in_range(factor: f64) -> bool {
-    factor != 0.0 && factor.is_finite()
+/// Whether xⁿ⁻³ neither vanishes nor overflows; for numbers of moderate size without computing it.
+#[inline]
+pub(crate) fn is_in_range(re: f64, n: f64) -> bool {
+    let is_moderate = (1e-30..1e30).contains(&re.abs()) && n.abs() <= 7.0;
+    is_moderate || {
+        let factor = re.abs().powf(n - 3.0);
+        factor != 0.0 && factor.is_finite()
+    }
 }

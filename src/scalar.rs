@@ -155,7 +155,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {
     #[inline]
     fn powi(&self, n: i32) -> Self {
         let re = Scalar::re(self);
-        let is_plain = T::NDERIV == 0 || (0..=3).contains(&n) || boundary::is_in_range(re.powi(n.saturating_sub(3)));
+        let is_plain = T::NDERIV == 0 || (0..=3).contains(&n) || boundary::is_in_range(re, f64::from(n));
         if is_plain || !re.is_finite() || re == 0.0 && n > 0 {
             return DualNum::powi(self, n);
         }
@@ -170,7 +170,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {
         if T::NDERIV > 0 && re == 0.0 && n < 0.0 {
             return Scalar::recip(self);
         }
-        if T::NDERIV == 0 || !(re > 0.0 && re.is_finite()) || boundary::is_in_range(re.powf(n - 3.0)) {
+        if T::NDERIV == 0 || !(re > 0.0 && re.is_finite()) || boundary::is_in_range(re, n) {
             return DualNum::powf(self, n);
         }
         boundary::powf_out_of_range(self, re, n)
