@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use crate::Trajectory;
-
 /// Why a scene could not be compiled, an input was refused, or a sweep stopped.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -411,31 +409,4 @@ pub(crate) fn seconds(time: f64) -> String {
 
 pub(crate) fn quoted(name: &str) -> String {
     format!("`{name}`")
-}
-
-/// A simulation that stopped, with all that it had computed.
-#[derive(Clone, Debug)]
-pub struct Stopped {
-    /// Why.
-    pub error: Error,
-    /// The nodes that were computed before ([`Trajectory::computed`] tells how many; the others are zero).
-    pub trajectory: Box<Trajectory>,
-}
-
-impl fmt::Display for Stopped {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{} ({} nodes were computed)", self.error, self.trajectory.computed)
-    }
-}
-
-impl std::error::Error for Stopped {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.error)
-    }
-}
-
-impl From<Stopped> for Error {
-    fn from(stopped: Stopped) -> Error {
-        stopped.error
-    }
 }

@@ -51,17 +51,17 @@
 //!
 //! | paper | what | where |
 //! |---|---|---|
-//! | (1a)–(1c) | equations of motion, from the elements | `element.rs`, `system/` |
-//! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `start.rs` |
-//! | (2)–(4) | trapezoidal step, Newton's iteration | `trapezoid.rs`, `evaluation.rs`, `simulate.rs` |
+//! | (1a)–(1c) | equations of motion, from the elements | `model/element.rs`, `system/` |
+//! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
+//! | (2)–(4) | trapezoidal step, Newton's iteration | `scheme/`, `forward/` |
 //! | | tangent matrix K of the reduced step, and Kᵀ | `system/tangent.rs`, `linear/` |
-//! | (5) | cost J = Σ h_i + S | `element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
-//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint.rs` |
+//! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
+//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint/sweep.rs` |
 //! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
-//! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint.rs` |
-//! | Section 4 | the example | `scenes.rs` |
-//! | | dependent constraints; restarts; halved steps; checkpoints | `redundancy.rs`, `restart/`, `refinement.rs`, `long.rs` |
-//! | Fig. 6 | complex step, tangents, differences | `check/`, `lifted.rs` |
+//! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
+//! | Section 4 | the example | `scene/scenes.rs` |
+//! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long.rs` |
+//! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted.rs` |
 //!
 //! # Symbols
 //!
@@ -75,67 +75,33 @@
 //! | h, S | [`Cost`] with [`Sum::Plain`], [`Sum::Terminal`] | n, m, k | [`System::n`], [`System::m`], [`System::k`] |
 //!
 //! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
-pub mod adjoint;
-mod boundary;
+mod adjoint;
 pub mod check;
-mod complex_step;
-mod composition;
-mod continuation;
-mod drift;
-pub mod element;
-mod equilibrate;
-pub mod error;
-mod evaluation;
-mod fingerprint;
-mod gradient;
-mod growth;
-mod halving;
-mod inputs;
-mod lanes;
-mod lifted;
+mod error;
+mod forward;
 mod linear;
-mod long;
-mod many;
 mod memory;
+mod model;
+mod motion;
+mod number;
 pub mod paper_system;
-pub mod planar;
-mod predict;
-mod rank;
-pub mod redundancy;
-mod refinement;
-mod resolution;
-pub mod restart;
-mod scalar;
 mod scene;
-pub mod scenes;
+mod scheme;
 mod settings;
-mod simulate;
-mod sincos;
-mod sizes;
 mod solver;
-mod start;
-mod step;
 mod system;
-pub mod trace;
-mod trajectory;
-mod trapezoid;
 mod warning;
 
-pub use complex_step::Cx;
-pub use composition::Composition;
-pub use element::{Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
-pub use error::{Error, Stopped};
-pub use gradient::{AdjointVariables, Gradient};
-pub use inputs::{Grid, Inputs, Start};
-pub use lifted::LiftedSolver;
-pub use long::{LongSolver, State};
-pub use many::gradients;
-pub use scalar::{Arithmetic, Real, Scalar};
-pub use scene::{Control, Coordinate, Design, Multiplier, Param, Scene};
+pub use adjoint::{AdjointVariables, Gradient};
+pub use error::Error;
+pub use model::element::{self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
+pub use model::{Control, Coordinate, Design, Multiplier, Param};
+pub use motion::{Composition, Grid, Inputs, Report, Start, Trajectory};
+pub use number::{Arithmetic, Cx, Real, Scalar, trace};
+pub use scene::{Scene, planar, scenes};
 pub use settings::Settings;
-pub use solver::{Solver, gradient, simulate};
+pub use solver::{LiftedSolver, LongSolver, Solver, State, Stopped, gradient, gradients, simulate};
 pub use system::{Elimination, EliminationNode, System};
-pub use trajectory::{Report, Trajectory};
 pub use warning::Warning;
 
 /// The linear algebra crate whose vectors and matrices the interfaces use.

@@ -19,10 +19,10 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use num_dual::Dual64;
 use std::ops::Range;
 
-use crate::refinement::Refinement;
-use crate::scalar::Real;
+use crate::motion::Refinement;
+use crate::motion::column;
+use crate::number::Real;
 use crate::system::{At, CostAt, Sums};
-use crate::trajectory::column;
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.

@@ -22,14 +22,14 @@ pub struct Settings {
     /// as in the paper. On grids that are not composed every given step is a macro step; a node where the mechanism is flat to
     /// seven digits, so that branches of Φ = 0 cross, is passed over.
     ///
-    /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see [`restart`](crate::restart)). Kinetic
+    /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see `docs/long-and-hard-motions.md`). Kinetic
     /// energies must be quadratic in v for it.
     pub drift_bound: f64,
     /// The multipliers begin anew after so many macro steps, counted from the start, so that they do not grow without bound under a steady load; 0 for
     /// never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.
     ///
     /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
-    /// With any number the energy of a conservative motion stays bounded (see [`restart`](crate::restart)).
+    /// With any number the energy of a conservative motion stays bounded (see `docs/long-and-hard-motions.md`).
     pub rebase_every: usize,
     /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,

@@ -70,7 +70,7 @@ fn indices_out_of_range_panic_where_the_documentation_says_so() {
 #[test]
 fn what_cannot_be_held_in_memory_panics_where_no_error_can_be_returned() {
     let (system, _) = cart();
-    let (inputs, composition) = (include_str!("../src/inputs.rs"), include_str!("../src/composition.rs"));
+    let (inputs, composition) = (include_str!("../src/motion/inputs.rs"), include_str!("../src/motion/composition.rs"));
     for steps in [usize::MAX, usize::MAX / 8, 1 << 61, 1 << 52] {
         assert_panics_as_documented(inputs, "pub fn uniform(", || Grid::uniform(steps, 0.1));
         for kind in Composition::ALL {

@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 
 use super::draw::check_number;
-use crate::scalar::Real;
+use crate::number::Real;
 use crate::{Cx, Error, Gradient, Inputs, LiftedSolver, Settings, Solver, System};
 
 /// One number that a motion follows from.

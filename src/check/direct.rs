@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
-use crate::scalar::Real;
+use crate::number::Real;
 use crate::{Error, Grid, Inputs, LiftedSolver, Settings, Start, System, Trajectory};
 
 /// How a motion and its cost change along a direction of the inputs.

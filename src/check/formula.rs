@@ -3,7 +3,7 @@
 use num_dual::{Dual, Dual64, DualNum};
 use std::ops::Range;
 
-use crate::scalar::Real;
+use crate::number::Real;
 use crate::{Cx, Scalar};
 
 /// A vector function y = f(x), written once for all numbers.

@@ -7,7 +7,7 @@ use super::lu::{self, Cancelled};
 use super::node::{Later, Node, Pair};
 use super::size::{Fixed, Free, Size};
 use super::square::Square;
-use crate::lanes::larger;
+use crate::number::larger;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::ops::Range;

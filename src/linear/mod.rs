@@ -14,6 +14,7 @@
 mod block_lu;
 mod condense;
 mod constant;
+mod equilibrate;
 mod fill;
 mod graph;
 mod kernel;
@@ -32,5 +33,6 @@ mod samples;
 mod tests;
 
 pub(crate) use block_lu::{BlockLu, Breakdown};
+pub(crate) use equilibrate::equilibrate;
 pub(crate) use pattern::{Branch, Group, Pattern};
 pub(crate) use symbolic::Symbolic;

@@ -14,7 +14,7 @@ use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, MOST_LOSS};
 use super::node::{Node, Shape};
 use super::size::Fixed;
-use crate::lanes::larger;
+use crate::number::larger;
 use std::marker::PhantomData;
 
 /// See the module.

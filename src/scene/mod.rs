@@ -2,19 +2,18 @@
 //!
 //! Adding never fails; [`Scene::compile`] checks everything and gives the [`System`] that can be simulated.
 
-mod handle;
-mod param;
+pub mod planar;
+pub mod scenes;
 
 use std::any::Any;
 use std::collections::HashSet;
 
-pub use handle::{Control, Coordinate, Design, Multiplier};
-pub use param::Param;
-
-use crate::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
-use crate::system::{AnyBatch, AnyCosts, Applied, Batch, CostItem, Costs, Holonomic, Item, Jet, Kinetic, Plan, Potential};
+use crate::model::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
+use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
+use crate::system::{
+    AnyBatch, AnyCosts, Applied, Batch, CostItem, Costs, Holonomic, Item, Jet, Kinetic, Parts, Plan, Potential,
+};
 use crate::{Error, System};
-use handle::{Handle, SceneTag};
 
 /// A mechanism under construction.
 ///
@@ -49,20 +48,7 @@ use handle::{Handle, SceneTag};
 #[derive(Default)]
 pub struct Scene {
     tag: SceneTag,
-    pub(crate) coordinates: Vec<String>,
-    /// The coordinates of each named group (a body), as ranges.
-    pub(crate) groups: Vec<(String, std::ops::Range<usize>)>,
-    pub(crate) initial: Vec<f64>,
-    pub(crate) controls: Vec<String>,
-    pub(crate) designs: Vec<(String, f64)>,
-    /// Name and number of equations of each constraint.
-    pub(crate) constraints: Vec<(String, usize)>,
-    pub(crate) equations: usize,
-    pub(crate) gravity: [Option<Param>; 2],
-    pub(crate) batches: Vec<Box<dyn AnyBatch>>,
-    pub(crate) costs: Vec<Box<dyn AnyCosts>>,
-    /// Parameters with a range of values that make sense, and their descriptions.
-    pub(crate) positive: Vec<(Param, String)>,
+    parts: Parts,
     elements: Vec<String>,
     costs_named: Vec<String>,
     /// The first thing found wrong, reported by `compile`.
@@ -79,36 +65,36 @@ impl Scene {
     ///
     /// The coordinates of a group are eliminated together in the linear solves; list together what is coupled closely.
     pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
-        let first = self.coordinates.len();
-        self.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
-        self.initial.resize(first + N, 0.0);
-        self.groups.push((group.to_string(), first..first + N));
+        let first = self.parts.coordinates.len();
+        self.parts.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
+        self.parts.initial.resize(first + N, 0.0);
+        self.parts.groups.push((group.to_string(), first..first + N));
         std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
     }
 
     /// The coordinate called `group.name`, if there is one.
     pub fn find_coordinate(&self, name: &str) -> Option<Coordinate> {
-        let index = self.coordinates.iter().position(|own| own == name)?;
+        let index = self.parts.coordinates.iter().position(|own| own == name)?;
         Some(Coordinate(self.tag.handle(index)))
     }
 
     /// Sets the value that a coordinate has in [`System::initial_coordinates`].
     pub fn place(&mut self, coordinate: Coordinate, value: f64) {
         if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
-            self.initial[coordinate.0.index] = value;
+            self.parts.initial[coordinate.0.index] = value;
         }
     }
 
     /// Adds a control channel.
     pub fn control(&mut self, name: &str) -> Control {
-        self.controls.push(name.to_string());
-        Control(self.tag.handle(self.controls.len() - 1))
+        self.parts.controls.push(name.to_string());
+        Control(self.tag.handle(self.parts.controls.len() - 1))
     }
 
     /// Adds a design variable with its value; bind it by giving it in place of a number.
     pub fn design(&mut self, name: &str, value: f64) -> Design {
-        self.designs.push((name.to_string(), value));
-        Design(self.tag.handle(self.designs.len() - 1))
+        self.parts.designs.push((name.to_string(), value));
+        Design(self.tag.handle(self.parts.designs.len() - 1))
     }
 
     /// Adds a kinetic energy T(q, v; b).
@@ -162,9 +148,9 @@ impl Scene {
     where
         E: Constraint<N, M, P>,
     {
-        let first = self.equations;
-        self.equations += M;
-        self.constraints.push((name.to_string(), M));
+        let first = self.parts.equations;
+        self.parts.equations += M;
+        self.parts.constraints.push((name.to_string(), M));
         let sigma = std::array::from_fn(|j| first + j);
         self.add(name, Holonomic(element), q, sigma, [], b);
         std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
@@ -195,11 +181,11 @@ impl Scene {
         }
         let item = CostItem::new(name, cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
         let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
-        let at = self.costs.iter_mut().position(like).unwrap_or_else(|| {
-            self.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
-            self.costs.len() - 1
+        let at = self.parts.costs.iter_mut().position(like).unwrap_or_else(|| {
+            self.parts.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
+            self.parts.costs.len() - 1
         });
-        if let Some(costs) = as_mut::<Costs<C, N, M, K, P>>(self.costs[at].as_any_mut()) {
+        if let Some(costs) = as_mut::<Costs<C, N, M, K, P>>(self.parts.costs[at].as_any_mut()) {
             costs.items.push(item);
         }
     }
@@ -213,7 +199,7 @@ impl Scene {
             return Err(problem);
         }
         self.check_names()?;
-        System::compile(self)
+        System::compile(self.parts)
     }
 
     fn add<J, const N: usize, const M: usize, const K: usize, const P: usize>(
@@ -238,11 +224,11 @@ impl Scene {
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
         let item = Item { name: name.to_string(), jet, q, sigma, u, b, plan: Plan::default() };
         let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
-        let at = self.batches.iter_mut().position(like).unwrap_or_else(|| {
-            self.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));
-            self.batches.len() - 1
+        let at = self.parts.batches.iter_mut().position(like).unwrap_or_else(|| {
+            self.parts.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));
+            self.parts.batches.len() - 1
         });
-        if let Some(batch) = as_mut::<Batch<J, N, M, K, P>>(self.batches[at].as_any_mut()) {
+        if let Some(batch) = as_mut::<Batch<J, N, M, K, P>>(self.parts.batches[at].as_any_mut()) {
             batch.items.push(item);
         }
     }
@@ -270,7 +256,7 @@ impl Scene {
     fn check_distinct(&mut self, element: &str, q: &[Coordinate]) -> bool {
         let mut seen = HashSet::new();
         let Some(twice) = q.iter().find(|q| !seen.insert(q.index())) else { return true };
-        let coordinate = self.coordinates[twice.index()].clone();
+        let coordinate = self.parts.coordinates[twice.index()].clone();
         self.report(Error::RepeatedCoordinate { element: element.to_string(), coordinate });
         false
     }
@@ -284,12 +270,12 @@ impl Scene {
 
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
-        self.positive.push((param, what));
+        self.parts.positive.push((param, what));
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: [Param; 2]) {
         if self.check_params("gravity", &gravity) {
-            self.gravity = gravity.map(Some);
+            self.parts.gravity = gravity.map(Some);
         }
     }
 
@@ -304,13 +290,13 @@ impl Scene {
     }
 
     fn check_names(&self) -> Result<(), Error> {
-        let designs: Vec<&String> = self.designs.iter().map(|(name, _)| name).collect();
-        let groups: Vec<&String> = self.groups.iter().map(|(name, _)| name).collect();
+        let designs: Vec<&String> = self.parts.designs.iter().map(|(name, _)| name).collect();
+        let groups: Vec<&String> = self.parts.groups.iter().map(|(name, _)| name).collect();
         unique("body or coordinate group", groups)?;
-        unique("coordinate", self.coordinates.iter().collect())?;
+        unique("coordinate", self.parts.coordinates.iter().collect())?;
         unique("element", self.elements.iter().collect())?;
         unique("cost", self.costs_named.iter().collect())?;
-        unique("control", self.controls.iter().collect())?;
+        unique("control", self.parts.controls.iter().collect())?;
         unique("design variable", designs)
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::jet::{First, Form, Jet, Local, Number, Seeds};
-use crate::element::ForcePoint;
+use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
 
 /// An applied force: adds Q to the right-hand side of Eq. (1b).

@@ -11,9 +11,9 @@ use super::item::Item;
 use super::jet::{Form, Jet, Local};
 use super::tangent;
 use crate::Cx;
-use crate::fingerprint::Fingerprint;
-use crate::scalar::Real;
-use crate::scene::Param;
+use crate::model::Param;
+use crate::number::Fingerprint;
+use crate::number::Real;
 
 /// The state of all coordinates at one node, in the scene's numbering.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ use super::batch::{At, Covector, Positions, Rows};
 use super::jet::Form;
 use super::sines::Wave;
 use crate::linear::Symbolic;
-use crate::step::{Given, StepStart};
+use crate::system::{Given, KnownPart};
 
 /// One entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ impl Constants {
 
     /// Writes −k: r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), without what varies,
     /// in the solver's order and with the opposite sign.
-    pub(crate) fn step_constants(&self, from: &StepStart, given: Given, positions: &Positions, r: &mut [f64]) {
+    pub(crate) fn step_constants(&self, from: &KnownPart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
         let terms = self.l_v.iter().zip(&self.force).zip(from.p_star);
         for (((l_v, force), start), &position) in terms.zip(&positions.v) {

@@ -7,11 +7,11 @@ use std::any::Any;
 use super::batch::At;
 use super::blame::{Argument, Suspect};
 use super::jet::{Slope, slope};
-use crate::element::{CostPoint, Sum};
-use crate::fingerprint::Fingerprint;
-use crate::scalar::Real;
-use crate::scene::Param;
-use crate::trace::{Structure, Trace};
+use crate::model::Param;
+use crate::model::element::{CostPoint, Sum};
+use crate::number::Fingerprint;
+use crate::number::Real;
+use crate::number::trace::{Structure, Trace};
 use crate::{Cost, Cx, Scalar};
 
 /// The paper's y, with u and t, at one node.

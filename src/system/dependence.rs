@@ -11,8 +11,8 @@ use super::blame::Argument;
 use super::item::Item;
 use super::jet::{Form, Jet, Local, time_input};
 use super::plan::Plan;
-use crate::fingerprint::Fingerprint;
-use crate::trace::{Structure, Trace};
+use crate::number::Fingerprint;
+use crate::number::trace::{Structure, Trace};
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
     /// Its arguments as inputs of a trace, numbered q, v, u, t; their values are for formulas that look at them.

@@ -14,9 +14,9 @@ use std::ops::Range;
 use super::batch::{AnyBatch, At};
 use super::constants::Entry;
 use super::jet::Form;
-use crate::equilibrate::equilibrate;
+use crate::linear::equilibrate;
 use crate::linear::{Branch, Group};
-use crate::trace::guarded;
+use crate::number::trace::guarded;
 
 /// A constraint: its equations and the blocks of coordinates it touches.
 struct Joint {

@@ -10,8 +10,8 @@ use super::constants::{Constants, Entry};
 use super::jet::{First, Form, Jet, Local, Number, Slope, slope};
 use super::plan::{MOST_SEEDS, Plan};
 use super::sines::Wave;
-use crate::scalar::Real;
-use crate::scene::Param;
+use crate::model::Param;
+use crate::number::Real;
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
 pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usize> {

@@ -11,8 +11,12 @@ mod groups;
 mod holonomic;
 mod item;
 mod jet;
+mod known;
 mod names;
+mod parts;
+mod plain;
 mod plan;
+mod sincos;
 mod sines;
 mod size;
 mod structure;
@@ -22,29 +26,29 @@ use nalgebra::DVector;
 use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
+pub(crate) use batch::{AnyBatch, At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{CostAt, CostRows, Costs, Item as CostItem, Weights};
+pub(crate) use cost::{AnyCosts, CostAt, CostRows, Costs, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::Item;
 pub(crate) use jet::Jet;
+pub(crate) use known::{Given, KnownPart};
+pub(crate) use parts::Parts;
 pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
 
-// Named in the signature of the sealed trait `Real`.
-pub use batch::{AnyBatch, PlainBatch};
-pub use cost::{AnyCosts, PlainCosts};
 pub use size::{Elimination, EliminationNode};
 
-use crate::fingerprint::Fingerprint;
 use crate::linear::{Breakdown, Symbolic};
-use crate::scalar::Real;
-use crate::scene::{Param, Scene};
-use crate::trace::take_look;
+use crate::model::Param;
+use crate::number::Fingerprint;
+use crate::number::Real;
+use crate::number::trace::take_look;
 use crate::{Error, memory};
 use blame::Suspect;
 use names::Names;
+use plain::{plain, plain_costs};
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
 ///
@@ -75,7 +79,7 @@ pub struct System {
 }
 
 impl System {
-    pub(crate) fn compile(scene: Scene) -> Result<Self, Error> {
+    pub(crate) fn compile(scene: Parts) -> Result<Self, Error> {
         let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
         if n == 0 {
             return Err(Error::EmptyScene);
@@ -307,7 +311,7 @@ impl System {
     pub(crate) fn plain_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
         sums.clear();
         for batch in &self.batches {
-            R::view(batch.as_ref()).add(at, sums);
+            plain::<R>(batch.as_ref()).add(at, sums);
         }
     }
 
@@ -315,20 +319,20 @@ impl System {
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
         sums.clear();
         for batch in self.batches.iter().filter(|batch| batch.form() == jet::Form::Kinetic) {
-            R::view(batch.as_ref()).add(at, sums);
+            plain::<R>(batch.as_ref()).add(at, sums);
         }
     }
 
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &At<R>, phi: &mut [R]) {
         for batch in &self.batches {
-            R::view(batch.as_ref()).phi(at, phi);
+            plain::<R>(batch.as_ref()).phi(at, phi);
         }
     }
 
     /// The weighted sum of all costs at one node.
     pub(crate) fn cost<R: Real>(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
-        let values = self.costs.iter().map(|costs| R::view_costs(costs.as_ref()).value(at, weights));
+        let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights));
         values.fold(R::zero(), |sum, value| sum + value)
     }
 
@@ -417,7 +421,7 @@ fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Resu
 
 #[cfg(test)]
 mod tests {
-    use crate::scenes::CartPendulum;
+    use crate::scene::scenes::CartPendulum;
 
     #[test]
     fn coordinates_of_a_long_chain_are_uncoupled_in_few_lists() {

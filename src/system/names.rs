@@ -1,7 +1,7 @@
 //! Names for reports and error messages.
 
+use super::parts::Parts;
 use crate::error::quoted;
-use crate::scene::Scene;
 
 #[derive(Clone, Debug)]
 pub(super) struct Names {
@@ -12,7 +12,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(super) fn new(scene: &Parts) -> Self {
         let equation = |name: &str, rows: usize, j: usize| match rows {
             1 => quoted(name),
             _ => format!("{} (equation {j})", quoted(name)),

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use super::jet::{First, Form, Seeds};
-use crate::trace::Structure;
+use crate::number::trace::Structure;
 
 /// The sizes of dual numbers that are made; beyond this, all coordinates are seeded.
 pub const MOST_SEEDS: usize = 4;
@@ -231,8 +231,8 @@ fn mirrors(used: &[usize], difference: impl Fn(usize, usize) -> bool) -> Vec<Mir
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planar::{Actuator, Damper, Distance, LinearSpring, Prismatic};
-    use crate::scene::Param;
+    use crate::model::Param;
+    use crate::scene::planar::{Actuator, Damper, Distance, LinearSpring, Prismatic};
     use crate::system::item::Item;
     use crate::system::jet::Jet;
     use crate::system::{Applied, At, Holonomic, Potential, Sums};

@@ -4,7 +4,7 @@ use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
 use super::super::point::Point;
 use super::{Derivative, ElementCheck, Rows};
-use crate::element::CostPoint;
+use crate::model::element::CostPoint;
 use crate::{Cost, Scalar};
 use std::ops::Range;
 

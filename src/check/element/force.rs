@@ -4,7 +4,7 @@ use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
 use super::super::point::Point;
 use super::{Derivative, ElementCheck, Rows, Value};
-use crate::element::ForcePoint;
+use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
 use std::ops::Range;
 

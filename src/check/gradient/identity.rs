@@ -12,7 +12,7 @@
 
 use num_dual::Dual64;
 
-use crate::refinement::Refinement;
+use crate::motion::Refinement;
 use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
 
 /// How well the identity holds.

@@ -16,8 +16,8 @@ use super::formula::{Differentiable, Formula, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
+use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
-use crate::scalar::Real;
 use crate::{Error, System};
 use point::Places;
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use super::super::random::Random;
 use super::terms::Terms;
+use crate::motion::column;
 use crate::paper_system::{PaperSystem, Variable, part};
-use crate::trajectory::column;
 
 /// The paper's y at one node, in its parts.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,83 @@
+//! What the adjoint sweep gives: J and its derivatives, and the adjoint variables on the way.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::number::all_finite;
+use crate::{Error, Start, System, Warning};
+
+/// The cost and its derivatives with respect to everything a motion follows from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient {
+    /// J.
+    pub value: f64,
+    /// dJ/du_i in column i = 0 … N (k × (N + 1)), Eq. (11) without the factor Δt.
+    pub controls: DMatrix<f64>,
+    /// dJ/db, Eq. (12).
+    pub design: DVector<f64>,
+    /// dJ/dq₀ and dJ/dv₀ (or dJ/dp*₀, if the motion was started with p*₀).
+    pub start: Start,
+    /// dJ/dΔt_i of the steps i = 1 … N; their sum weighted with the steps' shares is the derivative with respect to a free final time.
+    pub steps: Vec<f64>,
+    /// What the motion and the way back had to say.
+    pub warnings: Vec<Warning>,
+}
+
+/// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdjointVariables {
+    /// Of E1, q − q₋ − h (v + v₋).
+    pub a: DMatrix<f64>,
+    /// Of E2, p* − p*₋ − h (ṗ* + ṗ*₋).
+    pub b: DMatrix<f64>,
+    /// Of E3, 𝓛_v − p*.
+    pub c: DMatrix<f64>,
+    /// Of E4, 𝓛_q + Q − ṗ*.
+    pub d: DMatrix<f64>,
+    /// Of E5, dΦ/dt.
+    pub e: DMatrix<f64>,
+    /// At the nodes of a macro step at whose end the motion was started anew, what J gains per unit of σ₋, with which the step began, through
+    /// the σ that was started with (m × (N + 1); 0 elsewhere).
+    pub s: DMatrix<f64>,
+    /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
+    /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).
+    pub w: DMatrix<f64>,
+}
+
+impl Gradient {
+    /// Refuses sums over the nodes that overflowed.
+    pub(crate) fn check_finite(&self, system: &System) -> Result<(), Error> {
+        let Gradient { value, controls, design, start, steps, .. } = self;
+        let rate = if matches!(start, Start::Velocity { .. }) { "dJ/dv₀" } else { "dJ/dp*₀" };
+        let parts: [(&str, &[f64]); 6] = [
+            ("J", std::slice::from_ref(value)),
+            ("dJ/du", controls.as_slice()),
+            ("dJ/db", design.as_slice()),
+            ("dJ/dq₀", start.q().as_slice()),
+            (rate, start.rate().as_slice()),
+            ("dJ/dΔt", steps),
+        ];
+        let bad = parts.into_iter().find_map(|(name, values)| {
+            if all_finite(values) {
+                return None;
+            }
+            let k = values.iter().position(|x| !x.is_finite())?;
+            let what = match name {
+                "dJ/db" => format!("{name} of `{}`", system.design_name(k)),
+                "dJ/du" => format!("{name} of `{}` at node {}", system.control_name(k % system.k()), k / system.k()),
+                "dJ/dΔt" => format!("{name} of step {}", k + 1),
+                "J" => "J".into(),
+                _ => format!("{name} of `{}`", system.coordinate_name(k)),
+            };
+            Some(Error::Overflow { what, value: values[k] })
+        });
+        bad.map_or(Ok(()), Err)
+    }
+}
+
+impl AdjointVariables {
+    pub(crate) fn zeros(system: &System, nodes: usize) -> Self {
+        let state = || DMatrix::zeros(system.n(), nodes);
+        let (e, w) = (DMatrix::zeros(system.m(), nodes), DMatrix::zeros(4 * system.n() + system.m(), nodes));
+        AdjointVariables { a: state(), b: state(), c: state(), d: state(), s: e.clone(), e, w }
+    }
+}

@@ -1,0 +1,72 @@
+//! How much the adjoint variables grow on the way back: what a motion amplifies, rounding is part of.
+//!
+//! (a, b) = −(dJ/dq, dJ/dp*) are compared with what the costs have put into them so far, their own derivatives. With masses m for the pivots of
+//! K(0), and T for the duration of the motion, all are sizes of one unit, J/√J:
+//!
+//! ```text
+//!   |b| √m,   |a| T/√m        J_q T/√m,   J_v/√m,   J_p* √m,   J_ṗ* √m/Δt,   J_σ/√(1/m)
+//! ```
+//!
+//! Free flight keeps them; a cost that is small because its aim is reached is small in both.
+
+use crate::forward::Forward;
+use crate::motion::Report;
+use crate::scheme::UnitWeights;
+use crate::system::CostRows;
+use crate::{System, Warning};
+
+#[derive(Default)]
+pub(crate) struct Growth {
+    /// T, s.
+    duration: f64,
+    /// What the costs have put in.
+    source: f64,
+    most: f64,
+}
+
+impl Growth {
+    /// Nodes are looked at whose numbers are multiples of this.
+    pub(crate) const LOOK_EVERY: usize = 64;
+
+    pub(crate) fn begin(&mut self, forward: &Forward) {
+        let last = forward.trajectory.times[forward.trajectory.computed - 1];
+        *self = Growth { duration: (last - forward.inputs.grid.start).abs(), source: 0.0, most: 1.0 };
+    }
+
+    /// Adds what the costs of a node put in, at the last node and at those looked at, which stand for those between.
+    pub(crate) fn add_source(&mut self, system: &System, forward: &Forward, cost: &CostRows, node: usize) {
+        let steps = &forward.inputs.grid.steps;
+        let is_last = node == steps.len();
+        if !is_last && !node.is_multiple_of(Self::LOOK_EVERY) {
+            return;
+        }
+        let (positions, weights) = (system.positions(), &forward.newton.weights);
+        let step = steps[node.saturating_sub(1)..].first().map_or(1.0, |dt| dt.abs());
+        let of_rates = |rates: &[f64]| weights.of_velocities(positions, rates.iter().copied());
+        let sizes = [
+            self.duration * weights.of_momenta(positions, &cost.q),
+            weights.of_momenta(positions, &cost.v),
+            of_rates(&cost.p_star),
+            of_rates(&cost.p_star_dot) / step,
+            weights.of_equations(positions, &cost.sigma),
+        ];
+        let size = sizes.into_iter().fold(0.0, f64::max);
+        self.source += if is_last { size } else { Self::LOOK_EVERY as f64 * size };
+    }
+
+    /// Compares a and b with what the costs have put in.
+    pub(crate) fn watch(&mut self, system: &System, weights: &UnitWeights, (a, b): (&[f64], &[f64])) {
+        let positions = system.positions();
+        let size = weights.of_velocities(positions, b.iter().copied()).max(self.duration * weights.of_momenta(positions, a));
+        if self.source > 0.0 {
+            self.most = self.most.max(size / self.source);
+        }
+    }
+
+    pub(crate) fn tell(&self, report: &mut Report) {
+        report.adjoint_growth = self.most;
+        if self.most > Warning::GROWTH {
+            report.warn(Warning::AdjointGrowth { factor: self.most });
+        }
+    }
+}

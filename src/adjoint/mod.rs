@@ -1,0 +1,10 @@
+//! The way back: the discrete adjoint equations, the gradient, and how far it can be trusted.
+
+mod gradient;
+mod growth;
+mod resolution;
+mod restart;
+mod sweep;
+
+pub use gradient::{AdjointVariables, Gradient};
+pub(crate) use sweep::Sweep;

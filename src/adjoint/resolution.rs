@@ -1,0 +1,219 @@
+//! Whether steps resolve the elements: the gradient of a discrete motion is exact, and useless where forces change faster than its steps.
+//!
+//! An element adds w = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt to the adjoint equations of a step, with the step's c, d and e divided by Δt. On the chord
+//! from the point where the step begins to the one where it ends, (q, v, σ, u, t) for s = 0 … 1, the trapezoidal rule takes the derivatives at its
+//! ends for those between them. What it misses, ε, and what the cost gains per second by which the motion is ahead, S:
+//!
+//! ```text
+//!   ε = w(1) − w(0) − ½ (w′(0) + w′(1)),      S = (|aᵀ(q − q₋)| + |bᵀ(p* − p*₋)|)/Δt
+//! ```
+//!
+//! A motion that is ahead by τ changes the cost by τ S, and the gradient has τ ε of that wrong: of third order in the step for smooth elements, the jump
+//! for a force that jumps inside the step. Of a narrow hill that is seen by several nodes the ε of its steps cancel, as those of the stages of a composed step do, so
+//! they are summed over the steps of one event: shares |Σ ε|/S of all events and elements, summed by squares, are worth a warning from
+//! [`Warning::BENT`] on. On composed grids a macro step is one event, and every step is looked at.
+//!
+//! Steps are looked at where the velocities at their ends were not what the nodes before led to expect, so that a motion that is resolved costs
+//! nothing. What no node feels is not found: a well or a pulse that lies between two nodes.
+
+use num_dual::Dual64;
+use num_traits::Zero;
+
+use crate::adjoint::Sweep;
+use crate::forward::Forward;
+use crate::forward::restart::Restart;
+use crate::motion::{Report, column};
+use crate::system::{At, Covector, Within};
+use crate::{System, Warning};
+
+/// An element bends if the derivatives at the ends of a step miss more than this part of what happens.
+const BENT: f64 = 0.2;
+/// What they miss in one step counts by itself, whatever others make good, if it is more than this part of what happens: seen by one node, a pulse is over.
+const MISSED: f64 = 0.8;
+/// So many steps without surprise end an event.
+const QUIET: usize = 3;
+
+/// What elements do within steps.
+pub(crate) struct Resolution {
+    /// The points at both ends of a step, with their change as derivative.
+    ends: [End; 2],
+    design: Vec<Dual64>,
+    /// The step's c, d and e.
+    c: Vec<f64>,
+    d: Vec<f64>,
+    e: Vec<f64>,
+    /// The event at hand, by element.
+    bends: Vec<Bend>,
+    /// The largest S in it.
+    most: f64,
+    /// Steps without surprise since the last with one; none in an event that has not begun.
+    quiet: Option<usize>,
+    /// Σ (Σ ε/S)².
+    total: f64,
+    /// The largest of these terms, its element, and where most was missed.
+    worst: f64,
+    element: usize,
+    at: Place,
+}
+
+/// What an element has done in an event.
+#[derive(Clone, Copy, Default)]
+struct Bend {
+    missed: f64,
+    /// The most that was missed of what happened in one step.
+    alone: f64,
+    bends: bool,
+    most: f64,
+    at: Place,
+}
+
+/// A step, counted from 1, and its end, s.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    step: usize,
+    time: f64,
+}
+
+#[derive(Clone)]
+struct End {
+    q: Vec<Dual64>,
+    v: Vec<Dual64>,
+    sigma: Vec<Dual64>,
+    u: Vec<Dual64>,
+    t: Dual64,
+}
+
+impl Resolution {
+    pub(crate) fn new(system: &System) -> Self {
+        let bending = system.bending_elements().count();
+        let (n, m, k) = if bending > 0 { (system.n(), system.m(), system.k()) } else { (0, 0, 0) };
+        let zeros = |len| vec![0.0; len];
+        let duals = |len| vec![Dual64::zero(); len];
+        let end = End { q: duals(n), v: duals(n), sigma: duals(m), u: duals(k), t: Dual64::zero() };
+        Resolution {
+            ends: [end.clone(), end],
+            design: duals(system.designs()),
+            c: zeros(n),
+            d: zeros(n),
+            e: zeros(m),
+            bends: vec![Bend::default(); bending],
+            most: 0.0,
+            quiet: None,
+            total: 0.0,
+            worst: 0.0,
+            element: 0,
+            at: Place::default(),
+        }
+    }
+
+    pub(crate) fn begin(&mut self) {
+        self.end_event();
+        (self.total, self.worst) = (0.0, 0.0);
+    }
+
+    fn end_event(&mut self) {
+        for (element, bend) in self.bends.iter_mut().enumerate() {
+            let Bend { missed, alone, bends, at, .. } = std::mem::take(bend);
+            let missed = missed.abs().max(alone);
+            let share = if bends && missed > 0.0 { missed / self.most } else { 0.0 };
+            self.total += share * share;
+            if share > self.worst {
+                (self.worst, self.element, self.at) = (share, element, at);
+            }
+        }
+        (self.most, self.quiet) = (0.0, None);
+    }
+
+    /// Says what was missed, if it is worth a warning.
+    pub(crate) fn tell(&mut self, system: &System, report: &mut Report) {
+        self.end_event();
+        let share = self.total.sqrt();
+        if share > Warning::BENT {
+            let element = system.bending_elements().nth(self.element).unwrap_or_default().into();
+            report.warn(Warning::UnresolvedElement { element, step: self.at.step, time: self.at.time, share });
+        }
+    }
+}
+
+impl End {
+    /// A point, and the change from one to another.
+    fn load(&mut self, at: &At<f64>, from: &At<f64>, to: &At<f64>) {
+        let load = |into: &mut [Dual64], at: &[f64], from: &[f64], to: &[f64]| {
+            let values = at.iter().zip(from.iter().zip(to));
+            into.iter_mut().zip(values).for_each(|(x, (&at, (from, to)))| *x = Dual64::new(at, to - from));
+        };
+        load(&mut self.q, at.q, from.q, to.q);
+        load(&mut self.v, at.v, from.v, to.v);
+        load(&mut self.sigma, at.sigma, from.sigma, to.sigma);
+        load(&mut self.u, at.u, from.u, to.u);
+        self.t = Dual64::new(at.t, to.t - from.t);
+    }
+
+    fn at<'a>(&'a self, design: &'a [Dual64]) -> At<'a, Dual64> {
+        At { q: &self.q, v: &self.v, sigma: &self.sigma, u: &self.u, t: self.t, design }
+    }
+}
+
+impl Sweep {
+    /// Looks whether elements bend within the step into a node, if it is worth it; its adjoint equations have just been solved.
+    pub(crate) fn watch_resolution(&mut self, system: &System, forward: &Forward, restart: Option<&Restart>, node: usize) {
+        let (event, stages) = (&mut self.resolution, forward.inputs.grid.stages);
+        if stages > 1 {
+            // What is missed in one stage is made good by others.
+            if self.refinement.given_node(node).is_some_and(|given| given.is_multiple_of(stages)) {
+                event.end_event();
+            }
+            event.quiet = Some(0);
+        } else if forward.is_surprising(node) {
+            event.quiet = Some(0);
+        } else if let Some(quiet) = &mut event.quiet {
+            *quiet += 1;
+            if *quiet > QUIET {
+                event.end_event();
+            }
+        }
+        if self.resolution.quiet.is_some() {
+            self.look_into_step(system, forward, restart, node);
+        }
+    }
+
+    #[cold]
+    fn look_into_step(&mut self, system: &System, forward: &Forward, restart: Option<&Restart>, node: usize) {
+        let (here, before) = (forward.at(node), forward.at(node - 1));
+        let end = restart.map_or(here, |end| At { q: end.q, v: end.v, sigma: end.sigma, ..here });
+        let (rates, k, steps) = (&forward.trajectory.p_star_dot, node - forward.first, &forward.inputs.grid.steps);
+        let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
+        let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
+        let both = 0.5 * (steps[node - 1] + after);
+        let Resolution { ends: [from, to], design, c, d, e, bends, most, .. } = &mut self.resolution;
+        from.load(&before, &before, &end);
+        to.load(&end, &before, &end);
+        design.iter_mut().zip(here.design).for_each(|(design, &value)| *design = Dual64::from_re(value));
+        // c and e belong to the halves of both steps at the node.
+        let per_second = if both == 0.0 { 0.0 } else { both.recip() };
+        c.iter_mut().zip(&self.node.c).for_each(|(c, of_node)| *c = per_second * of_node);
+        e.iter_mut().zip(&self.node.e).for_each(|(e, of_node)| *e = per_second * of_node);
+        d.iter_mut().zip(&self.node.b).for_each(|(d, b)| *d = -b);
+        let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * crate::number::dot_sum(x, y, z).abs();
+        let gain = mean(&self.node.a, end.v, before.v) + mean(&self.node.b, rate_end, column(rates, k - 1));
+        *most = most.max(gain);
+        let place = Place { step: self.refinement.given_step(node), time: here.t };
+        let mut bends = bends.iter_mut();
+        let mut judge = |Within { missed, change }: Within| {
+            let Some(bend) = bends.next().filter(|_| missed.is_finite()) else { return };
+            bend.missed += missed;
+            if missed.abs() > MISSED * change {
+                bend.alone = bend.alone.max(missed.abs());
+            }
+            if missed.abs() > BENT * change {
+                bend.bends = true;
+                if missed.abs() > bend.most {
+                    (bend.most, bend.at) = (missed.abs(), place);
+                }
+            }
+        };
+        let (ends, with) = ([from.at(design), to.at(design)], Covector { c, d, e });
+        system.bending().for_each(|batch| batch.look_within(&ends, &with, &mut judge));
+        self.report.chord_evaluations += 2 * self.resolution.bends.len();
+    }
+}

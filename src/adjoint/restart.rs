@@ -1,0 +1,105 @@
+//! The adjoint of a restart: from dJ/dq and dJ/dp* of the restarted motion to dJ/dq⁻ and dJ/dv⁻ of the step before.
+
+use super::Sweep;
+use crate::System;
+use crate::forward::Forward;
+use crate::forward::restart::Restart;
+use crate::linear::Breakdown;
+use crate::number::largest;
+use crate::system::{At, Covector, InputRows};
+
+/// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
+const MOST_CORRECTIONS: usize = 30;
+
+impl Sweep {
+    /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻.
+    pub(crate) fn cross(
+        &mut self,
+        system: &System,
+        forward: &mut Forward,
+        restart: &Restart,
+        node: usize,
+    ) -> Result<(), Breakdown> {
+        self.cost.clear();
+        self.cost_is_zero = false;
+        self.cost.q.iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
+        self.node.b.iter_mut().for_each(|b| *b = -*b);
+        self.cross_momentum(system, forward, restart, node);
+        if let Some(projection) = restart.projection {
+            self.cross_projection(system, forward, (restart.q, projection), node)?;
+        }
+        self.next.a.fill(0.0);
+        self.next.b.fill(0.0);
+        self.next.e.fill(0.0);
+        Ok(())
+    }
+
+    /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
+    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize) {
+        let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
+        forward.newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
+        self.cost.v.copy_from_slice(&self.rows.v);
+        self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
+        let here = forward.at(node);
+        // dJ/ds in the place of what goes to σ₋.
+        self.carried.copy_from_slice(&self.rows.sigma);
+        self.carried_to = Some(restart.before);
+        for &(j, mu) in &forward.trajectory.compliance {
+            self.carried[j] += mu * self.node.e[j];
+        }
+        let [now, before] = restart.weights;
+        for (j_sigma, carried) in self.cost.sigma.iter_mut().zip(&mut self.carried) {
+            *j_sigma = now * *carried;
+            *carried *= before;
+        }
+        let at = At { v: restart.v, sigma: restart.begin, ..here };
+        let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
+        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
+        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+    }
+
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w.
+    fn cross_projection(
+        &mut self,
+        system: &System,
+        forward: &mut Forward,
+        (q_before, (nu, blocks)): (&[f64], (&[f64], &[f64])),
+        node: usize,
+    ) -> Result<(), Breakdown> {
+        self.rows.q.fill(0.0);
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_CORRECTIONS {
+            // c of the iterate before, to see what changes.
+            self.node.d.copy_from_slice(&self.node.c);
+            let (positions, right) = (system.positions(), &mut self.right);
+            let terms = self.cost.q.iter().zip(&self.rows.q);
+            positions.v.iter().zip(terms).for_each(|(&position, (j_q, row))| right[position] = -(j_q + row));
+            positions.sigma.iter().for_each(|&position| right[position] = 0.0);
+            forward.newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
+            self.node.c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
+            self.node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
+            let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
+            forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            self.node.d.iter_mut().zip(&self.node.c).for_each(|(d, c)| *d -= c);
+            let change = largest(&self.node.d);
+            if change <= 1e-16 * largest(&self.node.c) || change >= 0.5 * last {
+                break;
+            }
+            last = change;
+        }
+        self.cost.q.iter_mut().zip(&self.rows.v).for_each(|(q, row)| *q = -row);
+
+        let here = forward.at(node);
+        // w in the place of d, which is no longer needed.
+        self.node.d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
+        let at = At { v: &self.node.d, sigma: nu, ..here };
+        let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
+        let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
+        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
+        for batch in system.sensitive() {
+            batch.pull_back_inputs(&at, &with, &mut rows);
+            batch.pull_back_phi(&at, &self.node.e, &mut rows);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,381 @@
+//! The backward sweep: the exact discrete adjoint of the step equations, and the gradient (Eq. 5–12).
+//!
+//! The Lagrangian Σ ℓ_i + Σ (aᵀE1 + bᵀE2 + cᵀE3 + dᵀE4 + eᵀE5)_i is stationary in all y_i. With half steps h into the
+//! node and h₊ out of it (0 at the end), J_x the cost's partials at the node, and a₊, b₊ of the next node:
+//!
+//! ```text
+//!   ∂p*:  c = b − b₊ + J_p*                      ∂ṗ*:  d = −h b − h₊ b₊ + J_ṗ*
+//!   ∂σ :  Φ_q c + (dΦ/dt)_q d + J_σ = 0
+//!   ∂v :  −h a − h₊ a₊ + 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e + J_v = 0
+//!   ∂q :  a − a₊ + 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e + J_q = 0
+//! ```
+//!
+//! Insert b = c + b₊ − J_p* into d: d = −h c + d̂ with d̂ = J_ṗ* + h J_p* − (h + h₊) b₊. Then ∂v + h ∂q and ∂σ are n + m equations for
+//! (c, e) with the matrix K(h)ᵀ, and at node 0 the same with h = 0:
+//!
+//! ```text
+//!   Kᵀ (c, e) = ( (h + h₊) a₊ − J_v − h J_q − (𝓛_qv + Q_v)ᵀ d̂ − h (𝓛_qq + Q_q)ᵀ d̂,   −J_σ − (dΦ/dt)_q d̂ )
+//! ```
+//!
+//! With a compliance (`forward/redundancy.rs`) μ the last part is −J_σ − (dΦ/dt)_q d̂ − μ e₊.
+
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+use crate::adjoint::growth::Growth;
+use crate::adjoint::resolution::Resolution;
+use crate::adjoint::{AdjointVariables, Gradient};
+use crate::forward::Forward;
+use crate::forward::restart::Restart;
+use crate::linear::Breakdown;
+use crate::motion::Refinement;
+use crate::motion::{Report, column, column_mut};
+use crate::number::{all_finite, dot_sum};
+use crate::scheme::Newton;
+use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
+use crate::{Error, Settings, Start, System};
+
+/// Adjoint variables of one node.
+#[derive(Clone, Default)]
+pub(crate) struct Node {
+    pub(crate) a: Vec<f64>,
+    pub(crate) b: Vec<f64>,
+    pub(crate) c: Vec<f64>,
+    pub(crate) d: Vec<f64>,
+    pub(crate) e: Vec<f64>,
+}
+
+/// The backward sweep and its memory.
+pub(crate) struct Sweep {
+    pub(crate) gradient: Gradient,
+    pub(crate) report: Report,
+    variables: Option<AdjointVariables>,
+    /// The node at hand and, in a and b, the one after it.
+    pub(crate) node: Node,
+    pub(crate) next: Node,
+    pub(crate) cost: CostRows,
+    pub(crate) cost_is_zero: bool,
+    pub(crate) rows: Rows,
+    /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
+    pub(crate) right: Vec<f64>,
+    pub(crate) zeros: Pair,
+    /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
+    pub(crate) carried: Vec<f64>,
+    pub(crate) carried_to: Option<usize>,
+    growth: Growth,
+    /// dJ/du of the node at hand.
+    pub(crate) u: Vec<f64>,
+    /// Σ of explicit derivatives with respect to t over the nodes done.
+    pub(crate) time: f64,
+    pub(crate) resolution: Resolution,
+    pub(crate) refinement: Refinement,
+}
+
+impl Sweep {
+    pub(crate) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let zeros = |len| vec![0.0; len];
+        let node = Node { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
+        let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
+        let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
+        Sweep {
+            gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
+            report: Report::default(),
+            variables: None,
+            next: node.clone(),
+            node,
+            cost: CostRows::new(n, m, system.k(), system.designs()),
+            rows: Rows::new(n, m),
+            cost_is_zero: true,
+            right: zeros(n + m),
+            zeros: Pair::new(n, m),
+            carried: zeros(m),
+            carried_to: None,
+            growth: Growth::default(),
+            u: zeros(system.k()),
+            time: 0.0,
+            resolution: Resolution::new(system),
+            refinement: Refinement::default(),
+        }
+    }
+
+    /// Drops what belonged to another motion.
+    pub(crate) fn forget(&mut self) {
+        self.variables = None;
+    }
+
+    pub(crate) fn variables(&self) -> Option<&AdjointVariables> {
+        self.variables.as_ref()
+    }
+
+    pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
+        forward.trajectory.check_complete(&forward.inputs)?;
+        let nodes = forward.inputs.grid.nodes();
+        self.begin(system, forward, settings);
+        self.back(system, forward, 0..nodes)?;
+        self.finish(system, forward)
+    }
+
+    /// Goes back through these nodes.
+    pub(crate) fn back(&mut self, system: &System, forward: &mut Forward, nodes: Range<usize>) -> Result<(), Error> {
+        let restarts = std::mem::take(&mut forward.restarts);
+        let done = nodes.rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
+        forward.restarts = restarts;
+        done
+    }
+
+    /// Refuses sums that overflowed, and says how far the gradient can be trusted.
+    pub(crate) fn finish(&mut self, system: &System, forward: &Forward) -> Result<&Gradient, Error> {
+        self.growth.tell(&mut self.report);
+        self.resolution.tell(system, &mut self.report);
+        self.gradient.warnings.clear();
+        self.gradient.warnings.extend(forward.report.warnings.iter().chain(&self.report.warnings).cloned());
+        self.gradient.check_finite(system)?;
+        Ok(&self.gradient)
+    }
+
+    /// Goes back through one node, and through the step into it.
+    fn visit(&mut self, system: &System, forward: &mut Forward, restart: Option<Restart>, node: usize) -> Result<(), Error> {
+        let steps = &forward.inputs.grid.steps;
+        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
+        let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
+        self.cost_rows(system, forward, node)?;
+        if !self.cost_is_zero {
+            self.growth.add_source(system, forward, &self.cost, node);
+        }
+        if self.carried_to == Some(node) {
+            self.carried_to = None;
+            self.cost.sigma.iter_mut().zip(&mut self.carried).for_each(|(sum, carried)| *sum += std::mem::take(carried));
+            self.cost_is_zero = false;
+        }
+        let begins = restart.is_some() || node == 0;
+        self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
+        self.input_rows(system, &forward.newton, || forward.at(node), node)?;
+        if let Some(restart) = restart {
+            let crossed = self.cross(system, forward, &restart, node);
+            crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
+            self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
+            let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
+            self.input_rows(system, &forward.newton, end, node)?;
+        }
+        self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
+        if node > 0 {
+            if system.may_bend() {
+                self.watch_resolution(system, forward, restart.as_ref(), node);
+            }
+            self.step_row(forward, restart, node);
+        } else {
+            self.start_rows(system, forward);
+        }
+        self.store(forward, node);
+        if node.is_multiple_of(Growth::LOOK_EVERY) {
+            self.growth.watch(system, &forward.newton.weights, (&self.node.a, &self.node.b));
+        }
+        std::mem::swap(&mut self.node, &mut self.next);
+        Ok(())
+    }
+
+    /// Makes room for the gradient with respect to the given inputs and sets it to zero.
+    pub(crate) fn begin(&mut self, system: &System, forward: &Forward, settings: &Settings) {
+        let inputs = &forward.inputs;
+        self.refinement = forward.refinement();
+        self.carried.fill(0.0);
+        self.carried_to = None;
+        self.growth.begin(forward);
+        self.resolution.begin();
+        let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
+        let gradient = &mut self.gradient;
+        if gradient.controls.ncols() != nodes {
+            gradient.controls = DMatrix::zeros(system.k(), nodes);
+        }
+        gradient.controls.fill(0.0);
+        gradient.steps.clear();
+        gradient.steps.resize(nodes - 1, 0.0);
+        if std::mem::discriminant(&gradient.start) != std::mem::discriminant(&inputs.start) {
+            gradient.start = inputs.start.clone();
+        }
+        gradient.value = 0.0;
+        gradient.design.fill(0.0);
+        self.report = Report::default();
+        self.time = 0.0;
+        self.next.a.fill(0.0);
+        self.next.b.fill(0.0);
+        self.next.e.fill(0.0);
+        self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
+    }
+
+    /// J's terms at node `i`, their partials and their weights' derivatives.
+    fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) -> Result<(), Error> {
+        self.u.fill(0.0);
+        if !self.cost_is_zero {
+            self.cost.clear();
+            self.cost_is_zero = true;
+        }
+        let steps = &forward.inputs.grid.steps;
+        if i < steps.len() && !system.has_running_cost() {
+            return Ok(());
+        }
+        let (Some(weights), Some(given)) = (self.refinement.weights(steps, i), self.refinement.given_node(i)) else {
+            return Ok(());
+        };
+        let at = forward.cost_at(i);
+        system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
+        self.cost_is_zero = false;
+        self.report.cost_evaluations += self.cost.evaluations;
+        self.gradient.value += self.cost.value;
+        self.u.copy_from_slice(&self.cost.u);
+        self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.time += self.cost.time;
+        if let Some(before) = given.checked_sub(1) {
+            self.gradient.steps[before] += self.cost.step_before;
+        }
+        if let Some(after) = self.gradient.steps.get_mut(given) {
+            *after += self.cost.step_after;
+        }
+        if self.cost.is_finite() {
+            return Ok(());
+        }
+        Err(system.bad_cost(&at, &weights, &mut self.cost, given))
+    }
+
+    fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {
+        system.singular_step(breakdown, self.refinement.given_step(node), forward.at(node).t)
+    }
+
+    /// Solves the adjoint equations of a node, with half steps h into it and h₊ out of it, and with its blocks or others.
+    fn solve_node(
+        &mut self,
+        system: &System,
+        forward: &mut Forward,
+        i: usize,
+        (h, h_next): (f64, f64),
+        blocks: Option<&[f64]>,
+    ) -> Result<(), Error> {
+        let n = system.n();
+        let (node, next) = (&mut self.node, &self.next);
+        let cost = (!self.cost_is_zero).then_some(&self.cost);
+        let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, i - forward.first));
+        let newton = &mut forward.newton;
+        let positions = system.positions();
+        let right = &mut self.right[..];
+        // Of equal length, so that the loops below need no checks.
+        let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
+
+        // d̂, and the right-hand side.
+        let d = &mut node.d[..n];
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            d[k] = -(h + h_next) * b_next[k];
+            right[position] = (h + h_next) * a_next[k];
+        }
+        positions.sigma.iter().for_each(|&position| right[position] = 0.0);
+        if let Some(cost) = cost {
+            for (k, &position) in positions.v[..n].iter().enumerate() {
+                d[k] += cost.p_star_dot[k] + h * cost.p_star[k];
+                right[position] -= cost.v[k] + h * cost.q[k];
+            }
+            positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
+        }
+        for &(j, mu) in &forward.trajectory.compliance {
+            right[positions.sigma[j]] -= mu * next.e[j];
+        }
+        newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
+
+        if let Err(breakdown) = newton.factor_and_solve_transposed(system, h, blocks, right, &mut self.report) {
+            return Err(self.singular(system, forward, i, &breakdown));
+        }
+
+        let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
+        for (k, &position) in positions.v[..n].iter().enumerate() {
+            c[k] = right[position];
+            d[k] -= h * c[k];
+            b[k] = c[k] + b_next[k];
+        }
+        node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
+        a.copy_from_slice(a_next);
+        if let Some(cost) = cost {
+            a.iter_mut().zip(&cost.q).for_each(|(a, j_q)| *a -= j_q);
+            b.iter_mut().zip(&cost.p_star).for_each(|(b, j_p)| *b -= j_p);
+        }
+        newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
+        Ok(())
+    }
+
+    /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
+    fn input_rows<'a>(
+        &mut self,
+        system: &System,
+        newton: &Newton,
+        at: impl Fn() -> At<'a, f64>,
+        node: usize,
+    ) -> Result<(), Error> {
+        newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
+        let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
+        let design = self.gradient.design.as_mut_slice();
+        let evaluations = &mut self.report.input_evaluations;
+        let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
+        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
+        if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
+            return Ok(());
+        }
+        // Sums that overflowed are told by name at the end.
+        system.find_bad_input(&at(), self.refinement.given_step(node)).map_or(Ok(()), Err)
+    }
+
+    /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes.
+    fn step_row(&mut self, forward: &Forward, restart: Option<Restart>, i: usize) {
+        let (v, rate, k) = (&forward.trajectory.v, &forward.trajectory.p_star_dot, i - forward.first);
+        let (v_end, rate_end) = restart.map_or_else(|| (column(v, k), column(rate, k)), |end| (end.v, end.p_star_dot));
+        let own = dot_sum(&self.node.a, v_end, column(v, k - 1)) + dot_sum(&self.node.b, rate_end, column(rate, k - 1));
+        self.refinement.add_step(i, self.time - 0.5 * own, &mut self.gradient.steps);
+    }
+
+    /// Keeps the adjoint variables of node `i`, if they are wanted.
+    fn store(&mut self, forward: &Forward, i: usize) {
+        let Some(variables) = &mut self.variables else { return };
+        let (node, next, cost) = (&self.node, &self.next, &self.cost);
+        // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
+        let a = column_mut(&mut variables.a, i);
+        if i > 0 {
+            a.copy_from_slice(&node.a)
+        } else {
+            a.fill(0.0)
+        }
+        column_mut(&mut variables.b, i).copy_from_slice(&node.b);
+        column_mut(&mut variables.c, i).copy_from_slice(&node.c);
+        column_mut(&mut variables.d, i).copy_from_slice(&node.d);
+        column_mut(&mut variables.e, i).copy_from_slice(&node.e);
+        column_mut(&mut variables.s, i).copy_from_slice(&self.carried);
+
+        let (n, h_next) = (node.a.len(), forward.inputs.grid.steps.get(i).map_or(0.0, |dt| 0.5 * dt));
+        let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);
+        for k in 0..n {
+            let at_start = (node.a[k], node.b[k]);
+            let inside = (h_next * next.a[k] - cost.v[k], h_next * next.b[k] - cost.p_star_dot[k]);
+            (first[k], first[n + k]) = if i > 0 { inside } else { at_start };
+        }
+        rest[..n].copy_from_slice(&node.c);
+        rest[n..2 * n].copy_from_slice(&node.d);
+        rest[2 * n..].copy_from_slice(&node.e);
+    }
+
+    /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
+    fn start_rows(&mut self, system: &System, forward: &Forward) {
+        // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
+        self.gradient.start.q_mut().iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
+        self.gradient.start.rate_mut().iter_mut().zip(&self.node.b).for_each(|(p, b)| *p = -b);
+        if let Start::Velocity { q, v } = &mut self.gradient.start {
+            let zeros = vec![0.0; system.n()];
+            let none = vec![0.0; system.m()];
+            let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
+            let at = forward.at(0);
+            let blocks = column(&forward.blocks, 0);
+            forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
+            let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
+            let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
+            system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+            v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
+            q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
+        }
+    }
+}

@@ -1,0 +1,428 @@
+//! The forward sweep: consistent start, then one step after the other.
+
+mod continuation;
+mod drift;
+mod halving;
+mod projection;
+pub(crate) mod rank;
+mod redundancy;
+pub(crate) mod restart;
+mod start;
+mod surprise;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::forward::continuation::Continuation;
+use crate::forward::halving::Ahead;
+use crate::forward::redundancy::Relaxed;
+use crate::linear::Breakdown;
+use crate::motion::{Report, column, column_mut};
+use crate::number::largest;
+use crate::scheme::Newton;
+use crate::scheme::Predictor;
+use crate::scheme::{StepFailure, Unknowns};
+use crate::system::{At, CostAt};
+use crate::system::{Given, KnownPart};
+use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, memory};
+use restart::{LastEnd, Point, Restarts};
+
+/// What a compliance may take of the largest velocity; more says that constraints contradict each other.
+const CONTRADICTION: f64 = 1e-6;
+
+/// Numbers of an iterate from here on are no arguments of a mechanism: their cubes overflow.
+const RAN_AWAY: f64 = 1e100;
+
+/// A motion, with what the adjoint sweep needs of it.
+pub(crate) struct Forward {
+    /// On the grid that is taken; what is ahead stands behind a gap, while there is one.
+    pub(crate) inputs: Inputs,
+    pub(crate) ahead: Ahead,
+    /// The node that column 0 of the trajectory holds.
+    pub(crate) first: usize,
+    pub(crate) trajectory: Trajectory,
+    /// The second derivatives of all varying elements, one column a node.
+    pub(crate) blocks: DMatrix<f64>,
+    pub(crate) restarts: Restarts,
+    pub(crate) newton: Newton,
+    pub(crate) report: Report,
+    predictor: Predictor,
+    /// The most that an angle turned in a step, if it is worth a warning.
+    most_turn: f64,
+    /// The first node that may be extrapolated from.
+    pub(crate) smooth_from: usize,
+    pub(crate) continuation: Continuation,
+    /// Whether the step into a column is worth a look, if elements may bend within it.
+    pub(crate) surprising: Vec<bool>,
+    start_q: Vec<f64>,
+    start_p: Vec<f64>,
+    start_sigma: Vec<f64>,
+    /// Φ of a node, and what its entries are compared with.
+    pub(crate) phi: Vec<f64>,
+    pub(crate) lengths: Vec<f64>,
+    /// The largest range of σ between two restarts, as estimated so far.
+    pub(crate) most_range: f64,
+    pub(crate) last_end: LastEnd,
+    /// A point of a restart.
+    pub(crate) restarting: Point,
+    /// The dependent constraints of the last start that had any.
+    pub(crate) relaxed: Option<Relaxed>,
+}
+
+impl Forward {
+    pub(crate) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let empty = Inputs {
+            grid: Grid::new(0.0, Vec::new()),
+            start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
+            controls: DMatrix::zeros(0, 0),
+            design: DVector::zeros(0),
+        };
+        Forward {
+            inputs: empty,
+            ahead: Ahead::new(),
+            first: 0,
+            trajectory: Trajectory::zeros(system, 0),
+            blocks: DMatrix::zeros(0, 0),
+            restarts: Restarts::default(),
+            newton: Newton::new(system),
+            report: Report::default(),
+            predictor: Predictor::new(),
+            most_turn: Warning::TURN,
+            smooth_from: 0,
+            continuation: Continuation::new(n, m),
+            surprising: Vec::new(),
+            start_q: vec![0.0; n],
+            start_p: vec![0.0; n],
+            start_sigma: vec![0.0; m],
+            phi: vec![0.0; m],
+            lengths: vec![0.0; m],
+            most_range: 0.0,
+            last_end: LastEnd { node: 0, sigma: vec![0.0; m] },
+            restarting: Point::new(n, m),
+            relaxed: None,
+        }
+    }
+
+    pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        self.begin(system, inputs, inputs.grid.nodes(), settings)?;
+        self.advance(system, settings, usize::MAX).map(|_| ())
+    }
+
+    /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
+    pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
+        self.trajectory.computed = 0;
+        settings.check()?;
+        inputs.check(system)?;
+        if self.trajectory.times.len() != room {
+            // Inputs and gradient besides.
+            let node = system.bytes_per_node(settings) + 2 * (1 + system.k()) * size_of::<f64>();
+            memory::check("the motion", room, node)?;
+            self.trajectory = Trajectory::zeros(system, room);
+            self.blocks = DMatrix::zeros(system.block_len(), room);
+        }
+        self.inputs.copy_from(inputs);
+        self.report = Report::default();
+        self.trajectory.inserted.clear();
+        self.ahead.forget();
+        self.most_turn = Warning::TURN;
+        self.continuation.counted = 0;
+        self.start_p.fill(0.0);
+        self.start_sigma.fill(0.0);
+        let (q, (u, design)) = (inputs.start.q().as_slice(), inputs.at(0));
+        let start = At { q, v: &self.start_p, sigma: &self.start_sigma, u, t: inputs.grid.start, design };
+        self.newton.evaluation.set_start(system, &start)?;
+        self.begin_again(system, settings)
+    }
+
+    /// Solves node 0 of the inputs at hand.
+    pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
+        (self.first, self.smooth_from, self.most_range) = (0, 0, 0.0);
+        self.restarts.clear();
+        self.ahead.again();
+        self.trajectory.computed = 0;
+        self.trajectory.restarted.clear();
+        self.trajectory.compliance.clear();
+        self.trajectory.times[0] = self.inputs.grid.start;
+        self.newton.evaluation.set_compliance(&[]);
+        start::solve(self, system, settings)?;
+        restart::keep_end(self, 0);
+        Ok(())
+    }
+
+    /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved. False if there is no memory for
+    /// a node that had to be inserted.
+    pub(crate) fn advance(&mut self, system: &System, settings: &Settings, end: usize) -> Result<bool, Error> {
+        let was_known = self.ahead.is_known(self.nodes());
+        let done = self.take_steps(system, settings, end);
+        let next = self.first + self.trajectory.computed;
+        self.know(next);
+        if done.is_err() || next == self.nodes() {
+            // Of a step that failed it is known how it was halved.
+            self.close_gap(next - usize::from(done.is_ok()));
+            if done.is_ok() && !was_known {
+                self.warn_of_halved_steps();
+            }
+        }
+        done
+    }
+
+    fn take_steps(&mut self, system: &System, settings: &Settings, end: usize) -> Result<bool, Error> {
+        let mut node = self.first + self.trajectory.computed;
+        while node < self.nodes().min(end) {
+            self.take(node);
+            while let Err(failure) = self.step(system, node, settings) {
+                if !self.shorten(system, node, failure, settings)? {
+                    return Ok(false);
+                }
+            }
+            self.keep(node);
+            self.check_compliant(system, node, settings)?;
+            self.watch_turns(system, node);
+            restart::apply(self, system, node, settings)?;
+            self.watch_drift(system, node, settings);
+            node += 1;
+            self.trajectory.computed = node - self.first;
+        }
+        Ok(true)
+    }
+
+    /// Halves a step that failed, if that may help; false if there is no memory for another node.
+    #[cold]
+    fn shorten(&mut self, system: &System, node: usize, failure: StepFailure, settings: &Settings) -> Result<bool, Error> {
+        if self.model_fault(system, node, &failure) || !self.may_halve(node, settings) {
+            return Err(self.explain(system, node, failure));
+        }
+        let has_room = self.nodes() < self.ahead.most_nodes;
+        if has_room {
+            self.halve(node)
+        } else {
+            self.put_back(node)
+        }
+        Ok(has_room)
+    }
+
+    fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+        let (h, k) = (0.5 * self.inputs.grid.steps[node - 1], node - self.first);
+        self.begin_step(k, h);
+        if !self.trajectory.compliance.is_empty() {
+            self.start_sigma.copy_from_slice(column(&self.trajectory.sigma, k - 1));
+        }
+        let history = Predictor::MOST.min(k).min(node - self.smooth_from);
+        if history == 1 && self.is_rough(system, k) {
+            self.continue_from_zero(system, node, h, settings)?;
+        } else {
+            self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
+            match self.solve_node(system, node, h, settings) {
+                Ok(()) if !self.has_missed(system, k) => {}
+                Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
+                _ => self.continue_from_zero(system, node, h, settings)?,
+            }
+        }
+        if system.may_bend() {
+            self.note_surprise(system, k, history);
+        }
+        let rates = column(&self.trajectory.p_star_dot, k);
+        let now = column_mut(&mut self.trajectory.p_star, k);
+        for ((p_star, start), rate) in now.iter_mut().zip(&self.start_p).zip(rates) {
+            *p_star = start + h * rate;
+        }
+        Ok(())
+    }
+
+    /// The time of column k and what its equations need of the column before, for a step of half length h.
+    #[inline]
+    pub(crate) fn begin_step(&mut self, k: usize, h: f64) {
+        self.trajectory.times[k] = self.trajectory.times[k - 1] + 2.0 * h;
+        let before = self.trajectory.columns(k - 1);
+        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
+            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
+        };
+        advance(&mut self.start_q, before.q, before.v);
+        advance(&mut self.start_p, before.p_star, before.p_star_dot);
+    }
+
+    /// Solves for (v, σ) of a node from the values in its columns, with q = start_q + h v.
+    pub(crate) fn solve_node(
+        &mut self,
+        system: &System,
+        node: usize,
+        h: f64,
+        settings: &Settings,
+    ) -> Result<(), StepFailure> {
+        let k = node - self.first;
+        let from = KnownPart { h, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
+        let (u, design) = self.inputs.at(node);
+        let given = Given { u, t: self.trajectory.times[k], design };
+        let mut unknowns = Unknowns {
+            q: column_mut(&mut self.trajectory.q, k),
+            v: column_mut(&mut self.trajectory.v, k),
+            sigma: column_mut(&mut self.trajectory.sigma, k),
+            p_star_dot: column_mut(&mut self.trajectory.p_star_dot, k),
+        };
+        let worst = self.report.worst_pivot;
+        self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report)?;
+        self.warn_of_lost_digits(system, node, worst);
+        column_mut(&mut self.blocks, k).copy_from_slice(&self.newton.evaluation.blocks);
+        Ok(())
+    }
+
+    /// Keeps the worst of all warnings of this kind; compliances lose digits on purpose, of what moves nothing.
+    pub(crate) fn warn_of_lost_digits(&mut self, system: &System, node: usize, worst_before: f64) {
+        let is_new = self.report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
+        if !is_new || !self.trajectory.compliance.is_empty() {
+            return;
+        }
+        let unknown = system.unknown_name(self.newton.worst_unknown(system));
+        let (step, time) = (self.given_step(node), self.trajectory.times[node - self.first]);
+        self.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.report.worst_pivot });
+    }
+
+    /// Keeps the warning of the angle that turns most in one step, if it turns too far.
+    fn watch_turns(&mut self, system: &System, node: usize) {
+        let k = node - self.first;
+        let (before, now) = (column(&self.trajectory.q, k - 1), column(&self.trajectory.q, k));
+        let turn = |i: usize| (now[i] - before[i]).abs();
+        let Some(i) = system.sines().coordinates().find(|&i| turn(i) > self.most_turn) else { return };
+        let worst = system.sines().coordinates().fold(i, |worst, i| if turn(i) > turn(worst) { i } else { worst });
+        self.most_turn = turn(worst);
+        let coordinate = system.coordinate_name(worst).to_string();
+        let (step, time) = (self.given_step(node), self.trajectory.times[k]);
+        self.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
+    }
+
+    /// What the costs of a node depend on.
+    pub(crate) fn cost_at(&self, node: usize) -> CostAt<'_, f64> {
+        self.trajectory.cost_at_column(node - self.first, self.inputs.at(node))
+    }
+
+    /// What the equations of a node depend on.
+    pub(crate) fn at(&self, node: usize) -> At<'_, f64> {
+        self.trajectory.at_column(node - self.first, self.inputs.at(node))
+    }
+
+    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
+        self.start_q.copy_from_slice(q);
+        self.start_p.copy_from_slice(p_star);
+        self.start_sigma.copy_from_slice(sigma);
+    }
+
+    /// Factors K(0) at the given state, before anything is solved with it.
+    pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
+        let from = KnownPart { h: 0.0, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
+        let (u, design) = self.inputs.at(0);
+        let given = Given { u, t: self.trajectory.times[0], design };
+        let (v, sigma) = (column(&self.trajectory.v, 0), column(&self.trajectory.sigma, 0));
+        self.newton.factor_at(system, &from, given, (v, sigma), &mut self.report)
+    }
+
+    /// Dependent constraints that cannot be satisfied together pull their compliances apart.
+    pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+        if self.trajectory.compliance.is_empty() {
+            return Ok(());
+        }
+        let at = self.at(node);
+        let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(at.v);
+        let gap = |&(j, mu): &(usize, f64)| (j, (mu * (at.sigma[j] - self.start_sigma[j])).abs());
+        let gaps = || self.trajectory.compliance.iter().map(gap).filter(|(_, gap)| *gap > tolerance);
+        if gaps().next().is_none() {
+            return Ok(());
+        }
+        let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
+        let equations = rank::dependent(system, &at)
+            .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
+        Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
+    }
+
+    /// Whether a formula is to blame, which a shorter step would not change.
+    fn model_fault(&self, system: &System, node: usize, failure: &StepFailure) -> bool {
+        let overflows = match failure {
+            StepFailure::NotFinite => true,
+            StepFailure::Singular(breakdown) => !breakdown.pivot.is_finite(),
+            _ => false,
+        };
+        overflows && self.find_not_finite(system, node, 0.0).is_some()
+    }
+
+    pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
+        let time = self.trajectory.times[node - self.first];
+        let step = self.given_step(node);
+        let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
+        match failure {
+            StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
+            StepFailure::NotFinite => self.not_finite(system, node),
+            StepFailure::Singular(breakdown) => {
+                self.near_singular(system, node).unwrap_or_else(|| system.singular_step(&breakdown, step, time))
+            }
+            StepFailure::Diverged { iterations, residual, unknown } => {
+                self.near_singular(system, node).unwrap_or_else(|| {
+                    let equation = system.residual_name(unknown);
+                    Error::Newton { step, time, iterations, length, residual, equation }
+                })
+            }
+            StepFailure::LinearEnergy { coordinate, momentum } => {
+                Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
+            }
+            StepFailure::Projection { iterations, correction } => {
+                self.near_singular(system, node).unwrap_or(Error::Projection { step, time, iterations, correction })
+            }
+        }
+    }
+
+    /// Whether the constraints lose rank where the last good node stood.
+    fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
+        let at = self.at(node.checked_sub(1)?);
+        rank::near_singular(system, &at, self.given_step(node), at.t)
+    }
+
+    /// v₀ as given, or zero.
+    fn given_velocity(&self) -> Vec<f64> {
+        match &self.inputs.start {
+            Start::Velocity { v, .. } => v.as_slice().to_vec(),
+            Start::Momentum { p_star, .. } => vec![0.0; p_star.len()],
+        }
+    }
+
+    /// The element that gives no number where the last good node stood, or where its velocities lead within so many seconds.
+    fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<Error> {
+        let last = self.at(node.saturating_sub(1));
+        let u = column(&self.inputs.controls, node);
+        if node == 0 {
+            // What the iteration left of v₀ and σ₀ may be no numbers.
+            let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
+            return system.find_not_finite(&At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
+        }
+        let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
+        let at = At { q: &q, u, t: self.trajectory.times[node - self.first], ..last };
+        system.find_not_finite(&at, self.given_step(node))
+    }
+
+    /// The same where the iteration broke off.
+    fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
+        let x = self.newton.iterate(system);
+        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * self.inputs.grid.steps[before]);
+        let q: Vec<f64> = self.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
+        // An iteration that ran away says nothing of a formula.
+        let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
+        let (u, design) = self.inputs.at(node);
+        let at = At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.times[node - self.first], design };
+        is_point.then(|| system.find_not_finite(&at, self.given_step(node))).flatten()
+    }
+
+    /// Which element is to blame for a value that is not finite.
+    fn not_finite(&self, system: &System, node: usize) -> Error {
+        let time = self.trajectory.times[node - self.first];
+        let step = self.given_step(node);
+        let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
+        // Node 0 has no step, and nothing ahead.
+        let ahead = [0.0, self.given_length(node)];
+        let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));
+        found.or_else(|| self.find_not_finite_iterate(system, node)).unwrap_or_else(|| Error::Newton {
+            step,
+            time,
+            iterations: self.report.most_iterations,
+            length,
+            residual: f64::INFINITY,
+            equation: "all equations (the iteration overflowed)".into(),
+        })
+    }
+}

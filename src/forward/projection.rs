@@ -1,0 +1,117 @@
+//! The projection of a node onto Φ = 0: q = q⁻ + w with 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0, by corrections with K(0) at q⁻,
+//!
+//! ```text
+//!   K(0) (δw, δν) = −(𝓛_v, Φ)      δw = −T 𝓛_v − S Φ
+//! ```
+//!
+//! **What rounding leaves.** Φ_j is known to ε t_j, with t_j the sum of the sizes of its terms, and no correction is better than S Δ for |Δ_j| ≤ ε t_j.
+//! T is M⁻¹ times a projector and bounded. S is not: at a distance θ from a configuration where Φ_q loses rank, as of a flat parallelogram,
+//! it is as large as 1/θ. So corrections that have stopped shrinking are rounding, whatever their size, if they come from Φ more than from 𝓛_v,
+//! and of Φ nothing is left but rounding. The positions are then off by u ≈ ε/θ along a motion that the constraints hardly resist there, and
+//! Φ = 0 holds as well as numbers allow. A projection that fails leaves more of Φ, or is held up by 𝓛_v.
+
+use super::restart::{Point, l_v};
+use crate::System;
+use crate::forward::Forward;
+use crate::motion::column;
+use crate::number::{larger, largest};
+use crate::scheme::StepFailure;
+use crate::system::At;
+
+/// A projection that has not converged after so many corrections does not.
+const MOST_CORRECTIONS: usize = 25;
+/// Momenta at rest below this fraction of those of the motion are rounding.
+const LINEAR: f64 = 1e-12;
+/// A correction below this fraction of the largest coordinate is rounding …
+const ROUNDING: f64 = 1e-15;
+/// … and below this one if corrections have stopped shrinking, as everywhere but close to singular configurations.
+const STALLED: f64 = 1e-13;
+/// The rounding of Φ_j as a part of its terms.
+const ROUNDING_OF_PHI: f64 = 8.0 * f64::EPSILON;
+
+/// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
+pub(super) fn apply(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
+    l_v(forward, system, node, at);
+    let momentum = largest(&at.left.v);
+    at.x.v.fill(0.0);
+    let mut last = f64::INFINITY;
+    for corrections in 0..MOST_CORRECTIONS {
+        l_v(forward, system, node, at);
+        if corrections == 0 {
+            check_quadratic(&at.left.v, momentum)?;
+        }
+        violation(forward, system, node, at);
+        forward.newton.solve(system, &mut at.left);
+        let correction = largest(&at.left.v);
+        let size = largest(&at.q);
+        if correction <= ROUNDING * size {
+            return Ok(());
+        }
+        if corrections > 3 && correction >= 0.5 * last {
+            let is_rounding = correction <= STALLED * size || is_rounding_of_phi(forward, system, node, at, correction);
+            let failed = StepFailure::Projection { iterations: corrections, correction };
+            return if is_rounding { Ok(()) } else { Err(failed) };
+        }
+        last = correction;
+        let before = column(&forward.trajectory.q, node - forward.first);
+        for (i, w) in at.x.v.iter_mut().enumerate() {
+            *w -= at.left.v[i];
+            at.q[i] = before[i] + *w;
+        }
+        at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
+    }
+    Err(StepFailure::Projection { iterations: MOST_CORRECTIONS, correction: last })
+}
+
+/// Φ, and with compliances Φ − μ ν.
+fn violation(forward: &Forward, system: &System, node: usize, at: &mut Point) {
+    at.left.sigma.fill(0.0);
+    system.phi(&point(forward, node, &at.q), &mut at.left.sigma);
+    for &(j, mu) in &forward.trajectory.compliance {
+        at.left.sigma[j] -= mu * at.x.sigma[j];
+    }
+}
+
+/// Where Φ is evaluated.
+fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> At<'a, f64> {
+    At { q, ..forward.at(node) }
+}
+
+/// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
+#[cold]
+fn is_rounding_of_phi(forward: &mut Forward, system: &System, node: usize, at: &mut Point, correction: f64) -> bool {
+    l_v(forward, system, node, at);
+    at.left.sigma.fill(0.0);
+    forward.newton.solve(system, &mut at.left);
+    let of_l_v = largest(&at.left.v);
+    violation(forward, system, node, at);
+    let terms = terms(forward, system, node, at);
+    let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;
+    of_l_v <= 0.5 * correction && at.left.sigma.iter().zip(&terms).all(is_rounding)
+}
+
+/// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. What a formula adds up where its derivatives are small is not known, and is taken for as large
+/// as in the others.
+fn terms(forward: &mut Forward, system: &System, node: usize, at: &Point) -> Vec<f64> {
+    forward.phi.copy_from_slice(&at.left.sigma);
+    forward.measure_lengths(system, node);
+    let mut terms = forward.lengths.clone();
+    let entries = system.phi_q(&point(forward, node, &at.q));
+    entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
+    let waves = &forward.newton.evaluation.constants.waves;
+    let mut is_known = vec![false; terms.len()];
+    waves.iter().for_each(|wave| is_known[wave.equation] = true);
+    let others = || is_known.iter().enumerate().filter(|(_, known)| !**known).map(|(j, _)| j);
+    let most = others().fold(0.0, |most, j| larger(most, terms[j]));
+    others().for_each(|j| terms[j] = most);
+    terms
+}
+
+/// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
+fn check_quadratic(at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
+    let linear = |p: &f64| p.abs() > LINEAR * momentum;
+    let Some(first) = at_rest.iter().position(linear) else { return Ok(()) };
+    let larger = |most: usize, i: usize| if at_rest[i].abs() > at_rest[most].abs() { i } else { most };
+    let coordinate = (0..at_rest.len()).fold(first, larger);
+    Err(StepFailure::LinearEnergy { coordinate, momentum: at_rest[coordinate] })
+}

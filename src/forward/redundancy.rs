@@ -1,0 +1,116 @@
+//! Constraints that depend on each other: a doubled hinge, a parallelogram with a third crank, a loop closed by a weld.
+//!
+//! Then Φ_qᵀσ, which moves the mechanism, is determined, and σ is not: any z with Φ_qᵀz = 0 may be added. Where z turns with q the discrete
+//! motion depends on the choice at O(Δt²), so it has to follow a smooth rule that the adjoint knows. Here it is a compliance of
+//! the equations that close loops,
+//!
+//! ```text
+//!   E5:  dΦ/dt − μ (σ_i − σ_{i−1}) = 0,    σ_{−1} = 0,    K_σσ = −μ I,    μ_j = 1e-11 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj at the start
+//! ```
+//!
+//! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion: its
+//! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen. Scenes whose
+//! constraints are independent have none of this.
+
+use crate::forward::Forward;
+use crate::system::{At, Covector, Pair, Rows};
+use crate::{System, Warning};
+
+/// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
+const COMPLIANCE: f64 = 1e-11;
+/// A dependency is there if the softest combination of constraints is about as soft as its compliance.
+const SOFT: f64 = 0.1;
+/// An equation takes part if its share in that combination is above this.
+const SHARE: f64 = 1e-5;
+
+/// Gives the loops a compliance if that makes K(0) at the start regular, and says which equations depend on each other.
+///
+/// The evaluation must stand at the start. Without success everything is as before.
+pub(crate) fn relax(forward: &mut Forward, system: &System, at: &At<f64>) -> Option<Warning> {
+    let flexibility = flexibilities(forward, system, at);
+    let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
+    if compliance.is_empty() {
+        return None;
+    }
+    forward.newton.evaluation.set_compliance(&compliance);
+    let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &flexibility));
+    match dependent.filter(|equations| !equations.is_empty()) {
+        Some(equations) => {
+            let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();
+            let warning = Warning::DependentConstraints { equations, time: at.t };
+            forward.trajectory.compliance.clone_from(&compliance);
+            let (q, design) = (at.q.to_vec(), at.design.to_vec());
+            forward.relaxed = Some(Relaxed { q, design, time: at.t, compliance, warning: warning.clone() });
+            Some(warning)
+        }
+        None => {
+            forward.newton.evaluation.set_compliance(&[]);
+            None
+        }
+    }
+}
+
+/// What was found at a start, for the next motion from there: an optimiser changes the controls.
+pub(crate) struct Relaxed {
+    q: Vec<f64>,
+    design: Vec<f64>,
+    time: f64,
+    compliance: Vec<(usize, f64)>,
+    warning: Warning,
+}
+
+/// Does what `relax` did at the same start before; false if there was none.
+pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> bool {
+    let time = forward.trajectory.times[0];
+    let design = forward.inputs.design.as_slice();
+    let is_same = |known: &Relaxed| known.q == q && known.design == design && known.time == time;
+    let Some(known) = forward.relaxed.take().filter(is_same) else { return false };
+    forward.newton.evaluation.set_compliance(&known.compliance);
+    let regular = forward.factor_start(system).is_ok();
+    if regular {
+        forward.trajectory.compliance.clone_from(&known.compliance);
+        forward.report.warn(known.warning.clone());
+        forward.relaxed = Some(known);
+    } else {
+        forward.newton.evaluation.set_compliance(&[]);
+    }
+    regular
+}
+
+/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
+fn flexibilities(forward: &Forward, system: &System, at: &At<f64>) -> Vec<f64> {
+    let (n, m) = (system.n(), system.m());
+    let evaluation = &forward.newton.evaluation;
+    let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));
+    let mut masses = vec![0.0; n];
+    // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
+    for uncoupled in system.uncoupled_coordinates() {
+        uncoupled.iter().for_each(|&i| unit[i] = 1.0);
+        evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
+        uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));
+    }
+    let mut sums = vec![0.0; m];
+    for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
+        sums[entry.row] += entry.value * entry.value / masses[entry.col];
+    }
+    sums
+}
+
+/// The equations of the softest combination of constraints, by inverse iteration; none if it is as stiff as any.
+fn softest(forward: &mut Forward, system: &System, flexibility: &[f64]) -> Vec<usize> {
+    let mut x = Pair::new(system.n(), system.m());
+    let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
+    // Any combination of all of them.
+    let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
+    let mut growth = 0.0;
+    for _ in 0..3 {
+        x.v.fill(0.0);
+        x.sigma.iter_mut().zip(shares.iter().zip(&roots)).for_each(|(r, (share, root))| *r = share * root);
+        forward.newton.solve(system, &mut x);
+        shares.iter_mut().zip(x.sigma.iter().zip(&roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
+        growth = shares.iter().fold(0.0f64, |largest, share| largest.max(share.abs()));
+        shares.iter_mut().for_each(|share| *share /= growth);
+    }
+    let is_soft = growth * COMPLIANCE > SOFT;
+    (0..system.m()).filter(|&j| is_soft && shares[j].abs() > SHARE).collect()
+}

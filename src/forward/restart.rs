@@ -1,0 +1,311 @@
+//! Restarts inside a motion: the position constraints are satisfied again, and the multipliers begin anew.
+//!
+//! The paper's scheme satisfies dΦ/dt = 0 to rounding and lets Φ drift with O(Δt²); and |σ| grows like ∫λ dt, so that p* = M v + Φ_qᵀσ loses
+//! digits in the long run. At a restart the state (q⁻, v⁻) at the end of a macro step (of any step, on grids that are not composed) is replaced by
+//!
+//! ```text
+//!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied)
+//!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c)
+//! ```
+//!
+//! which is a start as at node 0. A macro step of order k from any (q, p*) leaves Φ = O(Δt^(k+1)), and no projection moves it farther; p* is another one for
+//! the same (q, v), from which the next macro step has the same order. So the motion keeps the order k of its
+//! [`Composition`](crate::Composition), 2, 4 or 6, however often it is restarted. Between the stages of a macro step it would not: their errors, O(Δt³) each,
+//! only cancel if nothing comes between.
+//!
+//! **Where σ begins.** With s = 0 it would run from 0 to its range R = ∫λ dt until the next restart, r macro steps on. A motion looks the same
+//! forth and back in time, and its energy does not drift, if σ runs from −½ R to ½ R instead. The r macro steps S and the reversal ρ: (v, σ) → (−v, −σ) satisfy
+//! ρ S ρ = S⁻¹; with F: σ → −σ so does F S, for ρ F in the place of ρ:
+//!
+//! ```text
+//!   ρ S ρ = S⁻¹,  F F = 1,  ρ F = F ρ      ⟹      (ρF) (F S) (ρF) = S⁻¹ F = (F S)⁻¹
+//! ```
+//!
+//! So s = −σ⁻ is reversible whatever r and σ are, once σ has been put in the middle of its range by the first restart:
+//!
+//! ```text
+//!   s = −½ r (σ⁻ − σ₋)     for r = 1, at the first restart, and where |σ⁻| is twice all r |σ⁻ − σ₋| so far     (σ₋: a macro step before)
+//!   s = −σ⁻                at all others
+//! ```
+//!
+//! For r = 1 both are the same to O(Δt²), and the first forgets what happened before. The second does not: forces that change at random make
+//! the middle of σ wander, in proportion to the root of the time, which is what the bound is for.
+//! The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the
+//! same elements serve it, and the adjoint goes back through all of it: with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
+//!
+//! ```text
+//!   Ĵ_q += 𝓛_vqᵀ π      dJ/dv⁻ = 𝓛_vvᵀ π      dJ/ds = Φ_q π      at (q, v⁻, s),   s = α σ⁻ + β σ₋
+//!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
+//! ```
+
+use super::projection;
+use crate::forward::Forward;
+use crate::motion::{column, column_mut};
+use crate::number::Real;
+use crate::number::{larger, largest};
+use crate::scheme::StepFailure;
+use crate::system::{At, Pair};
+use crate::{Error, Settings, System};
+
+/// So many times the largest range away from zero, σ is put in the middle of its range again.
+const WANDERED: f64 = 2.0;
+/// 1/θ from which on nothing is started: ε/θ² = 2e-4.
+const UNDETERMINED: f64 = 1e6;
+
+/// The nodes at which a motion was restarted, and what was there before; one run of numbers after the other.
+#[derive(Default)]
+pub(crate) struct Restarts {
+    pub(crate) nodes: Vec<usize>,
+    /// Whether Φ = 0 was restored, by restart.
+    projected: Vec<bool>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    p_star_dot: Vec<f64>,
+    sigma: Vec<f64>,
+    nu: Vec<f64>,
+    /// The nodes of σ₋.
+    before: Vec<usize>,
+    /// α and β in s = α σ⁻ + β σ₋, and s.
+    weights: Vec<[f64; 2]>,
+    begin: Vec<f64>,
+    /// Second derivatives at the end of the step, at (q, v⁻, s) and at (q, w, ν).
+    step_blocks: Vec<f64>,
+    momentum_blocks: Vec<f64>,
+    projection_blocks: Vec<f64>,
+}
+
+/// One restart.
+#[derive(Clone, Copy)]
+pub(crate) struct Restart<'a> {
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) p_star_dot: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    /// The node of σ₋.
+    pub(crate) before: usize,
+    /// α and β in s = α σ⁻ + β σ₋, and s.
+    pub(crate) weights: [f64; 2],
+    pub(crate) begin: &'a [f64],
+    pub(crate) step_blocks: &'a [f64],
+    pub(crate) momentum_blocks: &'a [f64],
+    /// ν and the second derivatives, if Φ = 0 was restored.
+    pub(crate) projection: Option<(&'a [f64], &'a [f64])>,
+}
+
+impl Restarts {
+    pub(crate) fn clear(&mut self) {
+        self.nodes.clear();
+        self.projected.clear();
+        self.before.clear();
+        self.weights.clear();
+        let lists = [&mut self.q, &mut self.v, &mut self.p_star_dot, &mut self.sigma, &mut self.begin, &mut self.nu];
+        let blocks = [&mut self.step_blocks, &mut self.momentum_blocks, &mut self.projection_blocks];
+        lists.into_iter().chain(blocks).for_each(Vec::clear);
+    }
+
+    /// The restart at a node.
+    pub(crate) fn at(&self, node: usize) -> Option<Restart<'_>> {
+        let which = self.nodes.binary_search(&node).ok()?;
+        let count = self.nodes.len();
+        let part = |list: &'_ Vec<f64>| {
+            let len = list.len() / count;
+            which * len..(which + 1) * len
+        };
+        let of = |list| &(list as &Vec<f64>)[part(list)];
+        Some(Restart {
+            q: of(&self.q),
+            v: of(&self.v),
+            p_star_dot: of(&self.p_star_dot),
+            sigma: of(&self.sigma),
+            before: self.before[which],
+            weights: self.weights[which],
+            begin: of(&self.begin),
+            step_blocks: of(&self.step_blocks),
+            momentum_blocks: of(&self.momentum_blocks),
+            projection: self.projected[which].then(|| (of(&self.nu), of(&self.projection_blocks))),
+        })
+    }
+}
+
+impl Restart<'_> {
+    /// Where σ begins, from σ₋ and σ⁻.
+    pub(crate) fn begin<R: Real>(&self, before: R, now: R) -> R {
+        now * self.weights[0] + before * self.weights[1]
+    }
+}
+
+/// σ₋: the multipliers with which the last macro step ended, or began anew.
+#[derive(Default)]
+pub(crate) struct LastEnd {
+    pub(crate) node: usize,
+    pub(crate) sigma: Vec<f64>,
+}
+
+impl Settings {
+    /// Whether a motion may be restarted anywhere.
+    pub(crate) fn may_restart(&self) -> bool {
+        self.rebase_every > 0 || self.drift_bound < f64::INFINITY
+    }
+}
+
+/// Restarts the motion at a node that ends a macro step, if it is due there.
+pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+    if !settings.may_restart() {
+        return Ok(());
+    }
+    let Some(steps) = macro_steps(forward, node) else { return Ok(()) };
+    let rebase = settings.rebase_every > 0 && steps.is_multiple_of(settings.rebase_every);
+    // With a bound of 0.0 at every one, also where rounding happens to leave Φ = 0.
+    let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
+    let project = may_drift && drift(forward, system, node) >= settings.drift_bound;
+    if (rebase || project) && is_regular(forward, system, node) {
+        let result = restart(forward, system, node, project, settings);
+        result.map_err(|failure| forward.explain(system, node, failure))?;
+        forward.check_compliant(system, node, settings)?;
+    }
+    keep_end(forward, node);
+    Ok(())
+}
+
+/// Factors K(0) at the end of a step, and says whether v follows from p* there in the digits that numbers have.
+///
+/// At a distance θ from a configuration where branches of Φ = 0 cross, as of a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
+/// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
+/// in which they are about one at the start.
+fn is_regular(forward: &mut Forward, system: &System, node: usize) -> bool {
+    let worst = forward.report.worst_pivot;
+    let blocks = column(&forward.blocks, node - forward.first);
+    if let Err(breakdown) = forward.newton.factor(system, 0.0, blocks, &mut forward.report) {
+        // What is not finite is said of the restart.
+        return !breakdown.pivot.is_finite();
+    }
+    forward.warn_of_lost_digits(system, node, worst);
+    let (positions, left) = (system.positions(), &mut forward.restarting.left);
+    left.v.fill(0.0);
+    for (j, (violation, &position)) in left.sigma.iter_mut().zip(&positions.sigma).enumerate() {
+        // Any combination of all of them.
+        *violation = forward.newton.weights.of_multiplier(position) * (1.0 + 0.3 * (j as f64).sin());
+    }
+    forward.newton.solve(system, left);
+    let velocities = forward.newton.weights.of_velocities(positions, left.v.iter().copied());
+    velocities <= UNDETERMINED
+}
+
+/// The number of macro steps before a node, if it ends one.
+fn macro_steps(forward: &Forward, node: usize) -> Option<usize> {
+    let (inserted, stages) = (&forward.trajectory.inserted, forward.inputs.grid.stages);
+    let before = inserted.partition_point(|&inserted| inserted < node);
+    let given = node - before;
+    (inserted.get(before) != Some(&node) && given.is_multiple_of(stages)).then(|| given / stages)
+}
+
+/// Keeps σ at the end of a macro step for the restarts after it.
+pub(crate) fn keep_end(forward: &mut Forward, node: usize) {
+    forward.last_end.node = node;
+    forward.last_end.sigma.copy_from_slice(column(&forward.trajectory.sigma, node - forward.first));
+}
+
+/// ‖Φ‖∞ at a node.
+fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
+    forward.evaluate_phi(system, node);
+    largest(&forward.phi)
+}
+
+fn restart(
+    forward: &mut Forward,
+    system: &System,
+    node: usize,
+    project: bool,
+    settings: &Settings,
+) -> Result<(), StepFailure> {
+    let k = node - forward.first;
+    let mut at = std::mem::take(&mut forward.restarting);
+    at.q.copy_from_slice(column(&forward.trajectory.q, k));
+    at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
+    at.x.sigma.fill(0.0);
+    let projected = if project { projection::apply(forward, system, node, &mut at) } else { Ok(()) };
+    let done = projected.and_then(|()| {
+        record(forward, system, node, (project, &at), settings);
+        begin_anew(forward, system, node, &mut at, settings)
+    });
+    forward.restarting = at;
+    done
+}
+
+/// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
+fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (bool, &Point), settings: &Settings) {
+    let k = node - forward.first;
+    let weights = weights(forward, system, k, settings);
+    let (restarts, y) = (&mut forward.restarts, forward.trajectory.columns(k));
+    restarts.before.push(forward.last_end.node);
+    restarts.weights.push(weights);
+    restarts.nodes.push(node);
+    restarts.projected.push(project);
+    restarts.q.extend_from_slice(y.q);
+    restarts.v.extend_from_slice(y.v);
+    restarts.p_star_dot.extend_from_slice(y.p_star_dot);
+    restarts.sigma.extend_from_slice(y.sigma);
+    restarts.step_blocks.extend_from_slice(column(&forward.blocks, k));
+    // Without a projection too, so that all runs of numbers have one length.
+    restarts.nu.extend_from_slice(&at.x.sigma);
+    restarts.projection_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+    let ends = y.sigma.iter().zip(&forward.last_end.sigma);
+    restarts.begin.extend(ends.map(|(now, before)| weights[0] * now + weights[1] * before));
+    forward.trajectory.restarted.push(node);
+    forward.report.restarts += 1;
+}
+
+/// p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
+fn begin_anew(
+    forward: &mut Forward,
+    system: &System,
+    node: usize,
+    at: &mut Point,
+    settings: &Settings,
+) -> Result<(), StepFailure> {
+    let k = node - forward.first;
+    at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
+    let begin = forward.restarts.begin.len() - at.x.sigma.len();
+    at.x.sigma.copy_from_slice(&forward.restarts.begin[begin..]);
+    l_v(forward, system, node, at);
+    forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+    forward.set_start(&at.q, &at.left.v, &at.x.sigma);
+    column_mut(&mut forward.trajectory.q, k).copy_from_slice(&at.q);
+    column_mut(&mut forward.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
+    column_mut(&mut forward.trajectory.p_star, k).copy_from_slice(&at.left.v);
+    forward.smooth_from = node;
+    forward.solve_node(system, node, 0.0, settings)
+}
+
+/// α and β of the restart at column k.
+fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
+    let every = settings.rebase_every.max(1) as f64;
+    let [before, now] = [&forward.last_end.sigma, column(&forward.trajectory.sigma, k)];
+    let (weights, positions) = (&forward.newton.weights, system.positions());
+    let range = weights.of_multipliers(positions, now.iter().zip(before).map(|(now, before)| every * (now - before)));
+    let size = weights.of_multipliers(positions, now.iter().copied());
+    forward.most_range = larger(forward.most_range, range);
+    let is_first = forward.trajectory.restarted.is_empty();
+    let anew = every == 1.0 || is_first || size > WANDERED * forward.most_range;
+    if anew { [-0.5 * every, 0.5 * every] } else { [-1.0, 0.0] }
+}
+
+/// A point (q, x), and 𝓛_v and Φ there.
+#[derive(Default)]
+pub(crate) struct Point {
+    pub(crate) q: Vec<f64>,
+    pub(crate) x: Pair,
+    pub(crate) left: Pair,
+}
+
+impl Point {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
+    }
+}
+
+pub(super) fn l_v(forward: &mut Forward, system: &System, node: usize, at: &mut Point) {
+    let (u, t) = (column(&forward.inputs.controls, node), forward.trajectory.times[node - forward.first]);
+    let point = At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u, t, design: forward.inputs.design.as_slice() };
+    forward.newton.l_v(system, &point, &mut at.left.v, &mut forward.report);
+}

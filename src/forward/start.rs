@@ -1,0 +1,154 @@
+//! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
+
+use super::redundancy;
+use crate::forward::Forward;
+use crate::forward::rank::{self, Scaled};
+use crate::motion::{column, column_mut};
+use crate::system::{At, Pair};
+use crate::{Error, Settings, Start, System};
+
+/// A pivot ratio below this makes it worth looking at Φ_q and M in full.
+const SUSPICIOUS: f64 = 1e-10;
+
+/// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
+pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings) -> Result<(), Error> {
+    let (n, m) = (system.n(), system.m());
+    let q = forward.inputs.start.q().as_slice().to_vec();
+    let rate = forward.inputs.start.rate().as_slice().to_vec();
+    let given_velocity = matches!(forward.inputs.start, Start::Velocity { .. });
+    column_mut(&mut forward.trajectory.sigma, 0).fill(0.0);
+    let v = column_mut(&mut forward.trajectory.v, 0);
+    if given_velocity {
+        v.copy_from_slice(&rate);
+    } else {
+        v.fill(0.0);
+    }
+    check_position(forward, system, &q, settings)?;
+    let mut p_star = rate;
+    if given_velocity {
+        let mut left = Pair::new(n, m);
+        let (u, design) = forward.inputs.at(0);
+        let sigma = column(&forward.trajectory.sigma, 0);
+        let at = At { q: &q, v: &p_star, sigma, u, t: forward.trajectory.times[0], design };
+        forward.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.report);
+        check_velocity(forward, system, &q, &left.sigma, settings)?;
+        // σ₀ = 0, so 𝓛_v is T_v.
+        p_star = left.v;
+    }
+    if let Some((what, value)) = p_star.iter().enumerate().find(|(_, p)| !p.is_finite()) {
+        let unknown = || Error::Model {
+            element: format!("the kinetic energy of `{}`", system.coordinate_name(what)),
+            arguments: format!("p* = {value}"),
+            node: 0,
+            time: forward.trajectory.times[0],
+        };
+        return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
+    }
+    forward.set_start(&q, &p_star, &vec![0.0; m]);
+    check_regular(forward, system, &q)?;
+    forward.warn_of_lost_digits(system, 0, 1.0);
+    forward.newton.weigh(system);
+    let solved = forward.solve_node(system, 0, 0.0, settings);
+    solved.map_err(|failure| forward.explain(system, 0, failure))?;
+    forward.check_compliant(system, 0, settings)?;
+    column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
+    forward.trajectory.computed = 1;
+    Ok(())
+}
+
+fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> At<'a, f64> {
+    At {
+        q,
+        v: column(&forward.trajectory.v, 0),
+        sigma: column(&forward.trajectory.sigma, 0),
+        u: column(&forward.inputs.controls, 0),
+        t: forward.trajectory.times[0],
+        design: forward.inputs.design.as_slice(),
+    }
+}
+
+fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
+    let mut phi = vec![0.0; system.m()];
+    system.phi(&point(forward, q), &mut phi);
+    let tolerance = settings.position_tolerance;
+    match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
+        Some((j, violation)) => Err(contradiction(forward, system, q, &phi).unwrap_or_else(|| Error::InitialPosition {
+            equation: system.equation_name(j).into(),
+            violation,
+            tolerance,
+        })),
+        None => Ok(()),
+    }
+}
+
+fn not_finite(forward: &Forward, system: &System, q: &[f64], equation: usize) -> Error {
+    let (element, time) = (system.equation_name(equation).into(), forward.trajectory.times[0]);
+    match system.find_not_finite(&point(forward, q), 0) {
+        // By the equation, since a constraint may have several.
+        Some(Error::Model { arguments, .. }) => Error::Model { element, arguments, node: 0, time },
+        _ => Error::Model { element, arguments: String::new(), node: 0, time },
+    }
+}
+
+/// Whether no initial value would satisfy all constraints, as far as they can be told from here.
+fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) -> Option<Error> {
+    let at = point(forward, q);
+    Scaled::at(system, &at)?.contradiction(system, values, at.t)
+}
+
+fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
+    let tolerance = settings.velocity_tolerance;
+    match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
+        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
+        Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
+            equation: system.equation_name(j).into(),
+            violation,
+            tolerance,
+        })),
+        None => Ok(()),
+    }
+}
+
+/// The entry that is largest, or not a number.
+fn worst(values: &[f64]) -> Option<(usize, f64)> {
+    // In the total order NaN without its sign is above infinity.
+    values.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+/// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.
+fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<(), Error> {
+    if redundancy::relax_again(forward, system, q) {
+        return Ok(());
+    }
+    let result = forward.factor_start(system);
+    if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
+        return Ok(());
+    }
+    let time = forward.trajectory.times[0];
+    if let Some(error) = system.find_not_finite(&point(forward, q), 0) {
+        return Err(error);
+    }
+    let v = column(&forward.trajectory.v, 0).to_vec();
+    let sigma = vec![0.0; system.m()];
+    let design = forward.inputs.design.as_slice().to_vec();
+    let u = column(&forward.inputs.controls, 0).to_vec();
+    let at = At { q, v: &v, sigma: &sigma, u: &u, t: time, design: &design };
+    let scaled = Scaled::at(system, &at);
+    if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
+        return Err(error);
+    }
+    let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, time));
+    forward.report.worst_pivot = 1.0;
+    // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
+    let may_depend = scaled.is_none() || explained.is_some();
+    if let Some(warning) = may_depend.then(|| redundancy::relax(forward, system, &at)).flatten() {
+        forward.report.warn(warning);
+        return Ok(());
+    }
+    match (explained, result) {
+        (Some(error), _) => Err(error),
+        (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
+        (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),
+    }
+}

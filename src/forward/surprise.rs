@@ -1,0 +1,37 @@
+//! Which steps are worth a look, if elements may bend within them: those whose end was not where the nodes before led to expect it.
+
+use super::Forward;
+use crate::System;
+use crate::motion::column;
+
+/// A guess whose velocities were off by more than this part of their change in a step makes it worth a look …
+const SURPRISE: f64 = 1e-2;
+/// … where it comes from fewer nodes than this, only if accelerations change too …
+const GUESSED: usize = 3;
+/// … by more than this part of them.
+const JERK: f64 = 0.1;
+
+impl Forward {
+    /// Notes whether the step into a column, guessed from so many nodes, is worth a look.
+    pub(crate) fn note_surprise(&mut self, system: &System, k: usize, history: usize) {
+        if self.surprising.len() <= k {
+            self.surprising.resize(k + 1, false);
+        }
+        let (v, before) = (column(&self.trajectory.v, k), column(&self.trajectory.v, k - 1));
+        let changes = v.iter().zip(before).map(|(v, before)| v - before);
+        let change = self.newton.weights.of_velocities(system.positions(), changes);
+        let has_missed = self.newton.miss.change > SURPRISE * change;
+        let turns = |k: usize| self.turns_by(system, k, JERK);
+        let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));
+        // Of the first step nothing can be expected before the second.
+        if k == 2 && self.first == 0 {
+            self.surprising[1] = turns(2);
+        }
+        self.surprising[k] = is_surprising;
+    }
+
+    /// Whether the step into a node is worth a look.
+    pub(crate) fn is_surprising(&self, node: usize) -> bool {
+        self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
+    }
+}

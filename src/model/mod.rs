@@ -1,0 +1,9 @@
+//! What a researcher writes: elements, their parameters, and handles for what they are connected to.
+
+pub mod element;
+mod handle;
+mod param;
+
+pub use handle::{Control, Coordinate, Design, Multiplier};
+pub(crate) use handle::{Handle, SceneTag};
+pub use param::Param;

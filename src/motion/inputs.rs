@@ -1,0 +1,235 @@
+//! What a simulation is given: time grid, initial state, controls, design variables.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::motion::column;
+use crate::number::Real;
+use crate::{Error, System, memory};
+
+/// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid<R = f64> {
+    /// t₀ in s.
+    pub start: R,
+    /// Δt_1 … Δt_N in s.
+    pub steps: Vec<R>,
+    /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
+    /// restarted ([`Settings::drift_bound`](crate::Settings::drift_bound)); 1 where every step is one by itself. Steps that are left over end no macro step.
+    pub stages: usize,
+}
+
+impl Grid {
+    /// N equal steps from t = 0.
+    ///
+    /// # Panics
+    /// If they cannot be held in memory.
+    pub fn uniform(steps: usize, dt: f64) -> Self {
+        memory::require("the steps of a grid", steps, size_of::<f64>());
+        Grid::new(0.0, vec![dt; steps])
+    }
+}
+
+impl<R: Real> Grid<R> {
+    /// Steps of any lengths, each by itself.
+    pub fn new(start: R, steps: Vec<R>) -> Self {
+        Grid { start, steps, stages: 1 }
+    }
+
+    /// The times of the nodes 0 … N.
+    pub fn times(&self) -> Vec<R> {
+        let after = self.steps.iter().scan(self.start, |t, &dt| {
+            *t += dt;
+            Some(*t)
+        });
+        std::iter::once(self.start).chain(after).collect()
+    }
+
+    /// The number of nodes, N + 1.
+    pub fn nodes(&self) -> usize {
+        self.steps.len() + 1
+    }
+}
+
+/// The initial state; as part of a [`Gradient`](crate::Gradient), the derivatives with respect to it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start<R = f64> {
+    /// Coordinates and velocities; then p*₀ = T_v(q₀, v₀) and σ₀ = 0.
+    Velocity {
+        /// q₀, m or rad.
+        q: DVector<R>,
+        /// v₀, m/s or rad/s.
+        v: DVector<R>,
+    },
+    /// Coordinates and augmented momenta; then v₀ and σ₀ follow from Eq. (1a) and (1c).
+    Momentum {
+        /// q₀, m or rad.
+        q: DVector<R>,
+        /// p*₀, N s or N m s.
+        p_star: DVector<R>,
+    },
+}
+
+impl<R: Real> Start<R> {
+    /// q₀.
+    pub fn q(&self) -> &DVector<R> {
+        match self {
+            Start::Velocity { q, .. } | Start::Momentum { q, .. } => q,
+        }
+    }
+
+    /// q₀, to be changed.
+    pub fn q_mut(&mut self) -> &mut DVector<R> {
+        match self {
+            Start::Velocity { q, .. } | Start::Momentum { q, .. } => q,
+        }
+    }
+
+    /// v₀ or p*₀, whichever is given.
+    pub fn rate(&self) -> &DVector<R> {
+        match self {
+            Start::Velocity { v, .. } => v,
+            Start::Momentum { p_star, .. } => p_star,
+        }
+    }
+
+    /// v₀ or p*₀, whichever is given, to be changed.
+    pub fn rate_mut(&mut self) -> &mut DVector<R> {
+        match self {
+            Start::Velocity { v, .. } => v,
+            Start::Momentum { p_star, .. } => p_star,
+        }
+    }
+
+    fn kind(&self) -> &'static str {
+        match self {
+            Start::Velocity { .. } => "velocities",
+            Start::Momentum { .. } => "augmented momenta",
+        }
+    }
+
+    /// Refuses a change of velocities where momenta are given, and the other way round.
+    pub(crate) fn check_kind<T: Real>(&self, changed: &Start<T>) -> Result<(), Error> {
+        let (expected, found) = (self.kind(), changed.kind());
+        if expected == found { Ok(()) } else { Err(Error::StartKind { expected, found }) }
+    }
+
+    fn map<T>(&self, f: impl Fn(R) -> T) -> Start<T>
+    where
+        T: nalgebra::Scalar,
+    {
+        match self {
+            Start::Velocity { q, v } => Start::Velocity { q: q.map(&f), v: v.map(&f) },
+            Start::Momentum { q, p_star } => Start::Momentum { q: q.map(&f), p_star: p_star.map(&f) },
+        }
+    }
+}
+
+/// Everything that a motion follows from.
+///
+/// The fields are public: take [`Inputs::at_rest`] and change what differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs<R = f64> {
+    /// The nodes in time.
+    pub grid: Grid<R>,
+    /// The initial state.
+    pub start: Start<R>,
+    /// u_i in column i = 0 … N, one row for each control channel (k × (N + 1)).
+    pub controls: DMatrix<R>,
+    /// The values of the design variables.
+    pub design: DVector<R>,
+}
+
+impl<R> Inputs<R> {
+    /// The controls of a node, and the design variables.
+    pub(crate) fn at(&self, node: usize) -> (&[R], &[R]) {
+        (column(&self.controls, node), self.design.as_slice())
+    }
+}
+
+impl Inputs {
+    /// At rest where the scene placed its bodies, with zero controls and the design of the scene.
+    ///
+    /// # Panics
+    /// If the controls cannot be held in memory.
+    pub fn at_rest(system: &System, grid: Grid) -> Self {
+        memory::require("the controls", grid.nodes(), system.k() * size_of::<f64>());
+        Inputs {
+            start: Start::Velocity { q: system.initial_coordinates(), v: DVector::zeros(system.n()) },
+            controls: DMatrix::zeros(system.k(), grid.nodes()),
+            design: system.design_values(),
+            grid,
+        }
+    }
+
+    /// Takes over the values of `other`, without allocation where the sizes are the same.
+    pub(crate) fn copy_from(&mut self, other: &Inputs) {
+        let same = self.controls.shape() == other.controls.shape()
+            && self.start.q().len() == other.start.q().len()
+            && std::mem::discriminant(&self.start) == std::mem::discriminant(&other.start)
+            && self.design.len() == other.design.len();
+        if !same {
+            self.clone_from(other);
+            return;
+        }
+        (self.grid.start, self.grid.stages) = (other.grid.start, other.grid.stages);
+        self.grid.steps.clone_from(&other.grid.steps);
+        self.start.q_mut().copy_from(other.start.q());
+        self.start.rate_mut().copy_from(other.start.rate());
+        self.controls.copy_from(&other.controls);
+        self.design.copy_from(&other.design);
+    }
+
+    /// The same on other numbers, with zero imaginary or derivative parts.
+    pub fn lift<R: Real>(&self) -> Inputs<R> {
+        let steps = self.grid.steps.iter().map(|&dt| dt.into()).collect();
+        Inputs {
+            grid: Grid { start: self.grid.start.into(), steps, stages: self.grid.stages },
+            start: self.start.map(R::from),
+            controls: self.controls.map(R::from),
+            design: self.design.map(R::from),
+        }
+    }
+
+    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, macro steps of none, parameters out of range.
+    pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
+        let (n, nodes) = (system.n(), self.grid.nodes());
+        let rate = match self.start {
+            Start::Velocity { .. } => "v0",
+            Start::Momentum { .. } => "p*0",
+        };
+        size("q0", n, self.start.q().len())?;
+        size(rate, n, self.start.rate().len())?;
+        size("controls: rows (channels)", system.k(), self.controls.nrows())?;
+        size("controls: columns (nodes, one more than steps)", nodes, self.controls.ncols())?;
+        size("design variables", system.designs(), self.design.len())?;
+        for (step, &length) in self.grid.steps.iter().enumerate() {
+            if length == 0.0 || !length.is_finite() {
+                return Err(Error::TimeStep { step: step + 1, length });
+            }
+        }
+        if self.grid.stages == 0 {
+            return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
+        }
+        let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
+        finite([self.grid.start], |_| "the start of the time grid".into())?;
+        finite(self.start.q().iter().copied(), |i| format!("q0 {}", of(i)))?;
+        finite(self.start.rate().iter().copied(), |i| format!("{rate} {}", of(i)))?;
+        finite(self.design.iter().copied(), |p| format!("design variable `{}`", system.design_name(p)))?;
+        let channels = system.k().max(1);
+        finite(self.controls.iter().copied(), |i| {
+            format!("control `{}` at node {}", system.control_name(i % channels), i / channels)
+        })?;
+        system.check_design(self.design.as_slice())
+    }
+}
+
+fn size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+    if expected == found { Ok(()) } else { Err(Error::Size { what, expected, found }) }
+}
+
+fn finite(values: impl IntoIterator<Item = f64>, what: impl Fn(usize) -> String) -> Result<(), Error> {
+    match values.into_iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        Some((i, value)) => Err(Error::NotFinite { what: what(i), value }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,14 @@
+//! Motions as data: what they follow from, the grid they were computed on, and their states.
+
+mod composition;
+mod inputs;
+mod refinement;
+mod report;
+mod trajectory;
+
+pub use composition::Composition;
+pub use inputs::{Grid, Inputs, Start};
+pub(crate) use refinement::Refinement;
+pub use report::Report;
+pub use trajectory::Trajectory;
+pub(crate) use trajectory::{column, column_mut};

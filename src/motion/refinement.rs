@@ -1,0 +1,167 @@
+//! The grid that was taken: the given one, with steps halved where they had no solution.
+//!
+//! Between given nodes A and B the controls are linear, u = (1 − θ) u_A + θ u_B, and every part is a fixed share of the given
+//! step, Δt_k = s_k Δt. So a motion on the grid taken is a function of the given inputs, and with the derivatives on the grid taken
+//!
+//! ```text
+//!   dJ/du_A = Σ (1 − θ_k) dJ/du_k,     dJ/du_B = Σ θ_k dJ/du_k,     dJ/dΔt = Σ s_k dJ/dΔt_k
+//! ```
+//!
+//! Costs are summed over the given nodes alone, with weights of the given steps.
+
+use nalgebra::DMatrix;
+
+use crate::number::Real;
+use crate::system::Weights;
+use crate::{Grid, Inputs};
+
+/// One step of the grid taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    /// The given step it belongs to, counted from 0.
+    step: usize,
+    /// Its share s of that step.
+    share: f64,
+    /// Where in that step it ends, θ.
+    end: f64,
+}
+
+/// How the grid taken follows from the given one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Refinement {
+    /// Empty if the given grid was taken as it is.
+    parts: Vec<Part>,
+}
+
+impl Refinement {
+    /// From the steps taken and the nodes that were inserted, in ascending order.
+    pub(crate) fn new(steps: &[f64], inserted: &[usize]) -> Self {
+        let mut refinement = Refinement::default();
+        if inserted.is_empty() {
+            return refinement;
+        }
+        refinement.parts.reserve_exact(steps.len());
+        let mut inserted = inserted.iter().peekable();
+        let ends = (1..=steps.len()).filter(|node| inserted.next_if(|&next| next == node).is_none());
+        let mut first = 0;
+        for (step, end) in ends.enumerate() {
+            let parts = &steps[first..end];
+            let length: f64 = parts.iter().sum();
+            let mut done = 0.0;
+            for &part in parts {
+                done += part;
+                refinement.parts.push(Part { step, share: part / length, end: done / length });
+            }
+            first = end;
+        }
+        refinement
+    }
+
+    /// The bytes of one that is not that of the given grid, for so many nodes.
+    pub(crate) fn bytes(nodes: usize) -> usize {
+        nodes * size_of::<Part>()
+    }
+
+    /// The step taken that ends at node ≥ 1: its given step, counted from 0, its share of it and where in it it ends.
+    fn part(&self, node: usize) -> Part {
+        self.parts.get(node - 1).copied().unwrap_or(Part { step: node - 1, share: 1.0, end: 1.0 })
+    }
+
+    /// The number of the given step that ends at or behind a node of the grid taken, counted from 1.
+    pub(crate) fn given_step(&self, node: usize) -> usize {
+        if node == 0 { 0 } else { self.part(node).step + 1 }
+    }
+
+    /// The given node that a node of the grid taken is, unless it was inserted.
+    pub(crate) fn given_node(&self, node: usize) -> Option<usize> {
+        (node == 0 || self.part(node).end == 1.0).then(|| self.given_step(node))
+    }
+
+    /// The weights of the ways to sum a cost at a node of the grid taken; none at an inserted one.
+    pub(crate) fn weights<R: Real>(&self, taken: &[R], node: usize) -> Option<Weights<R>> {
+        if self.parts.is_empty() {
+            return Some(weights(taken, node));
+        }
+        let length = |step: usize| {
+            let first = self.parts.partition_point(|part| part.step < step);
+            let parts = self.parts[first..].iter().zip(&taken[first..]).take_while(|(part, _)| part.step == step);
+            parts.fold(R::zero(), |sum, (_, &dt)| sum + dt)
+        };
+        let given = self.given_node(node)?;
+        let after = (node < taken.len()).then(|| length(given));
+        Some(Weights::new(given.checked_sub(1).map(length), after))
+    }
+
+    /// Inputs on the given grid, brought to the grid taken.
+    pub(crate) fn refine<R: Real>(&self, given: &Inputs<R>) -> Inputs<R> {
+        if self.parts.is_empty() {
+            return given.clone();
+        }
+        let steps = self.parts.iter().map(|part| given.grid.steps[part.step] * part.share).collect();
+        let controls = DMatrix::from_fn(given.controls.nrows(), self.parts.len() + 1, |channel, node| {
+            if node == 0 {
+                return given.controls[(channel, 0)];
+            }
+            let part = self.part(node);
+            let (before, after) = (given.controls[(channel, part.step)], given.controls[(channel, part.step + 1)]);
+            before * (1.0 - part.end) + after * part.end
+        });
+        let grid = Grid { steps, ..given.grid };
+        Inputs { grid, start: given.start.clone(), controls, design: given.design.clone() }
+    }
+
+    /// Adds dJ/du of a node taken to those of the given nodes.
+    pub(crate) fn add_controls(&self, node: usize, taken: &[f64], given: &mut DMatrix<f64>) {
+        let (step, end) = if node == 0 { (0, 0.0) } else { (self.part(node).step, self.part(node).end) };
+        for (channel, derivative) in taken.iter().enumerate() {
+            if end < 1.0 {
+                given[(channel, step)] += (1.0 - end) * derivative;
+            }
+            if end > 0.0 {
+                given[(channel, step + 1)] += end * derivative;
+            }
+        }
+    }
+
+    /// Adds dJ/dΔt of the step taken that ends at a node to those of the given steps.
+    pub(crate) fn add_step(&self, node: usize, taken: f64, given: &mut [f64]) {
+        let part = self.part(node);
+        given[part.step] += part.share * taken;
+    }
+}
+
+/// The weights of the ways to sum a cost at node `i`.
+fn weights<R: Real>(steps: &[R], i: usize) -> Weights<R> {
+    Weights::new(i.checked_sub(1).map(|before| steps[before]), steps.get(i).copied())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Refinement;
+    use crate::{Grid, Inputs, Start};
+    use nalgebra::{DMatrix, DVector};
+
+    #[test]
+    fn controls_are_linear_between_given_nodes_and_shares_add_up() {
+        // Given steps 1, 2, 1; the second was halved, and its first half once more.
+        let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], &[2, 3]);
+        let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
+        let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
+        let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);
+        let given = Inputs { grid, start, controls, design: DVector::zeros(0) };
+        let taken = refinement.refine(&given);
+        assert_eq!(taken.grid.steps, [1.0, 0.5, 0.5, 1.0, 1.0]);
+        assert_eq!(taken.controls.as_slice(), [1.0, 3.0, 4.0, 5.0, 7.0, 8.0]);
+        assert_eq!(
+            (0..6).map(|i| refinement.given_node(i)).collect::<Vec<_>>(),
+            [Some(0), Some(1), None, None, Some(2), Some(3)]
+        );
+        let weights = refinement.weights(&taken.grid.steps, 4).expect("given");
+        assert_eq!((weights.rectangle, weights.trapezoidal), (1.0, 1.5));
+        let (mut controls, mut steps) = (DMatrix::zeros(1, 4), vec![0.0; 3]);
+        (0..6).for_each(|node| refinement.add_controls(node, &[1.0], &mut controls));
+        (1..6).for_each(|node| refinement.add_step(node, 1.0, &mut steps));
+        assert_eq!(controls.as_slice(), [1.0, 2.25, 1.75, 1.0]);
+        assert_eq!(steps, [1.0, 1.0, 1.0]);
+    }
+}

@@ -1,0 +1,76 @@
+//! What a simulation or an adjoint sweep cost to compute, and what it has to say.
+
+use crate::Warning;
+
+/// The work of a simulation or an adjoint sweep, and how well it went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// The most iterations of one step.
+    pub most_iterations: usize,
+    /// Factorisations of tangent matrices.
+    pub factorisations: usize,
+    /// Newton corrections with factors of the iteration before, because they leave nothing of the next one.
+    pub reused_factors: usize,
+    /// Evaluations of single elements with their second derivatives by dual numbers.
+    pub element_evaluations: usize,
+    /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
+    pub sine_evaluations: usize,
+    /// Evaluations of single elements by dual numbers for their derivatives with respect to one control, design variable or time.
+    pub input_evaluations: usize,
+    /// Evaluations of single elements at the ends of steps, along them, to see whether they are resolved (adjoint sweep only).
+    pub chord_evaluations: usize,
+    /// Evaluations of single costs: for the value, and for each part of their arguments (q, v, …, a design variable) with a derivative.
+    pub cost_evaluations: usize,
+    /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
+    pub worst_residual: f64,
+    /// The largest relative Newton correction that was left undone, as estimated.
+    pub worst_correction: f64,
+    /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
+    pub worst_pivot: f64,
+    /// How much larger (dJ/dq, dJ/dp*) became on the way back than what the costs put into it, looked at every so many nodes (adjoint sweep only).
+    pub adjoint_growth: f64,
+    /// Nodes at which the motion was started anew.
+    pub restarts: usize,
+    /// What the run has to say besides.
+    pub warnings: Vec<Warning>,
+}
+
+impl Default for Report {
+    fn default() -> Self {
+        Report {
+            newton_iterations: 0,
+            most_iterations: 0,
+            factorisations: 0,
+            reused_factors: 0,
+            element_evaluations: 0,
+            sine_evaluations: 0,
+            input_evaluations: 0,
+            chord_evaluations: 0,
+            cost_evaluations: 0,
+            worst_residual: 0.0,
+            worst_correction: 0.0,
+            worst_pivot: 1.0,
+            adjoint_growth: 1.0,
+            restarts: 0,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+impl Report {
+    /// Says something in the place of what was said of this kind before.
+    pub(crate) fn replace(&mut self, warning: Warning) {
+        let kind = std::mem::discriminant(&warning);
+        self.warnings.retain(|other| std::mem::discriminant(other) != kind);
+        self.warnings.push(warning);
+    }
+
+    /// Says something once.
+    pub(crate) fn warn(&mut self, warning: Warning) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The motion: y_i at all nodes.
+
+use nalgebra::DMatrix;
+
+use crate::motion::Refinement;
+use crate::number::Real;
+use crate::system::{At, CostAt, CostRows, Sums, Weights};
+use crate::{Error, Inputs, System};
+
+/// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory<R = f64> {
+    /// The number of nodes that hold a solution (N + 1, or fewer if a step failed).
+    pub computed: usize,
+    /// Times, s.
+    pub times: Vec<R>,
+    /// Coordinates, m or rad (n × (N + 1)).
+    pub q: DMatrix<R>,
+    /// Velocities, m/s or rad/s.
+    pub v: DMatrix<R>,
+    /// Augmented momenta, N s or N m s.
+    pub p_star: DMatrix<R>,
+    /// Their rates ṗ* = 𝓛_q + Q, N or N m.
+    pub p_star_dot: DMatrix<R>,
+    /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
+    pub sigma: DMatrix<R>,
+    /// Equations that close loops and their compliances μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s): empty unless constraints
+    /// depend on each other (see `docs/long-and-hard-motions.md`).
+    pub compliance: Vec<(usize, f64)>,
+    /// Nodes that are not of the given grid: steps without a solution were halved there.
+    pub inserted: Vec<usize>,
+    /// Nodes at which the motion was started anew ([`Settings::drift_bound`](crate::Settings::drift_bound)).
+    pub restarted: Vec<usize>,
+}
+
+/// The state of one node in the columns of a trajectory.
+pub(crate) struct Columns<'a, R> {
+    pub(crate) q: &'a [R],
+    pub(crate) v: &'a [R],
+    pub(crate) p_star: &'a [R],
+    pub(crate) p_star_dot: &'a [R],
+    pub(crate) sigma: &'a [R],
+}
+
+impl<R: Real> Trajectory<R> {
+    pub(crate) fn zeros(system: &System, nodes: usize) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let state = || DMatrix::from_element(n, nodes, R::zero());
+        Trajectory {
+            computed: 0,
+            times: vec![R::zero(); nodes],
+            q: state(),
+            v: state(),
+            p_star: state(),
+            p_star_dot: state(),
+            sigma: DMatrix::from_element(m, nodes, R::zero()),
+            compliance: Vec::new(),
+            inserted: Vec::new(),
+            restarted: Vec::new(),
+        }
+    }
+
+    /// How many numbers a node has.
+    pub(crate) fn len_of_node(n: usize, m: usize) -> usize {
+        4 * n + m + 1
+    }
+
+    /// Room for so many nodes, of which the first stay as they are.
+    pub(crate) fn resize(&mut self, nodes: usize) {
+        self.times.resize(nodes, R::zero());
+        self.times.shrink_to_fit();
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
+            *matrix = old.resize_horizontally(nodes, R::zero());
+        }
+    }
+
+    #[inline]
+    pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
+        Columns {
+            q: column(&self.q, i),
+            v: column(&self.v, i),
+            p_star: column(&self.p_star, i),
+            p_star_dot: column(&self.p_star_dot, i),
+            sigma: column(&self.sigma, i),
+        }
+    }
+
+    /// What the equations of the node in column `k` depend on, with its controls and the design variables.
+    pub(crate) fn at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> At<'a, R> {
+        let y = self.columns(k);
+        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.times[k], design }
+    }
+
+    /// What the costs of the node in column `k` depend on.
+    pub(crate) fn cost_at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> CostAt<'a, R> {
+        let Columns { q, v, p_star, p_star_dot, sigma } = self.columns(k);
+        CostAt { q, v, p_star, p_star_dot, sigma, u, t: self.times[k], design }
+    }
+
+    pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> At<'a, R> {
+        self.at_column(i, inputs.at(i))
+    }
+
+    pub(crate) fn cost_at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> CostAt<'a, R> {
+        self.cost_at_column(i, inputs.at(i))
+    }
+
+    /// Refuses a motion that does not reach the end of its grid.
+    pub(crate) fn check_complete(&self, inputs: &Inputs<R>) -> Result<(), Error> {
+        let (expected, computed) = (inputs.grid.nodes(), self.computed);
+        if expected == computed { Ok(()) } else { Err(Error::Incomplete { expected, computed }) }
+    }
+
+    /// J of Eq. (5): all costs of the scene, summed over the given nodes.
+    ///
+    /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    ///
+    /// # Errors
+    /// Inputs of other sizes; a cost or a sum that is not finite.
+    pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
+        self.check_fits(system, inputs)?;
+        let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
+        let refinement = Refinement::new(&lengths, &self.inserted);
+        let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
+        let mut sum = R::zero();
+        for i in first..self.computed {
+            if let Some(weights) = refinement.weights(&inputs.grid.steps, i) {
+                let value = system.cost(&self.cost_at(inputs, i), &weights);
+                if !is_finite(value) {
+                    return Err(self.bad_cost(system, inputs, &refinement, i));
+                }
+                sum += value;
+            }
+        }
+        if is_finite(sum) { Ok(sum) } else { Err(Error::Overflow { what: "J".into(), value: sum.part(0) }) }
+    }
+
+    /// Which cost of a node is not finite.
+    fn bad_cost(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, node: usize) -> Error {
+        let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
+        let at = self.cost_at(inputs, node);
+        let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
+        let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
+        let t = at.t.part(0);
+        let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
+        let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
+        let weights = refinement.weights(&steps, node).unwrap_or_else(|| Weights::new(Some(0.0), Some(0.0)));
+        system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
+    }
+
+    /// Φ(q_i, t_i) in m or rad (m × nodes).
+    ///
+    /// # Errors
+    /// Inputs of other sizes; numbers beyond their range.
+    pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
+        self.check_fits(system, inputs)?;
+        let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
+        for i in 0..self.computed {
+            system.phi(&self.at(inputs, i), column_mut(&mut phi, i));
+        }
+        finite(system, "Φ", phi)
+    }
+
+    /// dΦ/dt(q_i, v_i, t_i) in m/s or rad/s (m × nodes), Eq. (1c).
+    ///
+    /// # Errors
+    /// As [`phi`](Self::phi).
+    pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
+        self.check_fits(system, inputs)?;
+        let mut sums = Sums::new(system.n(), system.m());
+        let mut phi_dot = DMatrix::from_element(system.m(), self.computed, R::zero());
+        for i in 0..self.computed {
+            system.plain_sums(&self.at(inputs, i), &mut sums);
+            column_mut(&mut phi_dot, i).copy_from_slice(&sums.phi_dot);
+        }
+        finite(system, "dΦ/dt", phi_dot)
+    }
+
+    /// Refuses inputs that this motion of this system cannot have been computed from.
+    pub(crate) fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
+        let (n, m, nodes) = (system.n(), system.m(), self.times.len());
+        let restarted = self.restarted.iter().max().map_or(0, |node| node.saturating_add(1));
+        let compliant = self.compliance.iter().map(|(j, _)| j.saturating_add(1)).max().unwrap_or(0);
+        let sizes = [
+            ("the trajectory's coordinates", n, self.q.nrows()),
+            ("the trajectory's velocities", n, self.v.nrows()),
+            ("the trajectory's momenta", n, self.p_star.nrows()),
+            ("the rates of the trajectory's momenta", n, self.p_star_dot.nrows()),
+            ("the trajectory's multipliers", m, self.sigma.nrows()),
+            ("the trajectory's coordinates: nodes", nodes, self.q.ncols()),
+            ("the trajectory's velocities: nodes", nodes, self.v.ncols()),
+            ("the trajectory's momenta: nodes", nodes, self.p_star.ncols()),
+            ("the rates of the trajectory's momenta: nodes", nodes, self.p_star_dot.ncols()),
+            ("the trajectory's multipliers: nodes", nodes, self.sigma.ncols()),
+            ("the trajectory's computed nodes", nodes.min(self.computed), self.computed),
+            ("time nodes (`Solver::inputs` has those of the motion)", nodes, inputs.grid.nodes()),
+            ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
+            ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
+            ("design variables", system.designs(), inputs.design.len()),
+            ("the trajectory's restarted nodes", nodes.min(restarted), restarted),
+            ("the trajectory's compliances: equations", m.min(compliant), compliant),
+        ];
+        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Column `i` as a slice.
+pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
+    let rows = matrix.nrows();
+    &matrix.as_slice()[i * rows..(i + 1) * rows]
+}
+
+/// Column `i` as a slice, to be written.
+pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
+    let rows = matrix.nrows();
+    &mut matrix.as_mut_slice()[i * rows..(i + 1) * rows]
+}
+
+fn is_finite<R: Real>(x: R) -> bool {
+    (0..R::PARTS).all(|part| x.part(part).is_finite())
+}
+
+/// Numbers of all equations at all nodes, if they are finite.
+fn finite<R: Real>(system: &System, what: &str, values: DMatrix<R>) -> Result<DMatrix<R>, Error> {
+    let value = |at: usize| values.as_slice()[at].part(0);
+    match (0..values.len()).find(|&at| !value(at).is_finite()) {
+        Some(at) => {
+            let (node, equation) = (at / values.nrows(), system.equation_name(at % values.nrows()));
+            Err(Error::Overflow { what: format!("{what} of {equation} at node {node}"), value: value(at) })
+        }
+        None => Ok(values),
+    }
+}

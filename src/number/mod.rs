@@ -1,0 +1,15 @@
+//! Numbers that formulas run on: plain and complex ones, and those that find out what a formula depends on.
+
+mod boundary;
+mod complex;
+mod fingerprint;
+mod lanes;
+mod real;
+mod scalar;
+pub mod trace;
+
+pub use complex::Cx;
+pub(crate) use fingerprint::Fingerprint;
+pub(crate) use lanes::{all_finite, dot_sum, larger, largest};
+pub use real::{Family, Real};
+pub use scalar::{Arithmetic, Scalar};

@@ -1,0 +1,72 @@
+//! [`Real`]: the numbers that a whole simulation can run on.
+
+use num_dual::{Dual64, DualNum};
+
+use super::{Cx, Scalar};
+
+/// One thing for each type of [`Real`] numbers.
+#[doc(hidden)]
+pub trait Family {
+    type Of<R: Real>;
+    fn real(self) -> Self::Of<f64>;
+    fn complex(self) -> Self::Of<Cx>;
+    fn dual(self) -> Self::Of<Dual64>;
+}
+
+/// A number that a whole simulation can run on: `f64`, [`Cx`](crate::Cx) (complex step) or `Dual64` (tangent).
+///
+/// It may stand inside num-dual's types, since the residual of a step contains derivatives itself. The Newton
+/// matrix is always real: its factors serve every part alike, because an iteration matrix decides how fast an
+/// iteration converges, not where to.
+pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {
+    /// How many real numbers it consists of.
+    const PARTS: usize;
+    /// Part `k`: 0 is the real value, 1 the imaginary or derivative part.
+    fn part(&self, k: usize) -> f64;
+    /// Adds `x` to part `k`.
+    fn add_to_part(&mut self, k: usize, x: f64);
+    /// The member of a family that is made for this type.
+    #[doc(hidden)]
+    fn of<F: Family>(family: F) -> F::Of<Self>;
+}
+
+impl Real for f64 {
+    const PARTS: usize = 1;
+    #[inline]
+    fn part(&self, _: usize) -> f64 {
+        *self
+    }
+    #[inline]
+    fn add_to_part(&mut self, _: usize, x: f64) {
+        *self += x;
+    }
+    fn of<F: Family>(family: F) -> F::Of<Self> {
+        family.real()
+    }
+}
+
+impl Real for Cx {
+    const PARTS: usize = 2;
+    fn part(&self, k: usize) -> f64 {
+        if k == 0 { self.0.re } else { self.0.im }
+    }
+    fn add_to_part(&mut self, k: usize, x: f64) {
+        *(if k == 0 { &mut self.0.re } else { &mut self.0.im }) += x;
+    }
+    fn of<F: Family>(family: F) -> F::Of<Self> {
+        family.complex()
+    }
+}
+
+impl Real for Dual64 {
+    const PARTS: usize = 2;
+    fn part(&self, k: usize) -> f64 {
+        if k == 0 { self.re } else { self.eps }
+    }
+    fn add_to_part(&mut self, k: usize, x: f64) {
+        *(if k == 0 { &mut self.re } else { &mut self.eps }) += x;
+    }
+    fn of<F: Family>(family: F) -> F::Of<Self> {
+        family.dual()
+    }
+}

@@ -1,0 +1,300 @@
+//! The number types: [`Scalar`] is all that model code sees, [`Real`] is what a simulation runs on.
+
+use nalgebra::Scalar as MatrixEntry;
+use num_dual::DualNum;
+use num_traits::{One, Zero};
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use super::boundary;
+
+/// The arithmetic of a number with itself and with constants.
+pub trait Arithmetic<Rhs = Self>:
+    Sized
+    + Add<Rhs, Output = Self>
+    + Sub<Rhs, Output = Self>
+    + Mul<Rhs, Output = Self>
+    + Div<Rhs, Output = Self>
+    + AddAssign<Rhs>
+    + SubAssign<Rhs>
+    + MulAssign<Rhs>
+    + DivAssign<Rhs>
+{
+}
+
+impl<T, Rhs> Arithmetic<Rhs> for T where
+    T: Add<Rhs, Output = T>
+        + Sub<Rhs, Output = T>
+        + Mul<Rhs, Output = T>
+        + Div<Rhs, Output = T>
+        + AddAssign<Rhs>
+        + SubAssign<Rhs>
+        + MulAssign<Rhs>
+        + DivAssign<Rhs>
+{
+}
+
+/// A number in a model function: a real value with, perhaps, derivatives or an imaginary part attached.
+///
+/// A model function is written once, `fn phi<S: Scalar>(…)`, and is then evaluated with
+///
+/// | type | for |
+/// |---|---|
+/// | `f64` | values |
+/// | num-dual's dual numbers (`DualSVec64<N>`, `Dual2SVec<…>`, …) | Jacobian blocks |
+/// | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
+/// | [`Trace`](crate::number::trace::Trace) | finding out what a function depends on |
+///
+/// A vector is scaled by a number of its own type: `vector * S::from(0.3)`.
+///
+/// It has the arithmetic operators (a constant stands on the right: `x * 2.0`, not `2.0 * x`) and the analytic
+/// functions below. It is deliberately not a nalgebra `ComplexField`: `norm`, `dotc`, `adjoint` conjugate or take absolute
+/// values and would silently spoil a complex step, so they do not compile in a model; `dot`, `+`, `*` and
+/// `transpose` do.
+pub trait Scalar:
+    MatrixEntry + Copy + Zero + One + Sum + From<f64> + Neg<Output = Self> + Arithmetic + Arithmetic<f64>
+{
+    /// The real value, without derivatives: for branching and diagnostics only.
+    ///
+    /// A formula that continues with this value loses its derivative.
+    fn re(&self) -> f64;
+    /// 1/x.
+    fn recip(&self) -> Self;
+    /// xⁿ for an integer n.
+    fn powi(&self, n: i32) -> Self;
+    /// xⁿ for a real constant n, x ≥ 0; at 0 it has the derivatives of order below n.
+    fn powf(&self, n: f64) -> Self;
+    /// √x, with an infinite derivative at 0.
+    fn sqrt(&self) -> Self;
+    /// eˣ.
+    fn exp(&self) -> Self;
+    /// eˣ − 1 without cancellation near 0.
+    fn exp_m1(&self) -> Self;
+    /// The natural logarithm.
+    fn ln(&self) -> Self;
+    /// ln(1 + x) without cancellation near 0.
+    fn ln_1p(&self) -> Self;
+    /// Sine and cosine together.
+    fn sin_cos(&self) -> (Self, Self);
+    /// Sine.
+    fn sin(&self) -> Self;
+    /// Cosine.
+    fn cos(&self) -> Self;
+    /// Tangent.
+    fn tan(&self) -> Self;
+    /// Arcsine, |x| ≤ 1, with an infinite derivative at ±1.
+    fn asin(&self) -> Self;
+    /// Arccosine, |x| ≤ 1, with an infinite derivative at ±1.
+    fn acos(&self) -> Self;
+    /// Arctangent.
+    fn atan(&self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(&self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(&self) -> Self;
+
+    /// Hyperbolic tangent, finite for every x.
+    fn tanh(&self) -> Self {
+        // num-dual's sinh/cosh is ∞/∞ for large x; e^(−2|x|) never overflows.
+        let negative = self.re() < 0.0;
+        let x = if negative { -*self } else { *self };
+        let e = (x * -2.0).exp_m1();
+        let t = -e / (e + 2.0);
+        if negative { -t } else { t }
+    }
+
+    /// The angle of the point (x, y), where `self` is y; exact derivatives in all four quadrants.
+    fn atan2(&self, x: Self) -> Self {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        let y = *self;
+        if x.re() == 0.0 && y.re() == 0.0 {
+            // No angle has a derivative at the origin, and neither has the distance.
+            return y.hypot(x) + y.re().atan2(x.re());
+        }
+        // Divide by the larger of the two, so that x = 0 is an ordinary point.
+        if x.re().abs() >= y.re().abs() {
+            let turn = if x.re() >= 0.0 { 0.0 } else { PI.copysign(y.re()) };
+            (y / x).atan() + turn
+        } else {
+            -(x / y).atan() + FRAC_PI_2.copysign(y.re())
+        }
+    }
+
+    /// |x|, by the sign of the real value.
+    fn abs(&self) -> Self {
+        if self.re() < 0.0 { -*self } else { *self }
+    }
+
+    /// The larger of two numbers, by their real values.
+    fn max(&self, other: Self) -> Self {
+        if other.re() > self.re() { other } else { *self }
+    }
+
+    /// The smaller of two numbers, by their real values.
+    fn min(&self, other: Self) -> Self {
+        if other.re() < self.re() { other } else { *self }
+    }
+
+    /// √(x² + y²), not differentiable at the origin.
+    fn hypot(&self, y: Self) -> Self {
+        (*self * *self + y * y).sqrt()
+    }
+}
+
+impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {
+    #[inline]
+    fn re(&self) -> f64 {
+        num_dual::DualStruct::re(self)
+    }
+    #[inline]
+    fn recip(&self) -> Self {
+        DualNum::recip(self)
+    }
+    #[inline]
+    fn powi(&self, n: i32) -> Self {
+        let re = Scalar::re(self);
+        let is_plain = T::NDERIV == 0 || (0..=3).contains(&n) || boundary::is_in_range(re, f64::from(n));
+        if is_plain || !re.is_finite() || re == 0.0 && n > 0 {
+            return DualNum::powi(self, n);
+        }
+        boundary::powi_out_of_range(self, re, n)
+    }
+    #[inline]
+    fn powf(&self, n: f64) -> Self {
+        let re = Scalar::re(self);
+        if T::NDERIV > 0 && re == 0.0 && n > 0.0 {
+            return if n.fract() == 0.0 { Scalar::powi(self, n as i32) } else { boundary::power_of_zero(self, n) };
+        }
+        if T::NDERIV > 0 && re == 0.0 && n < 0.0 {
+            return Scalar::recip(self);
+        }
+        if T::NDERIV == 0 || !(re > 0.0 && re.is_finite()) || boundary::is_in_range(re, n) {
+            return DualNum::powf(self, n);
+        }
+        boundary::powf_out_of_range(self, re, n)
+    }
+    #[inline]
+    fn sqrt(&self) -> Self {
+        let is_end = T::NDERIV > 0 && Scalar::re(self) == 0.0;
+        if is_end { boundary::sqrt_of_zero(self) } else { DualNum::sqrt(self) }
+    }
+    #[inline]
+    fn exp(&self) -> Self {
+        DualNum::exp(self)
+    }
+    #[inline]
+    fn exp_m1(&self) -> Self {
+        DualNum::exp_m1(self)
+    }
+    #[inline]
+    fn ln(&self) -> Self {
+        DualNum::ln(self)
+    }
+    #[inline]
+    fn ln_1p(&self) -> Self {
+        DualNum::ln_1p(self)
+    }
+    #[inline]
+    fn sin_cos(&self) -> (Self, Self) {
+        DualNum::sin_cos(self)
+    }
+    #[inline]
+    fn sin(&self) -> Self {
+        DualNum::sin(self)
+    }
+    #[inline]
+    fn cos(&self) -> Self {
+        DualNum::cos(self)
+    }
+    #[inline]
+    fn tan(&self) -> Self {
+        DualNum::tan(self)
+    }
+    #[inline]
+    fn asin(&self) -> Self {
+        DualNum::asin(self)
+    }
+    #[inline]
+    fn acos(&self) -> Self {
+        DualNum::acos(self)
+    }
+    #[inline]
+    fn atan(&self) -> Self {
+        DualNum::atan(self)
+    }
+    #[inline]
+    fn sinh(&self) -> Self {
+        DualNum::sinh(self)
+    }
+    #[inline]
+    fn cosh(&self) -> Self {
+        DualNum::cosh(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Scalar;
+    use crate::Cx;
+    use num_dual::{Dual2_64, Dual64};
+
+    /// f' by complex step, by dual numbers and by the closed form.
+    fn agree(name: &str, x: f64, expected: f64, f: impl Fn(Cx) -> Cx, g: impl Fn(Dual64) -> Dual64) {
+        let h = 1e-30;
+        let complex = f(Cx::new(x, h)).0.im / h;
+        let dual = g(Dual64::new(x, 1.0)).eps;
+        for (how, got) in [("complex step", complex), ("dual", dual)] {
+            let error = (got - expected).abs() / expected.abs().max(1.0);
+            assert!(error < 1e-14, "{name}'({x}) by {how}: {got}, expected {expected}");
+        }
+    }
+
+    macro_rules! derivative {
+        ($f:ident, $x:expr, $expected:expr) => {
+            agree(stringify!($f), $x, $expected, |x| Scalar::$f(&x), |x| Scalar::$f(&x))
+        };
+    }
+
+    #[test]
+    fn derivatives_by_complex_step_and_dual_numbers_are_the_closed_forms() {
+        for x in [-0.7f64, -1e-9, 0.0, 0.3, 0.9] {
+            let r = (1.0 - x * x).sqrt();
+            derivative!(asin, x, 1.0 / r);
+            derivative!(acos, x, -1.0 / r);
+            derivative!(atan, x, 1.0 / (1.0 + x * x));
+            derivative!(tanh, x, 1.0 - x.tanh() * x.tanh());
+            derivative!(sinh, x, x.cosh());
+            derivative!(exp_m1, x, x.exp());
+            derivative!(ln_1p, x, 1.0 / (1.0 + x));
+            derivative!(tan, x, 1.0 / (x.cos() * x.cos()));
+        }
+        for x in [-800.0, -400.0, 400.0, 800.0] {
+            derivative!(tanh, x, 0.0);
+        }
+        for x in [-4.0, -1.0, 1.0, 4.0f64] {
+            derivative!(atan, x, 1.0 / (1.0 + x * x));
+            agree("powi -3", x, -3.0 * x.powi(-4), |x| Scalar::powi(&x, -3), |x| Scalar::powi(&x, -3));
+            agree("powi 5", x, 5.0 * x.powi(4), |x| Scalar::powi(&x, 5), |x| Scalar::powi(&x, 5));
+        }
+    }
+
+    #[test]
+    fn atan2_has_its_value_and_derivative_in_every_direction() {
+        for k in 0..16 {
+            let angle = f64::from(k) * std::f64::consts::PI / 8.0 - 3.1;
+            let (y, x) = angle.sin_cos();
+            let value = Scalar::atan2(&y, x);
+            assert!((value - y.atan2(x)).abs() < 1e-15);
+            let tangent = Scalar::atan2(&Dual64::new(y, x), Dual64::new(x, -y));
+            assert!((tangent.eps - 1.0).abs() < 1e-14, "{angle}: {tangent}");
+        }
+        assert_eq!(Scalar::atan2(&Dual64::new(1.0, 0.0), Dual64::new(0.0, 1.0)).eps, -1.0);
+    }
+
+    #[test]
+    fn a_high_power_at_zero_is_zero_with_zero_derivatives() {
+        let x = Dual2_64::new(0.0, 1.0, 0.0);
+        let y = Scalar::powf(&x, 3.5);
+        assert_eq!((y.re, y.v1, y.v2), (0.0, 0.0, 0.0));
+    }
+}

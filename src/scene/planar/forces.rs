@@ -1,0 +1,196 @@
+//! Springs, dampers, friction and actuators between two bodies a and b.
+//!
+//! A force F along a length s(q) acts as Q = F s_q on both bodies: action and reaction in one formula.
+
+use nalgebra::SVector;
+
+use super::body::{Frame, Point};
+use super::geometry::{Link, turned};
+use super::ground::{FromGround, ToGround};
+use super::joints::{axis, pair, points};
+use crate::model::element::ForcePoint;
+use crate::{Control, Error, Force, Param, PotentialEnergy, Scalar, Scene};
+
+/// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
+#[derive(Clone, Copy, Debug)]
+pub struct LinearSpring;
+
+impl PotentialEnergy<6, 6> for LinearSpring {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 6>, _t: S) -> S {
+        let between = Link::new(q, b.as_slice()).between;
+        let stretch = between.dot(&between).sqrt() - b[5];
+        b[4] * stretch * stretch * 0.5
+    }
+}
+
+/// F = −d d|d|/dt along the line between the points; b = [s_a, s_b, d].
+#[derive(Clone, Copy, Debug)]
+pub struct Damper;
+
+impl Force<6, 0, 5> for Damper {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 5>) -> SVector<S, 6> {
+        let link = Link::new(&at.q, b.as_slice());
+        let direction = link.direction();
+        let speed = direction.dot(&link.velocity(&at.v));
+        link.along(&direction) * -(b[4] * speed)
+    }
+}
+
+/// V = ½ c (φ_b − φ_a − φ₀)²; b = [c, φ₀].
+#[derive(Clone, Copy, Debug)]
+pub struct TorsionalSpring;
+
+impl PotentialEnergy<6, 2> for TorsionalSpring {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 2>, _t: S) -> S {
+        let twist = q[5] - q[2] - b[1];
+        b[0] * twist * twist * 0.5
+    }
+}
+
+/// The torque −d (φ̇_b − φ̇_a) on b, the opposite on a; `b = [d]`.
+#[derive(Clone, Copy, Debug)]
+pub struct JointFriction;
+
+impl Force<6, 0, 1> for JointFriction {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 1>) -> SVector<S, 6> {
+        torque(b[0] * (at.v[2] - at.v[5]))
+    }
+}
+
+/// The force −d ds/dt along an axis of a, where s is the position of b's point on it; b = [s_a, s_b, axis angle, d].
+#[derive(Clone, Copy, Debug)]
+pub struct SlidingFriction;
+
+impl Force<6, 0, 6> for SlidingFriction {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 6>) -> SVector<S, 6> {
+        let (link, axis) = (Link::new(&at.q, b.as_slice()), axis(&at.q, b[4]));
+        let speed = axis.dot(&link.velocity(&at.v)) + turned(&axis).dot(&link.between) * at.v[2];
+        link.along_axis(&axis) * -(b[5] * speed)
+    }
+}
+
+/// The force u along an axis of a, on b's point, the opposite on a; b = [s_a, s_b, axis angle].
+#[derive(Clone, Copy, Debug)]
+pub struct Actuator;
+
+impl Force<6, 1, 5> for Actuator {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 1>, b: &SVector<S, 5>) -> SVector<S, 6> {
+        Link::new(&at.q, b.as_slice()).along_axis(&axis(&at.q, b[4])) * at.u[0]
+    }
+}
+
+/// The torque u on b, the opposite on a.
+#[derive(Clone, Copy, Debug)]
+pub struct TorqueActuator;
+
+impl Force<6, 1, 0> for TorqueActuator {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 1>, _b: &SVector<S, 0>) -> SVector<S, 6> {
+        torque(at.u[0])
+    }
+}
+
+/// A torque on b and its reaction on a.
+fn torque<S: Scalar>(torque: S) -> SVector<S, 6> {
+    let zero = S::zero();
+    SVector::from([zero, zero, -torque, zero, zero, torque])
+}
+
+impl Scene {
+    /// Adds a spring and a damper between two points: stiffness (N/m), free length (m), damping (N s/m).
+    ///
+    /// The points must not coincide: the direction of the force would be undefined.
+    pub fn spring_damper(
+        &mut self,
+        name: &str,
+        a: Point,
+        b: Point,
+        stiffness: impl Into<Param>,
+        free_length: impl Into<Param>,
+        damping: impl Into<Param>,
+    ) {
+        let (stiffness, damping) = (stiffness.into(), damping.into());
+        let spring = points(a, b, [stiffness, free_length.into()]);
+        self.between_potential(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring, stiffness);
+        if damping.constant() != Some(0.0) {
+            self.between_force(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
+        }
+    }
+
+    /// Adds a torsional spring and damper: stiffness (N m/rad), free angle φ_b − φ_a (rad), damping (N m s/rad).
+    pub fn torsional_spring_damper(
+        &mut self,
+        name: &str,
+        a: impl Into<Frame>,
+        b: impl Into<Frame>,
+        stiffness: impl Into<Param>,
+        free_angle: impl Into<Param>,
+        damping: impl Into<Param>,
+    ) {
+        let (stiffness, damping, frames) = (stiffness.into(), damping.into(), (a.into(), b.into()));
+        let spring = [stiffness, free_angle.into()];
+        self.between_potential(&format!("{name} (spring)"), TorsionalSpring, frames, spring, stiffness);
+        if damping.constant() != Some(0.0) {
+            self.between_force(&format!("{name} (damper)"), JointFriction, frames, [], [damping]);
+        }
+    }
+
+    /// Adds viscous friction against relative rotation (N m s/rad).
+    pub fn joint_friction(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, damping: impl Into<Param>) {
+        self.between_force(name, JointFriction, (a.into(), b.into()), [], [damping.into()]);
+    }
+
+    /// Adds viscous friction (N s/m) of `b` sliding along the axis of `a` (rad, in a's frame).
+    pub fn sliding_friction(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, damping: impl Into<Param>) {
+        let parameters = points(a, b, [axis.into(), damping.into()]);
+        self.between_force(name, SlidingFriction, (a.frame, b.frame), [], parameters);
+    }
+
+    /// Adds a force (N) on `b` along the axis of `a` (rad, in a's frame), driven by a control.
+    pub fn actuator(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, force: Control) {
+        self.between_force(name, Actuator, (a.frame, b.frame), [force], points(a, b, [axis.into()]));
+    }
+
+    /// Adds a torque (N m) on `b` and its reaction on `a`, driven by a control.
+    pub fn torque_actuator(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, torque: Control) {
+        self.between_force(name, TorqueActuator, (a.into(), b.into()), [torque], []);
+    }
+
+    fn between_potential<E, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        (a, b): (Frame, Frame),
+        parameters: [Param; P],
+        stiffness: Param,
+    ) where
+        E: PotentialEnergy<6, P>,
+    {
+        if stiffness.constant() == Some(0.0) {
+            return;
+        }
+        match (a.0, b.0) {
+            (Some(a), Some(b)) => self.potential_energy(name, element, pair(a, b), parameters),
+            (None, Some(b)) => self.potential_energy(name, FromGround(element), b, parameters),
+            (Some(a), None) => self.potential_energy(name, ToGround(element), a, parameters),
+            (None, None) => self.report(Error::NoBody { element: name.to_string() }),
+        }
+    }
+
+    fn between_force<E, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        (a, b): (Frame, Frame),
+        u: [Control; K],
+        parameters: [Param; P],
+    ) where
+        E: Force<6, K, P>,
+    {
+        match (a.0, b.0) {
+            (Some(a), Some(b)) => self.force(name, element, pair(a, b), u, parameters),
+            (None, Some(b)) => self.force(name, FromGround(element), b, u, parameters),
+            (Some(a), None) => self.force(name, ToGround(element), a, u, parameters),
+            (None, None) => self.report(Error::NoBody { element: name.to_string() }),
+        }
+    }
+}

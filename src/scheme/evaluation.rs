@@ -1,0 +1,232 @@
+//! The equations of a step in real numbers: what is linear, what is sinusoidal, and what dual numbers differentiate.
+//!
+//! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
+//! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
+
+use crate::linear::{BlockLu, Breakdown};
+use crate::motion::Report;
+use crate::system::{At, Constants, Covector, Pair, Rows, Sines, Sums};
+use crate::system::{Given, KnownPart};
+use crate::{Error, System};
+
+/// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.
+pub(crate) struct Evaluation {
+    pub(crate) constants: Constants,
+    sines: Sines,
+    /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
+    pub(crate) blocks: Vec<f64>,
+    /// μ of the equations that depend on others.
+    compliance: Vec<(usize, f64)>,
+    /// The formulas and the design variables that the constants belong to.
+    fingerprint: Option<u64>,
+    design: Vec<f64>,
+    /// The half steps met last, whose L the matrix keeps; `oldest` is the next to be replaced.
+    steps: Vec<f64>,
+    oldest: usize,
+    triplets: Vec<(usize, usize, f64)>,
+    elements: Option<Elements>,
+}
+
+/// How many half steps are kept: a composition of steps has few different ones.
+const KEPT_STEPS: usize = 5;
+
+/// What elements with dual numbers need besides: their point and sums in the scene's order.
+struct Elements {
+    q: Vec<f64>,
+    x: Pair,
+    sums: Sums<f64>,
+    rows: Rows,
+    zeros: Pair,
+}
+
+impl Evaluation {
+    pub(crate) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let elements = || Elements {
+            q: vec![0.0; n],
+            x: Pair::new(n, m),
+            sums: Sums::new(n, m),
+            rows: Rows::new(n, m),
+            zeros: Pair::new(n, m),
+        };
+        Evaluation {
+            constants: Constants::new(n),
+            sines: system.sines().clone(),
+            blocks: vec![0.0; system.block_len()],
+            compliance: Vec::new(),
+            fingerprint: None,
+            design: Vec::new(),
+            steps: Vec::new(),
+            oldest: 0,
+            triplets: Vec::new(),
+            elements: system.differentiated().next().map(|_| elements()),
+        }
+    }
+
+    /// Takes over the design variables of a start, and the formulas as they are now.
+    pub(crate) fn set_start(&mut self, system: &System, start: &At<f64>) -> Result<(), Error> {
+        let fingerprint = system.fingerprint();
+        if self.fingerprint == Some(fingerprint) && self.design == start.design {
+            return Ok(());
+        }
+        self.fingerprint = None;
+        system.constants(start, fingerprint, &mut self.constants)?;
+        self.sines.set_coefficients(&mut self.constants.waves);
+        self.steps.clear();
+        self.oldest = 0;
+        self.design.clear();
+        self.design.extend_from_slice(start.design);
+        // What is no number at this start may be one at the next.
+        self.fingerprint = self.constants.are_finite().then_some(fingerprint);
+        Ok(())
+    }
+
+    /// Takes over the compliances of constraint equations.
+    pub(crate) fn set_compliance(&mut self, compliance: &[(usize, f64)]) {
+        if self.compliance != compliance {
+            self.compliance = compliance.to_vec();
+            self.steps.clear();
+            self.oldest = 0;
+        }
+    }
+
+    /// Prepares L in the matrix for steps of half length h.
+    pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
+        if let Some(which) = self.steps.iter().position(|&known| known == h) {
+            matrix.select(which);
+            return Ok(());
+        }
+        let which = self.oldest;
+        self.oldest = (self.oldest + 1) % KEPT_STEPS;
+        if which >= self.steps.len() {
+            self.steps.push(h);
+        }
+        // Not to be found again if what follows fails.
+        self.steps[which] = f64::NAN;
+        self.constants.tangent(h, &mut self.triplets);
+        let equation = |j: usize| system.n() + j;
+        self.triplets.extend(self.compliance.iter().map(|&(j, mu)| (equation(j), equation(j), -mu)));
+        matrix.set_constant(system.symbolic(), which, &self.triplets)?;
+        self.steps[which] = h;
+        Ok(())
+    }
+
+    /// Begins a step.
+    pub(crate) fn begin(&mut self) {
+        self.sines.forget();
+    }
+
+    /// −k of r(x) = k + L x + N(x), in the solver's order.
+    pub(crate) fn step_constants(&self, system: &System, from: &KnownPart, given: Given, r: &mut [f64]) {
+        self.constants.step_constants(from, given, system.positions(), r);
+        for &(j, mu) in &self.compliance {
+            r[system.positions().sigma[j]] -= mu * from.sigma[j];
+        }
+    }
+
+    /// r −= N(x), and what N′ is made of.
+    pub(crate) fn subtract_nonlinear(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        x: &[f64],
+        r: &mut [f64],
+        report: &mut Report,
+    ) {
+        let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
+        self.sines.subtract_residual(from.q, from.h, x, r, angles);
+        report.sine_evaluations += self.sines.angles();
+        let Some(elements) = &mut self.elements else { return };
+        elements.load(system, from, x);
+        let Elements { q, x, sums, .. } = elements;
+        sums.clear();
+        let at = At { q, v: &x.v, sigma: &x.sigma, u: given.u, t: given.t, design: given.design };
+        for (batch, len) in system.differentiated() {
+            let (own, after) = rest.split_at_mut(len);
+            batch.evaluate(&at, sums, own);
+            report.element_evaluations += batch.varying();
+            rest = after;
+        }
+        for (i, &position) in system.positions().v.iter().enumerate() {
+            r[position] -= sums.l_v[i] - from.h * sums.force[i];
+        }
+        for (j, &position) in system.positions().sigma.iter().enumerate() {
+            r[position] -= sums.phi_dot[j];
+        }
+    }
+
+    /// Adds 𝓛_q + Q at the point that was evaluated last; `at` is that point in the scene's order.
+    pub(crate) fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
+        self.constants.add_force(at, force);
+        self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
+        if let Some(elements) = &self.elements {
+            force.iter_mut().zip(&elements.sums.force).for_each(|(sum, force)| *sum += force);
+        }
+    }
+
+    /// Assembles K(h) from L and from what N′ is made of.
+    pub(crate) fn assemble(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut BlockLu) {
+        matrix.reset();
+        let (angles, mut rest) = blocks.split_at(self.sines.block_len());
+        self.sines.scatter(angles, h, matrix.values_mut());
+        for (batch, len) in system.differentiated() {
+            let (own, after) = rest.split_at(len);
+            batch.scatter(own, h, matrix.values_mut());
+            rest = after;
+        }
+    }
+
+    /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
+    pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
+        rows.clear();
+        self.constants.pull_back(with, rows);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.pull_back(angles, with, rows);
+        pull_back_elements(system, rest, with, rows);
+    }
+
+    /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.
+    pub(crate) fn subtract_force_rows(&mut self, system: &System, h: f64, blocks: &[f64], d: &[f64], right: &mut [f64]) {
+        let positions = system.positions();
+        self.constants.subtract_force_rows(h, d, positions, right);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_force_rows(angles, h, d, right);
+        let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, &Covector { c: &zeros.v, d, e: &zeros.sigma }, rows);
+        for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
+            right[position] -= v + h * q;
+        }
+        positions.sigma.iter().zip(&rows.sigma).for_each(|(&position, row)| right[position] -= row);
+    }
+
+    /// a −= ∂q, the adjoint row of the coordinates, for any c, d, e.
+    pub(crate) fn subtract_row_q(&mut self, system: &System, blocks: &[f64], with: &Covector, a: &mut [f64]) {
+        self.constants.subtract_row_q(with, a);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.subtract_row_q(angles, with, a);
+        let Some(Elements { rows, .. }) = &mut self.elements else { return };
+        rows.clear();
+        pull_back_elements(system, rest, with, rows);
+        a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
+    }
+}
+
+/// Adds the adjoint rows of the elements with dual numbers.
+fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    for (batch, len) in system.differentiated() {
+        let (own, rest) = blocks.split_at(len);
+        batch.pull_back(own, with, rows);
+        blocks = rest;
+    }
+}
+
+impl Elements {
+    fn load(&mut self, system: &System, from: &KnownPart, x: &[f64]) {
+        self.x.load(system.positions(), x);
+        for ((q, &start), &v) in self.q.iter_mut().zip(from.q).zip(&self.x.v) {
+            *q = start + from.h * v;
+        }
+    }
+}

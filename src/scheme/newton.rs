@@ -1,0 +1,359 @@
+//! One step of the trapezoidal rule, solved by Newton's method (Eq. 2–4).
+//!
+//! With the half step h = Δt/2, the step from node i−1 to i reads
+//!
+//! ```text
+//!   E1  q − q₋ − h (v + v₋) = 0          E3  𝓛_v(q, v, σ) − p* = 0           E5  dΦ/dt(q, v) = 0
+//!   E2  p* − p*₋ − h (g + g₋) = 0        E4  𝓛_q(q, v, σ) + Q(q, v, u) − g = 0
+//! ```
+//!
+//! E1, E2 and E4 give q, p* and g = ṗ* by insertion. What remains are n + m equations in x = (v, σ),
+//!
+//! ```text
+//!   r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) = 0,      r_σ = dΦ/dt = 0,      K = ∂(r_v, r_σ)/∂(v, σ)
+//! ```
+//!
+//! Node 0 is the same with h = 0.
+//!
+//! Of r(x) = k + L x + N(x), with L linear, only N is evaluated at every iteration: after a correction δ
+//!
+//! ```text
+//!   −r(x + δ) = ℓ − N(x + δ),      ℓ(x + δ) = ℓ(x) − L δ,      ℓ(x) = −(k + L x)
+//! ```
+//!
+//! whose terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated
+//! before the first iteration, which makes S of L, and found after the last.
+
+use super::sizes::{Sizes, UnitWeights};
+use crate::linear::{BlockLu, Breakdown};
+use crate::motion::Report;
+use crate::number::{all_finite, larger};
+use crate::scheme::Evaluation;
+use crate::scheme::{StepFailure, Unknowns};
+use crate::system::{At, Pair};
+use crate::system::{Given, KnownPart};
+use crate::{Settings, System};
+
+/// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
+const ROUNDING: f64 = 2e-15;
+/// Below this fraction it may be, where the sums are long or the masses far apart.
+const STALLED: f64 = 1e-10;
+/// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
+pub(crate) const NOISE: f64 = 1e-8;
+
+/// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
+pub(crate) const SMALL: f64 = 1e-2;
+
+/// Velocities below this fraction of what the momenta would give may be rounding, and need not be guessed.
+pub(crate) const STILL: f64 = 1e-10;
+
+/// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
+const FAR: f64 = 10.0;
+/// … if it took more iterations than this to find it.
+const DIRECT: usize = 3;
+
+/// By how much the first correction of a step changed the velocities of its guess, and how large those were; infinite for a guess at rest.
+pub(crate) struct Miss {
+    pub(crate) change: f64,
+    pub(crate) guess: f64,
+}
+
+/// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
+pub(crate) struct Newton {
+    pub(crate) evaluation: Evaluation,
+    matrix: BlockLu,
+    condensed: usize,
+    /// The relative residual below which there is nothing but rounding.
+    rounding: f64,
+    /// (v, σ) of the iterate; condensed unknowns are found at the end.
+    x: Vec<f64>,
+    /// −k, reduced, for the condensed unknowns and ℓ for the others.
+    linear: Vec<f64>,
+    /// −r, then a correction.
+    delta: Vec<f64>,
+    pub(crate) weights: UnitWeights,
+    /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
+    size: Sizes,
+    /// What counts as small for them.
+    floor: f64,
+    /// Of the last step.
+    pub(crate) miss: Miss,
+}
+
+impl Newton {
+    pub(crate) fn new(system: &System) -> Self {
+        let zeros = || vec![0.0; system.n() + system.m()];
+        let condensed = system.symbolic().condensed();
+        Newton {
+            evaluation: Evaluation::new(system),
+            matrix: BlockLu::new(system.symbolic()),
+            condensed,
+            rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
+            x: zeros(),
+            linear: zeros(),
+            delta: zeros(),
+            weights: UnitWeights::new(system.n() + system.m(), condensed),
+            size: Sizes::default(),
+            floor: 0.0,
+            miss: Miss { change: 0.0, guess: 0.0 },
+        }
+    }
+
+    /// Assembles K(h) from given derivatives and factors it.
+    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
+        self.factor_by(system, h, blocks, report, |matrix| matrix.factor(system.symbolic()))
+    }
+
+    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order.
+    pub(crate) fn factor_and_solve_transposed(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        x: &mut [f64],
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.factor_by(system, h, blocks, report, |matrix| matrix.factor_and_solve_transposed(system.symbolic(), x))
+    }
+
+    fn factor_by(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        report: &mut Report,
+        factor: impl FnOnce(&mut BlockLu) -> Result<(), Breakdown>,
+    ) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
+        report.factorisations += 1;
+        factor(&mut self.matrix)?;
+        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        Ok(())
+    }
+
+    /// Takes the last pivots for the sizes of unknowns and equations.
+    pub(crate) fn weigh(&mut self, system: &System) {
+        self.weights.set(system.positions(), self.matrix.reciprocal_pivots(system.symbolic()));
+    }
+
+    /// Factors K(h) at any v and σ.
+    pub(crate) fn factor_at(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        (v, sigma): (&[f64], &[f64]),
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.load(system, v, sigma);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        let blocks = std::mem::take(&mut self.evaluation.blocks);
+        let result = self.factor(system, from.h, &blocks, report);
+        self.evaluation.blocks = blocks;
+        result
+    }
+
+    /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
+    pub(crate) fn l_v(&mut self, system: &System, at: &At<f64>, l_v: &mut [f64], report: &mut Report) {
+        self.load(system, at.v, at.sigma);
+        let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
+        self.delta.fill(0.0);
+        let given = Given { u: at.u, t: at.t, design: at.design };
+        self.evaluation.subtract_nonlinear(system, &from, given, &self.x, &mut self.delta, report);
+        self.evaluation.constants.l_v(at, l_v);
+        l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
+    }
+
+    /// 𝓛_v and dΦ/dt likewise.
+    pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &At<f64>, left: &mut Pair, report: &mut Report) {
+        self.l_v(system, at, &mut left.v, report);
+        self.evaluation.constants.phi_dot(at, &mut left.sigma);
+        let positions = &system.positions().sigma;
+        left.sigma.iter_mut().zip(positions).for_each(|(phi_dot, &position)| *phi_dot -= self.delta[position]);
+    }
+
+    fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
+        self.evaluation.begin();
+        let positions = system.positions();
+        positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
+        positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);
+    }
+
+    /// The unknown whose pivot lost most digits in the last factorisation.
+    pub(crate) fn worst_unknown(&self, system: &System) -> usize {
+        self.matrix.worst_unknown(system.symbolic())
+    }
+
+    /// (v, σ) of the last iterate.
+    pub(crate) fn iterate(&self, system: &System) -> Pair {
+        let mut x = Pair::new(system.n(), system.m());
+        x.load(system.positions(), &self.x);
+        x
+    }
+
+    /// Solves K x = r in place.
+    pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
+        x.store(system.positions(), &mut self.delta);
+        self.matrix.solve(system.symbolic(), &mut self.delta);
+        x.load(system.positions(), &self.delta);
+    }
+
+    /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.
+    pub(crate) fn solve_step(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        y: &mut Unknowns,
+        settings: &Settings,
+        report: &mut Report,
+    ) -> Result<(), StepFailure> {
+        let mut scale = self.begin(system, from, given, y, report)?;
+        let mut last = f64::INFINITY;
+        let mut sizes = self.weights.of_residual(&self.delta);
+        let mut residual = f64::INFINITY;
+        let mut reuse = false;
+        let guess = self.size.v;
+        for iteration in 1..=settings.max_iterations {
+            let (change, correction) = self.correct(system, from.h, reuse, report)?;
+            if iteration == 1 {
+                let is_at_rest = guess <= STILL * scale;
+                self.miss = Miss { change, guess: if is_at_rest { f64::INFINITY } else { guess } };
+            }
+            self.residual(system, from, given, report);
+            report.newton_iterations += 1;
+            report.most_iterations = report.most_iterations.max(iteration);
+            if scale == 0.0 {
+                // From rest, without forces: what there is of momentum comes from driven joints.
+                let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
+                scale = linear.max(self.weights.of_residual(&self.linear).v);
+            }
+            // Momentum equations against their terms, velocity constraints against the velocities.
+            let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
+            let before = std::mem::replace(&mut sizes, self.weights.of_residual(&self.delta)).relative_to(terms);
+            residual = sizes.relative_to(terms);
+            // The next correction would be smaller than this one as the residual is.
+            let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
+            // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
+            let is_stalled = correction > 0.25 * last && before <= STALLED || correction > 0.5 * last && correction <= NOISE;
+            let is_rounding = residual <= self.rounding || self.is_rounding_of_multipliers(sizes, terms) || is_stalled;
+            if next <= settings.tolerance || is_rounding {
+                if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
+                    return Err(self.diverged(system, iteration, residual));
+                }
+                report.worst_correction = report.worst_correction.max(next);
+                report.worst_residual = report.worst_residual.max(residual);
+                return self.finish(system, from, given, y);
+            }
+            last = correction;
+            // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
+            let left = 2.0 * residual / before;
+            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= self.rounding);
+        }
+        Err(self.diverged(system, settings.max_iterations, residual))
+    }
+
+    /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
+    fn begin(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        y: &Unknowns,
+        report: &mut Report,
+    ) -> Result<f64, StepFailure> {
+        self.load(system, y.v, y.sigma);
+        self.size = self.weights.of_all(&self.x);
+        self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
+        self.evaluation.step_constants(system, from, given, &mut self.linear);
+        self.delta.fill(0.0);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        // What N has in the rows of condensed unknowns depends on time at most.
+        self.linear[..self.condensed].iter_mut().zip(&self.delta).for_each(|(linear, n)| *linear += n);
+        self.matrix.reduce(&mut self.linear);
+        self.matrix.subtract_constant_product(&self.x, &mut self.linear);
+        let free = self.condensed..;
+        self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
+        let scale = self.weights.of_momenta(system.positions(), from.p_star);
+        self.floor = SMALL * scale;
+        Ok(scale)
+    }
+
+    /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns the size of its velocities, and its relative size.
+    ///
+    /// K is that of the present point, or, if its factors will do, of the point before.
+    fn correct(
+        &mut self,
+        system: &System,
+        h: f64,
+        old_factors: bool,
+        report: &mut Report,
+    ) -> Result<(f64, f64), StepFailure> {
+        if old_factors {
+            report.reused_factors += 1;
+            self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
+        } else {
+            self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
+            report.factorisations += 1;
+            let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
+            solved.map_err(StepFailure::Singular)?;
+            report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+        }
+        let free = self.condensed..;
+        self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
+        if self.size.v == 0.0 || self.size.sigma == 0.0 {
+            self.size = self.weights.of(&self.x);
+        }
+        self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
+        let change = self.weights.of(&self.delta);
+        Ok((change.v, change.relative_to(self.size.at_least(self.floor))))
+    }
+
+    /// −r = ℓ − N(x).
+    fn residual(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) {
+        let free = self.condensed..;
+        self.delta[free.clone()].copy_from_slice(&self.linear[free]);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+    }
+
+    /// The condensed unknowns, q and 𝓛_q + Q at the solution.
+    fn finish(&mut self, system: &System, from: &KnownPart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
+        self.x[..self.condensed].copy_from_slice(&self.linear[..self.condensed]);
+        self.matrix.expand(&mut self.x);
+        let positions = system.positions();
+        for ((v, q), (&position, start)) in y.v.iter_mut().zip(y.q.iter_mut()).zip(positions.v.iter().zip(from.q)) {
+            *v = self.x[position];
+            *q = start + from.h * *v;
+        }
+        y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
+        y.p_star_dot.fill(0.0);
+        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
+        self.evaluation.add_force(&at, y.p_star_dot);
+        let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
+        if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
+    }
+
+    /// Whether momenta differ by rounding of the reactions in them, which are far larger where σ has grown.
+    fn is_rounding_of_multipliers(&self, residual: Sizes, terms: Sizes) -> bool {
+        residual.v <= 2.0 * f64::EPSILON * self.size.sigma && residual.sigma <= self.rounding * terms.sigma
+    }
+
+    /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
+    fn distance(&self, system: &System, guess: &[f64]) -> f64 {
+        let positions = system.positions().v.iter().zip(guess);
+        let differences =
+            positions.map(|(&position, guess)| if position < self.condensed { 0.0 } else { self.x[position] - guess });
+        self.weights.of_velocities(system.positions(), differences)
+    }
+
+    fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {
+        let size = |position: &usize| self.delta[*position].abs();
+        let free = self.condensed..self.delta.len();
+        let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        let positions = system.positions();
+        let all = positions.v.iter().chain(&positions.sigma);
+        let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
+        StepFailure::Diverged { iterations, residual, unknown }
+    }
+}

@@ -1,0 +1,411 @@
+//! The same simulation on complex or dual numbers: complex step and tangents through all of it, Newton included.
+//!
+//! The motion is first computed in real numbers. Then every step is solved again on the numbers asked for, starting from the real solution,
+//! by the plain element formulas (nothing traced, nothing condensed, nothing skipped) and corrections with
+//! the real tangent matrix: r(x + ε w) = 0 holds for w after one exact correction, because K is converged; another one
+//! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
+//! fast the iteration converges.
+
+use crate::forward::restart::Restart;
+use crate::motion::Refinement;
+use crate::motion::{column, column_mut};
+use crate::number::Real;
+use crate::scheme::{NOISE, SMALL};
+use crate::system::{At, Pair, Sums};
+use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory, memory};
+
+/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
+const CONVERGED: f64 = 1e-14;
+/// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
+const ROUNDING: f64 = 1e-13;
+/// Corrections below this of which the smallest has not been halved for so many more are rounding as well, of a matrix close to singular.
+///
+/// Corrections by a wrong matrix shrink at every one, if slowly, or grow from the first.
+const LOST: (f64, usize) = (1e-5, 4);
+/// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
+const MOST_CORRECTIONS: usize = 30;
+
+/// Simulates on numbers of type R, many times near one real motion.
+///
+/// ```
+/// use hamiltonian_adjoint::{Cx, Grid, Inputs, LiftedSolver, Settings, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+/// let mut perturbed = inputs.lift::<Cx>();
+/// perturbed.controls[(0, 3)] = Cx::new(0.0, 1e-30);
+/// let mut solver = LiftedSolver::new(&system, &inputs, Settings::default())?;
+/// solver.simulate(&perturbed)?;
+/// let derivative = solver.cost()?.0.im / 1e-30;
+/// # let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default())?;
+/// # assert!((derivative - gradient.controls[(0, 3)]).abs() < 1e-12);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct LiftedSolver<'s, R: Real> {
+    real: Solver<'s>,
+    inputs: Inputs<R>,
+    refinement: Refinement,
+    trajectory: Trajectory<R>,
+    sums: Sums<R>,
+    /// q₋ + h v₋ and p*₋ + h ṗ*₋.
+    start_q: Vec<R>,
+    start_p: Vec<R>,
+    /// σ₋.
+    start_sigma: Vec<R>,
+    /// A residual, then a correction, of one part.
+    part: Pair,
+    /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
+    unit: Vec<f64>,
+    /// The largest correction that was left to rounding, relative to what a perturbation of that size could be.
+    rounding: f64,
+}
+
+impl<'s, R: Real> LiftedSolver<'s, R> {
+    /// Computes the real motion.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`].
+    pub fn new(system: &'s System, inputs: &Inputs, settings: Settings) -> Result<Self, Error> {
+        let mut real = Solver::new(system, settings);
+        real.simulate(inputs)?;
+        let (n, m) = (system.n(), system.m());
+        let zeros = |len| vec![R::zero(); len];
+        let node = Trajectory::<R>::len_of_node(n, m) + 1 + system.k();
+        memory::check("the motion on other numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
+        let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes());
+        trajectory.compliance.clone_from(&real.trajectory().compliance);
+        trajectory.inserted.clone_from(&real.trajectory().inserted);
+        trajectory.restarted.clone_from(&real.trajectory().restarted);
+        Ok(LiftedSolver {
+            inputs: inputs.lift(),
+            refinement: real.refinement(),
+            trajectory,
+            sums: Sums::new(n, m),
+            start_q: zeros(n),
+            start_p: zeros(n),
+            start_sigma: zeros(m),
+            part: Pair::new(n, m),
+            unit: vec![0.0; R::PARTS],
+            rounding: 0.0,
+            real,
+        })
+    }
+
+    /// Simulates with inputs whose real parts are those of the real motion.
+    ///
+    /// # Errors
+    /// A step whose corrections do not converge; sizes that differ from those of the real inputs; parts that are not finite.
+    pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
+        self.trajectory.computed = 0;
+        self.rounding = 0.0;
+        self.check_sizes(inputs)?;
+        if let Some(value) = (0..R::PARTS).find_map(|part| parts(inputs, part).find(|x| !x.is_finite())) {
+            return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
+        }
+        self.inputs = self.refinement.refine(inputs);
+        for part in 1..R::PARTS {
+            self.unit[part] = parts(inputs, part).fold(0.0, |largest, x| largest.max(x.abs()));
+        }
+        let times = self.inputs.grid.times();
+        self.trajectory.times.copy_from_slice(&times);
+        self.start()?;
+        let restarts = std::mem::take(&mut self.real.forward_mut().restarts);
+        let done = (1..times.len()).try_for_each(|i| self.step(i, restarts.at(i)));
+        self.real.forward_mut().restarts = restarts;
+        done.map(|()| &self.trajectory)
+    }
+
+    /// J of the last motion.
+    ///
+    /// # Errors
+    /// No complete motion; a cost that is not finite, in real numbers too: √x has a value for every complex x.
+    pub fn cost(&self) -> Result<R, Error> {
+        self.trajectory.check_complete(&self.inputs)?;
+        self.real.cost()?;
+        self.trajectory.cost(self.real.system(), &self.inputs)
+    }
+
+    /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
+    ///
+    /// It is about 1e-14, and more only where tangent matrices are close to singular, springs are very stiff, or nothing moves.
+    pub fn rounding(&self) -> f64 {
+        self.rounding
+    }
+
+    /// The inputs of the last motion, on the grid that was taken.
+    pub fn inputs(&self) -> &Inputs<R> {
+        &self.inputs
+    }
+
+    /// The real motion.
+    pub fn real(&self) -> &Solver<'s> {
+        &self.real
+    }
+
+    fn step(&mut self, i: usize, restart: Option<Restart>) -> Result<(), Error> {
+        let h = self.inputs.grid.steps[i - 1] * 0.5;
+        let y = self.trajectory.columns(i - 1);
+        for k in 0..self.start_q.len() {
+            self.start_q[k] = y.q[k] + h * y.v[k];
+            self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
+        }
+        self.start_sigma.copy_from_slice(y.sigma);
+        self.solve_node(i, h, restart)?;
+        if let Some(restart) = restart {
+            self.restart(i, &restart)?;
+        }
+        self.trajectory.computed = i + 1;
+        Ok(())
+    }
+
+    fn check_sizes(&self, inputs: &Inputs<R>) -> Result<(), Error> {
+        let real = self.real.inputs();
+        let inserted = self.real.trajectory().inserted.len();
+        let sizes = [
+            ("time steps", real.grid.steps.len() - inserted, inputs.grid.steps.len()),
+            ("q0", real.start.q().len(), inputs.start.q().len()),
+            ("v0 or p*0", real.start.rate().len(), inputs.start.rate().len()),
+            ("controls: rows (channels)", real.controls.nrows(), inputs.controls.nrows()),
+            ("controls: columns (nodes, one more than steps)", real.controls.ncols() - inserted, inputs.controls.ncols()),
+            ("design variables", real.design.len(), inputs.design.len()),
+        ];
+        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
+            None => real.start.check_kind(&inputs.start),
+        }
+    }
+
+    /// p*₀ = T_v(q₀, v₀), unless it is given; then node 0 as a step with h = 0.
+    fn start(&mut self) -> Result<(), Error> {
+        self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
+        self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
+        self.start_sigma.fill(R::zero());
+        if let Start::Velocity { q, v } = &self.inputs.start {
+            let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
+            let at = At {
+                q: q.as_slice(),
+                v: v.as_slice(),
+                sigma: &sigma,
+                u: column(&self.inputs.controls, 0),
+                t: self.trajectory.times[0],
+                design: self.inputs.design.as_slice(),
+            };
+            self.real.system().plain_sums(&at, &mut self.sums);
+            self.start_p.copy_from_slice(&self.sums.l_v);
+        }
+        self.solve_node(0, R::zero(), None)?;
+        self.trajectory.computed = 1;
+        Ok(())
+    }
+
+    /// Solves a node, or the end of the step into it if there was a restart, from the real solution on.
+    fn solve_node(&mut self, i: usize, h: R, restart: Option<Restart>) -> Result<(), Error> {
+        let system = self.real.system();
+        self.start_from_real(i, restart);
+        let forward = self.real.forward_mut();
+        let blocks = restart.map_or_else(|| column(&forward.blocks, i), |restart| restart.step_blocks);
+        let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
+        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        let mut sizes = Shrinking::new();
+        for correction in 0..MOST_CORRECTIONS {
+            self.evaluate(i, h);
+            let (size, is_rounding) = self.correct(i, h);
+            let is_stalled = sizes.is_stalled(size.of_part);
+            if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
+                self.rounding = self.rounding.max(size.of_all);
+                self.evaluate(i, h);
+                self.store(i, h);
+                return Ok(());
+            }
+        }
+        Err(self.diverged(i, sizes.last, "the complex or dual part of the step"))
+    }
+
+    fn diverged(&self, i: usize, residual: f64, what: &str) -> Error {
+        Error::Newton {
+            step: self.refinement.given_step(i),
+            time: self.trajectory.times[i].part(0),
+            iterations: MOST_CORRECTIONS,
+            length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
+            residual,
+            equation: what.into(),
+        }
+    }
+
+    fn start_from_real(&mut self, i: usize, restart: Option<Restart>) {
+        let real = self.real.trajectory().columns(i);
+        let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
+        let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
+        lift(column_mut(&mut self.trajectory.v, i), v);
+        lift(column_mut(&mut self.trajectory.sigma, i), sigma);
+    }
+
+    /// q = q₋ + h (v₋ + v) and the sums of all elements there.
+    fn evaluate(&mut self, i: usize, h: R) {
+        let v = column(&self.trajectory.v, i);
+        let q = column_mut(&mut self.trajectory.q, i);
+        for ((q, &start), &v) in q.iter_mut().zip(&self.start_q).zip(v) {
+            *q = start + h * v;
+        }
+        let real = self.real.trajectory();
+        self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
+        let sigma = column(&self.trajectory.sigma, i);
+        for &(j, mu) in &real.compliance {
+            self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
+        }
+    }
+
+    /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
+    /// rounding.
+    fn correct(&mut self, i: usize, h: R) -> (Size, bool) {
+        let system = self.real.system();
+        let (mut largest, mut is_rounding) = (Size::default(), true);
+        for part in 0..R::PARTS {
+            let (mut residual, mut scale) = (0.0f64, 0.0f64);
+            for (k, r) in self.part.v.iter_mut().enumerate() {
+                let terms = [self.start_p[k], h * self.sums.force[k], self.sums.l_v[k]];
+                *r = (terms[0] + terms[1] - terms[2]).part(part);
+                residual = residual.max(r.abs());
+                // A term whose part is zero but for rounding counts by its real part and the size of the perturbation.
+                for term in terms {
+                    scale = scale.max(term.part(part).abs()).max(term.part(0).abs() * self.unit[part]);
+                }
+            }
+            is_rounding &= residual <= ROUNDING * scale;
+            self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
+            self.real.forward_mut().newton.solve(system, &mut self.part);
+            let unit = self.unit[part];
+            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, (0.0, unit)));
+            // σ from rest is a difference of momenta, and its rounding is theirs.
+            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, (SMALL * scale, unit));
+            // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
+            largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
+        }
+        (largest, is_rounding)
+    }
+
+    /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
+    fn restart(&mut self, i: usize, restart: &Restart) -> Result<(), Error> {
+        let v = column(&self.trajectory.v, i).to_vec();
+        if let Some((nu, _)) = restart.projection {
+            self.project(i, nu)?;
+        }
+        self.start_q.copy_from_slice(column(&self.trajectory.q, i));
+        let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
+        let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
+        let at = At { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
+        self.real.system().plain_sums(&at, &mut self.sums);
+        self.start_p.copy_from_slice(&self.sums.l_v);
+        self.start_sigma.copy_from_slice(&s);
+        self.solve_node(i, R::zero(), None)
+    }
+
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
+    fn project(&mut self, i: usize, nu: &[f64]) -> Result<(), Error> {
+        let system = self.real.system();
+        let before = column(&self.trajectory.q, i).to_vec();
+        let real: Vec<R> = column(&self.real.trajectory().q, i).iter().map(|&q| q.into()).collect();
+        column_mut(&mut self.trajectory.q, i).copy_from_slice(&real);
+        let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
+        let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
+        let mut phi = vec![R::zero(); nu.len()];
+        let forward = self.real.forward_mut();
+        let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
+        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        let mut sizes = [Shrinking::new(); 2];
+        for correction in 0..MOST_CORRECTIONS {
+            let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
+            system.plain_sums(&at, &mut self.sums);
+            system.phi(&at, &mut phi);
+            for &(j, mu) in &self.trajectory.compliance {
+                phi[j] -= nu[j] * mu;
+            }
+            let mut done = true;
+            for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
+                self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
+                self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
+                self.real.forward_mut().newton.solve(system, &mut self.part);
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
+                w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
+                nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
+                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
+                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
+                let is_stalled = sizes.is_stalled(size);
+                done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
+            }
+            if done {
+                self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
+                return Ok(());
+            }
+        }
+        Err(self.diverged(i, sizes[0].last.max(sizes[1].last), "the complex or dual part of the projection onto Φ = 0"))
+    }
+
+    /// p* by E2 and ṗ* by E4.
+    fn store(&mut self, i: usize, h: R) {
+        for (k, p) in column_mut(&mut self.trajectory.p_star, i).iter_mut().enumerate() {
+            *p = self.start_p[k] + h * self.sums.force[k];
+        }
+        column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
+    }
+}
+
+/// The sizes of corrections, one after the other.
+#[derive(Clone, Copy)]
+struct Shrinking {
+    last: f64,
+    least: f64,
+    /// How many corrections have not halved the least.
+    idle: usize,
+}
+
+impl Shrinking {
+    fn new() -> Self {
+        Shrinking { last: f64::INFINITY, least: f64::INFINITY, idle: 0 }
+    }
+
+    /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
+    fn is_stalled(&mut self, size: f64) -> bool {
+        let is_noise = size <= NOISE && size >= self.last;
+        self.idle = if size <= 0.5 * self.least { 0 } else { self.idle + 1 };
+        (self.last, self.least) = (size, self.least.min(size));
+        is_noise || size <= LOST.0 && self.idle >= LOST.1
+    }
+}
+
+/// One part of all inputs.
+fn parts<R: Real>(inputs: &Inputs<R>, part: usize) -> impl Iterator<Item = f64> {
+    let (grid, start) = (&inputs.grid, &inputs.start);
+    let states = start.q().iter().chain(start.rate().iter());
+    let all = states.chain(&inputs.controls).chain(&inputs.design).chain(&grid.steps).chain([&grid.start]);
+    all.map(move |x| x.part(part))
+}
+
+/// The size of a correction.
+#[derive(Clone, Copy, Default)]
+struct Size {
+    /// Relative to the part that it corrects.
+    of_part: f64,
+    /// Relative to that, or to the real part times the perturbation of the inputs if that is larger: what hardly depends on the inputs is
+    /// known to few digits of its own, and is small.
+    of_all: f64,
+}
+
+impl Size {
+    fn max(self, other: Size) -> Size {
+        Size { of_part: self.of_part.max(other.of_part), of_all: self.of_all.max(other.of_all) }
+    }
+}
+
+/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least.
+fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Size {
+    let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
+    for (x, &delta) in x.iter_mut().zip(delta) {
+        x.add_to_part(part, delta);
+        change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
+        size = size.max(x.part(part).abs());
+        real = real.max(x.part(0).abs());
+    }
+    let relative_to = |size: f64| if change == 0.0 { 0.0 } else { change / size };
+    Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) }
+}

@@ -1,0 +1,416 @@
+//! [`LongSolver`]: motions of any length in memory that is given.
+//!
+//! A window of L nodes is stored in full, as in a [`Solver`](crate::Solver). Of a longer motion only checkpoints are kept, from which any part is
+//! computed again, to the last bit, when the adjoint sweep comes to it:
+//!
+//! ```text
+//!   forward  ├──────●──────●──────●──────┤   c checkpoints
+//!   back                          ├●──●──┤   c more in the last part, …
+//!                                     ├──┤   until a part fits into the window
+//! ```
+//!
+//! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times. Nodes that are inserted where steps are halved are not known
+//! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
+//! that is known then, and taken once more.
+
+use crate::adjoint::Gradient;
+use crate::adjoint::Sweep;
+use crate::forward::Forward;
+use crate::forward::restart::Restarts;
+use crate::motion::Refinement;
+use crate::motion::{Report, Trajectory, column_mut};
+use crate::scheme::Predictor;
+use crate::{Error, Inputs, Settings, System};
+
+/// The nodes that a checkpoint holds: what the next step is extrapolated from.
+const HISTORY: usize = Predictor::MOST;
+/// With more levels than this the work would no longer be worth the memory that is saved.
+const MOST_LEVELS: usize = 4;
+/// The shortest window that makes sense.
+const SHORTEST: usize = 16;
+/// One node in so many is planned besides those of the given grid.
+const SPARE: usize = 8;
+
+/// Value and gradient of motions that are too long to be stored, within so many bytes.
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Settings, gradient, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(2000, 0.002));
+/// inputs.controls.fill(1.0);
+/// let mut solver = LongSolver::new(&system, Settings::default(), 300_000);
+/// let long = solver.gradient(&inputs)?;
+/// assert_eq!(long.controls, gradient(&system, &inputs, Settings::default())?.controls);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct LongSolver<'s> {
+    system: &'s System,
+    settings: Settings,
+    bytes: usize,
+    /// The nodes of the given grid.
+    given: usize,
+    forward: Forward,
+    sweep: Sweep,
+    plan: Plan,
+    checkpoints: Vec<Checkpoint>,
+}
+
+/// One node of a motion.
+#[derive(Clone, Copy, Debug)]
+pub struct State<'a> {
+    /// Its number on the grid that is taken.
+    pub node: usize,
+    /// t in s.
+    pub time: f64,
+    /// q, m or rad.
+    pub q: &'a [f64],
+    /// v, m/s or rad/s.
+    pub v: &'a [f64],
+    /// p*, N s or N m s.
+    pub p_star: &'a [f64],
+    /// ṗ*, N or N m.
+    pub p_star_dot: &'a [f64],
+    /// σ, N s or N m s.
+    pub sigma: &'a [f64],
+}
+
+/// How the memory is divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    /// The most nodes of the grid taken.
+    nodes: usize,
+    /// L.
+    window: usize,
+    /// c.
+    checkpoints: usize,
+    /// r.
+    levels: usize,
+}
+
+impl Plan {
+    const NONE: Plan = Plan { nodes: 0, window: 0, checkpoints: 0, levels: 0 };
+
+    /// A checkpoint of the first level comes after every so many nodes.
+    fn part(&self) -> usize {
+        (self.nodes - 1).div_ceil(self.checkpoints.max(1)).max(self.window)
+    }
+}
+
+/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ: σ₋ stands behind the columns.
+struct Checkpoint {
+    node: usize,
+    smooth_from: usize,
+    most_range: f64,
+    last_end: usize,
+    columns: Vec<f64>,
+}
+
+impl<'s> LongSolver<'s> {
+    /// A solver that keeps at most so many bytes of a motion, its copies of the inputs and the gradient included.
+    ///
+    /// The workspace of a single step comes besides: about 4 kB a body in a chain.
+    pub fn new(system: &'s System, settings: Settings, bytes: usize) -> Self {
+        LongSolver {
+            system,
+            settings: Settings { keep_adjoint: false, ..settings },
+            bytes,
+            given: 0,
+            forward: Forward::new(system),
+            sweep: Sweep::new(system),
+            plan: Plan::NONE,
+            checkpoints: Vec::new(),
+        }
+    }
+
+    /// Computes the motion and shows every node to `visit`; nothing but the last nodes is kept.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
+    pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
+        self.begin(inputs)?;
+        self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
+    }
+
+    /// J and its derivatives with respect to all inputs, the same numbers that a [`Solver`](crate::Solver) gives.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory, which may turn out
+    /// only where steps are halved.
+    pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
+        self.begin(inputs)?;
+        if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
+            let taken = self.forward.nodes();
+            self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken))?;
+            self.forward.make_room(self.plan.window + HISTORY);
+            self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
+            self.forward.begin_again(self.system, &self.settings)?;
+            self.forward_to_end(self.plan.part(), &mut |_| ())?;
+        }
+        self.sweep.begin(self.system, &self.forward, &self.settings);
+        let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
+        let mut to = self.forward.nodes() - 1;
+        for from in starts.into_iter().rev().chain([0]) {
+            self.back(from, to)?;
+            self.checkpoints.pop();
+            to = from;
+        }
+        self.sweep.finish(self.system, &self.forward)
+    }
+
+    /// The inputs of the last motion, on the grid that was taken.
+    pub fn inputs(&self) -> &Inputs {
+        &self.forward.inputs
+    }
+
+    /// The work of the last motion, steps computed again included.
+    pub fn report(&self) -> &Report {
+        &self.forward.report
+    }
+
+    /// The work of the last adjoint sweep.
+    pub fn adjoint_report(&self) -> &Report {
+        &self.sweep.report
+    }
+
+    fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
+        self.checkpoints = Vec::new();
+        self.settings.check()?;
+        inputs.check(self.system)?;
+        self.given = inputs.grid.nodes();
+        let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given))?;
+        // Some nodes more, should steps be halved, unless they make the work much larger.
+        let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
+        self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
+        self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
+        self.forward.ahead.most_nodes = self.plan.nodes;
+        self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
+    }
+
+    /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
+    fn bytes_of_grid(&self, nodes: usize) -> usize {
+        let number = size_of::<f64>();
+        // Inputs on the grid taken, and the gradient on the given one.
+        let columns = (nodes + self.given) * (1 + self.system.k()) * number;
+        // The list of the inserted nodes may have room for twice as many.
+        let inserted = 2 * (nodes - self.given) * size_of::<usize>();
+        columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
+    }
+
+    /// How much would do for so many nodes.
+    fn too_little(&self, nodes: usize) -> Error {
+        let plan = |bytes| self.plan_within(bytes, nodes);
+        let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
+        while plan(needed).is_none() {
+            (too_few, needed) = (needed, 2 * needed);
+        }
+        while needed - too_few > needed / 100 {
+            let middle = too_few + (needed - too_few) / 2;
+            *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
+        }
+        Error::Memory { given: self.bytes, needed }
+    }
+
+    /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
+    fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
+        let stored = self.system.bytes_per_node(&self.settings);
+        let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
+        let checkpoint = (HISTORY * len + self.system.m()) * size_of::<f64>() + size_of::<Checkpoint>();
+        let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
+        if free >= nodes * stored {
+            return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
+        }
+        let plans = (1..=MOST_LEVELS).map(|levels| {
+            let (window, checkpoints) = (free / 2 / stored, free / 2 / checkpoint / levels);
+            Plan { nodes, window, checkpoints, levels }
+        });
+        let reach = |plan: &Plan| plan.window as f64 * (plan.checkpoints as f64).powi(plan.levels as i32);
+        plans.into_iter().find(|plan| plan.window >= SHORTEST && reach(plan) >= nodes as f64)
+    }
+
+    /// Computes everything from node 0 on, with a checkpoint after every so many nodes; false if there were more than planned, and the
+    /// checkpoints had to go.
+    fn forward_to_end(&mut self, mut every: usize, visit: &mut impl FnMut(&State)) -> Result<bool, Error> {
+        visit(&self.forward.state(0));
+        let (mut shown, mut as_planned) = (1, true);
+        loop {
+            let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
+            let result = self.advance(until.saturating_add(1));
+            let reached = self.forward.reached();
+            (shown..reached).for_each(|node| visit(&self.forward.state(node)));
+            shown = reached;
+            let has_room = result?;
+            if reached == self.forward.nodes() {
+                return Ok(as_planned);
+            }
+            if !has_room {
+                (every, as_planned) = (usize::MAX, false);
+                self.give_up_checkpoints()?;
+            } else if reached > until {
+                self.checkpoints.push(self.forward.save());
+            }
+            self.slide_if_full();
+        }
+    }
+
+    /// Makes room for more nodes of the grid, by keeping nothing but the shortest window of the motion.
+    fn give_up_checkpoints(&mut self) -> Result<(), Error> {
+        self.checkpoints = Vec::new();
+        self.forward.slide();
+        self.forward.restarts = Restarts::default();
+        self.plan.window = SHORTEST;
+        self.forward.make_room(SHORTEST + HISTORY);
+        let nodes = self.forward.nodes();
+        let window = (SHORTEST + HISTORY) * self.system.bytes_per_node(&self.settings);
+        let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
+        let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
+        if free < of_one_more {
+            // That many at least.
+            return Err(self.too_little(2 * nodes));
+        }
+        self.plan.nodes = nodes + free / of_one_more;
+        self.forward.ahead.most_nodes = self.plan.nodes;
+        Ok(())
+    }
+
+    /// Computes the nodes before this one, as far as the window has room.
+    fn advance(&mut self, end: usize) -> Result<bool, Error> {
+        let room = self.forward.first + self.plan.window + HISTORY;
+        self.forward.advance(self.system, &self.settings, room.min(end))
+    }
+
+    fn slide_if_full(&mut self) {
+        if self.forward.trajectory.computed == self.plan.window + HISTORY {
+            self.forward.slide();
+        }
+    }
+
+    /// The adjoint sweep through the nodes from `to` down to `from` + 1 (to 0, if `from` is 0), computed again from the last checkpoint.
+    fn back(&mut self, from: usize, to: usize) -> Result<(), Error> {
+        if self.plan.levels > 0 {
+            self.load(from)?;
+        }
+        if to - from > self.plan.window {
+            return self.split(from, to);
+        }
+        self.forward.advance(self.system, &self.settings, to + 1)?;
+        debug_assert!(self.forward.reached() > to, "known steps are taken again");
+        let last = if from == 0 { 0 } else { from + 1 };
+        self.sweep.back(self.system, &mut self.forward, last..to + 1)
+    }
+
+    /// One more level of checkpoints between two nodes.
+    fn split(&mut self, from: usize, to: usize) -> Result<(), Error> {
+        let part = (to - from).div_ceil(self.plan.checkpoints.max(2)).max(self.plan.window);
+        let base = self.checkpoints.len();
+        for node in (from + part..to).step_by(part) {
+            while self.forward.reached() <= node {
+                self.advance(node + 1)?;
+                self.slide_if_full();
+            }
+            let checkpoint = self.forward.save();
+            self.checkpoints.push(checkpoint);
+        }
+        let mut end = to;
+        while self.checkpoints.len() > base {
+            let start = self.checkpoints[self.checkpoints.len() - 1].node;
+            self.back(start, end)?;
+            self.checkpoints.pop();
+            end = start;
+        }
+        self.back(from, end)
+    }
+
+    /// Goes back to the last checkpoint, which is that of this node, or to the start.
+    fn load(&mut self, node: usize) -> Result<(), Error> {
+        match self.checkpoints.last().filter(|checkpoint| checkpoint.node == node) {
+            Some(checkpoint) => {
+                self.forward.load(checkpoint);
+                Ok(())
+            }
+            None => self.forward.begin_again(self.system, &self.settings),
+        }
+    }
+}
+
+impl Forward {
+    fn len_of_node(&self) -> usize {
+        Trajectory::<f64>::len_of_node(self.trajectory.q.nrows(), self.trajectory.sigma.nrows())
+    }
+
+    fn state(&self, node: usize) -> State<'_> {
+        let k = node - self.first;
+        let y = self.trajectory.columns(k);
+        let time = self.trajectory.times[k];
+        State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
+    }
+
+    /// The first node that is not computed.
+    fn reached(&self) -> usize {
+        self.first + self.trajectory.computed
+    }
+
+    /// Moves the last nodes to the front of the window.
+    fn slide(&mut self) {
+        let count = HISTORY.min(self.trajectory.computed);
+        let from = self.trajectory.computed - count;
+        self.trajectory.move_to_front(from, count);
+        self.first += from;
+        self.trajectory.computed = count;
+        self.restarts.clear();
+        // Whether there was any is all that is asked of those before.
+        self.trajectory.restarted.truncate(1);
+    }
+
+    /// The last nodes that were computed.
+    fn save(&self) -> Checkpoint {
+        let computed = self.trajectory.computed;
+        let count = HISTORY.min(computed);
+        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.last_end.sigma.len());
+        (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
+        columns.extend_from_slice(&self.last_end.sigma);
+        let (node, last_end) = (self.first + computed - 1, self.last_end.node);
+        Checkpoint { node, smooth_from: self.smooth_from, most_range: self.most_range, last_end, columns }
+    }
+
+    fn load(&mut self, checkpoint: &Checkpoint) {
+        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.last_end.sigma.len());
+        self.last_end.node = checkpoint.last_end;
+        self.last_end.sigma.copy_from_slice(sigma);
+        let columns = columns.chunks_exact(self.len_of_node());
+        self.trajectory.computed = columns.len();
+        self.first = checkpoint.node + 1 - columns.len();
+        columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));
+        (self.smooth_from, self.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
+        self.restarts.clear();
+        self.ahead.again();
+        self.trajectory.restarted.truncate(1);
+        self.trajectory.restarted.retain(|&node| node <= checkpoint.node);
+    }
+}
+
+impl Trajectory {
+    fn set_column(&mut self, k: usize, column: &[f64]) {
+        let (time, mut rest) = column.split_at(1);
+        self.times[k] = time[0];
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let (own, after) = rest.split_at(matrix.nrows());
+            column_mut(matrix, k).copy_from_slice(own);
+            rest = after;
+        }
+    }
+
+    fn append_column(&self, k: usize, to: &mut Vec<f64>) {
+        let y = self.columns(k);
+        to.push(self.times[k]);
+        [y.q, y.v, y.p_star, y.p_star_dot, y.sigma].into_iter().for_each(|part| to.extend_from_slice(part));
+    }
+
+    fn move_to_front(&mut self, from: usize, count: usize) {
+        self.times.copy_within(from..from + count, 0);
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let rows = matrix.nrows();
+            matrix.as_mut_slice().copy_within(from * rows..(from + count) * rows, 0);
+        }
+    }
+}

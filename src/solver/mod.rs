@@ -1,0 +1,141 @@
+//! [`Solver`]: a system with all the memory that simulations and gradients need, to be used again and again.
+
+mod lifted;
+mod long;
+mod many;
+mod size;
+mod stopped;
+
+pub use lifted::LiftedSolver;
+pub use long::{LongSolver, State};
+pub use many::gradients;
+pub use stopped::Stopped;
+
+use crate::adjoint::Sweep;
+use crate::adjoint::{AdjointVariables, Gradient};
+use crate::forward::Forward;
+use crate::motion::Refinement;
+use crate::motion::Report;
+use crate::{Error, Inputs, Settings, System, Trajectory};
+
+/// Simulates one system for many inputs; after the first call with a grid of some length, nothing is allocated.
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes};
+///
+/// let system = scenes::CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+/// inputs.controls.fill(10.0);
+///
+/// let mut solver = Solver::new(&system, Settings::default());
+/// solver.simulate(&inputs)?;
+/// let gradient = solver.gradient()?;
+/// assert!((gradient.value - 15.18353832472497).abs() < 1e-12);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct Solver<'s> {
+    system: &'s System,
+    settings: Settings,
+    forward: Forward,
+    sweep: Sweep,
+}
+
+impl<'s> Solver<'s> {
+    /// A solver for a system.
+    pub fn new(system: &'s System, settings: Settings) -> Self {
+        Solver { system, settings, forward: Forward::new(system), sweep: Sweep::new(system) }
+    }
+
+    /// The system.
+    pub fn system(&self) -> &'s System {
+        self.system
+    }
+
+    /// Computes the motion for these inputs.
+    ///
+    /// # Errors
+    /// Inputs that do not fit or are not finite, an inconsistent start, a step without a solution. The nodes before a failed
+    /// step remain in [`Solver::trajectory`].
+    pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
+        self.sweep.forget();
+        self.forward.run(self.system, inputs, &self.settings)?;
+        Ok(&self.forward.trajectory)
+    }
+
+    /// The last motion, as far as it was computed.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.forward.trajectory
+    }
+
+    /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`]. Its [`Grid::stages`](crate::Grid::stages)
+    /// are those of the given grid, to which these nodes do not belong.
+    pub fn inputs(&self) -> &Inputs {
+        &self.forward.inputs
+    }
+
+    /// J of the last motion.
+    ///
+    /// # Errors
+    /// No complete motion; a cost that is not finite.
+    pub fn cost(&self) -> Result<f64, Error> {
+        let Forward { trajectory, inputs, .. } = &self.forward;
+        trajectory.check_complete(inputs)?;
+        trajectory.cost(self.system, inputs)
+    }
+
+    /// J of the last motion and its derivatives with respect to all inputs, by the discrete adjoint (Eq. 9–12).
+    ///
+    /// # Errors
+    /// No complete motion; a cost that is not finite; a singular tangent matrix.
+    pub fn gradient(&mut self) -> Result<&Gradient, Error> {
+        self.sweep.run(self.system, &mut self.forward, &self.settings)
+    }
+
+    /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.
+    pub fn adjoint_variables(&self) -> Option<&AdjointVariables> {
+        self.sweep.variables()
+    }
+
+    /// The work of the last simulation.
+    pub fn report(&self) -> &Report {
+        &self.forward.report
+    }
+
+    /// The work of the last adjoint sweep.
+    pub fn adjoint_report(&self) -> &Report {
+        &self.sweep.report
+    }
+
+    pub(crate) fn refinement(&self) -> Refinement {
+        self.forward.refinement()
+    }
+
+    pub(crate) fn forward_mut(&mut self) -> &mut Forward {
+        &mut self.forward
+    }
+}
+
+/// Simulates once.
+///
+/// # Errors
+/// As [`Solver::simulate`]; the nodes before a failed step come with the error.
+pub fn simulate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Trajectory, Stopped> {
+    let mut solver = Solver::new(system, settings);
+    let result = solver.simulate(inputs).map(|_| ());
+    let trajectory = solver.forward.trajectory;
+    match result {
+        Ok(()) => Ok(trajectory),
+        Err(error) => Err(Stopped { error, trajectory: Box::new(trajectory) }),
+    }
+}
+
+/// J and its derivatives with respect to all inputs: one simulation and one adjoint sweep.
+///
+/// # Errors
+/// As [`Solver::simulate`].
+pub fn gradient(system: &System, inputs: &Inputs, settings: Settings) -> Result<Gradient, Error> {
+    let mut solver = Solver::new(system, settings);
+    solver.simulate(inputs)?;
+    solver.gradient()?;
+    Ok(solver.sweep.gradient)
+}

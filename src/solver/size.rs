@@ -1,0 +1,28 @@
+//! The memory of a node in time.
+
+use crate::{Settings, System, Trajectory};
+
+impl System {
+    /// The memory in bytes that a [`Solver`](crate::Solver) needs for each node of a motion:
+    ///
+    /// ```text
+    ///   8 (4 n + m + 1 + B),    B second derivatives that vary along the motion,
+    /// ```
+    ///
+    /// which is
+    ///
+    /// | mechanism | bytes a node |
+    /// |---|---|
+    /// | cart with k links | 152 k + 120 |
+    /// | ladder of l closed loops, each of three bars | 472 l + 8 |
+    ///
+    /// and so grows with the number of bodies. Restarts need up to 16 (3 n + 3 m + 3 B + 5) more, kept adjoint variables
+    /// 8 (8 n + 3 m); inputs and gradient are not counted.
+    pub fn bytes_per_node(&self, settings: &Settings) -> usize {
+        let (n, m, blocks) = (self.n(), self.m(), self.block_len());
+        // Their lists grow as they are filled, to twice what they hold.
+        let restart = if settings.may_restart() { 2 * (3 * n + 3 * m + 3 * blocks + 5) } else { 0 };
+        let adjoint = if settings.keep_adjoint { 8 * n + 3 * m } else { 0 };
+        (Trajectory::<f64>::len_of_node(n, m) + blocks + restart + adjoint) * size_of::<f64>()
+    }
+}

@@ -1,0 +1,32 @@
+//! [`Stopped`]: an error with the motion up to it.
+
+use std::fmt;
+
+use crate::{Error, Trajectory};
+
+/// A simulation that stopped, with all that it had computed.
+#[derive(Clone, Debug)]
+pub struct Stopped {
+    /// Why.
+    pub error: Error,
+    /// The nodes that were computed before ([`Trajectory::computed`] tells how many; the others are zero).
+    pub trajectory: Box<Trajectory>,
+}
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} ({} nodes were computed)", self.error, self.trajectory.computed)
+    }
+}
+
+impl std::error::Error for Stopped {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
+impl From<Stopped> for Error {
+    fn from(stopped: Stopped) -> Error {
+        stopped.error
+    }
+}

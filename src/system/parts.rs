@@ -1,0 +1,26 @@
+//! All that a system is compiled of.
+
+use std::ops::Range;
+
+use super::batch::AnyBatch;
+use super::cost::AnyCosts;
+use crate::model::Param;
+
+/// A mechanism as a list of named parts.
+#[derive(Default)]
+pub(crate) struct Parts {
+    pub(crate) coordinates: Vec<String>,
+    /// The coordinates of each named group (a body), as ranges.
+    pub(crate) groups: Vec<(String, Range<usize>)>,
+    pub(crate) initial: Vec<f64>,
+    pub(crate) controls: Vec<String>,
+    pub(crate) designs: Vec<(String, f64)>,
+    /// Name and number of equations of each constraint.
+    pub(crate) constraints: Vec<(String, usize)>,
+    pub(crate) equations: usize,
+    pub(crate) gravity: [Option<Param>; 2],
+    pub(crate) batches: Vec<Box<dyn AnyBatch>>,
+    pub(crate) costs: Vec<Box<dyn AnyCosts>>,
+    /// Parameters with a range of values that make sense, and their descriptions.
+    pub(crate) positive: Vec<(Param, String)>,
+}
