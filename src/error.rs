@@ -238,6 +238,11 @@ pub enum Error {
         /// When, s.
         time: f64,
     },
+    /// The paper's equations were asked for of a motion by another scheme than the trapezoidal rule.
+    Scheme {
+        /// The scheme of the motion.
+        found: &'static str,
+    },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
         /// The nodes that the grid has.
@@ -387,6 +392,11 @@ impl fmt::Display for Error {
                 "positions cannot be projected onto Φ = 0 at the end of step {step} (t = {} s): the kinetic energy has a term linear in the \
                  velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, with shorter steps",
                 seconds(*time)
+            ),
+            Error::Scheme { found } => write!(
+                f,
+                "the paper's equations are those of the trapezoidal rule, and the motion was computed with {found}; simulate with \
+                 `Scheme::TRAPEZOIDAL`"
             ),
             Error::Incomplete { computed: 0, .. } => {
                 write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")

@@ -142,6 +142,9 @@ impl<'a> PaperSystem<'a> {
             return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: trajectory.computed });
         }
         trajectory.check_fits(system, inputs)?;
+        if !trajectory.scheme.is_trapezoidal() {
+            return Err(Error::Scheme { found: trajectory.scheme.name });
+        }
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
@@ -313,7 +316,7 @@ impl<'a> PaperSystem<'a> {
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
-        let Some(weights) = self.refinement.weights(&steps, i) else { return DVector::zeros(columns) };
+        let weights = self.refinement.weights(&self.trajectory.scheme, &steps, i);
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();

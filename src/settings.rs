@@ -1,10 +1,12 @@
 //! Tolerances and limits.
 
-use crate::Error;
+use crate::{Error, Scheme};
 
 /// How a simulation is solved; the defaults suit nearly every scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
+    /// How nodes follow from each other.
+    pub scheme: Scheme,
     /// Newton stops when the next correction of (v, σ) would be below this, relative to their size.
     ///
     /// It is estimated from the last correction and from how much that one reduced the residual.
@@ -38,6 +40,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
+            scheme: Scheme::TRAPEZOIDAL,
             tolerance: 1e-14,
             max_iterations: 25,
             position_tolerance: 1e-9,
@@ -53,6 +56,7 @@ impl Default for Settings {
 impl Settings {
     /// Refuses what no comparison would ever exceed or meet.
     pub(crate) fn check(&self) -> Result<(), Error> {
+        self.scheme.check()?;
         let bounds = [
             ("tolerance", self.tolerance),
             ("position_tolerance", self.position_tolerance),

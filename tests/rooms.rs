@@ -5,18 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From what knows nothing of the others to what knows them all.
-const ROOMS: [&str; 17] = [
+const ROOMS: &[&str] = &[
     "error",
     "warning",
     "memory",
-    "settings",
     "number",
+    "scheme",
+    "settings",
     "linear",
     "model",
     "system",
     "scene",
     "motion",
-    "scheme",
+    "node",
     "forward",
     "adjoint",
     "paper_system",

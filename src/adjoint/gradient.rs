@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::motion::column_mut;
 use crate::number::all_finite;
+use crate::scheme::Carried;
 use crate::{Error, Start, System, Warning};
 
 /// The cost and its derivatives with respect to everything a motion follows from.
@@ -25,7 +27,7 @@ pub struct Gradient {
 /// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjointVariables {
-    /// Of E1, q − q₋ − h (v + v₋).
+    /// Of E1, q − q₋ − h (v + v₋); of a scheme with several stages, the sums over those of the step, as b and e.
     pub a: DMatrix<f64>,
     /// Of E2, p* − p*₋ − h (ṗ* + ṗ*₋).
     pub b: DMatrix<f64>,
@@ -35,6 +37,10 @@ pub struct AdjointVariables {
     pub d: DMatrix<f64>,
     /// Of E5, dΦ/dt.
     pub e: DMatrix<f64>,
+    /// Δt Σ_s a_s0 a_s over the stages of the step into the node: −dJ per unit of the velocities with which it begins, known q and p* held.
+    pub alpha: DMatrix<f64>,
+    /// Δt Σ_s a_s0 b_s, the same for ṗ*.
+    pub beta: DMatrix<f64>,
     /// At the nodes of a macro step at whose end the motion was started anew, what J gains per unit of σ₋, with which the step began, through
     /// the σ that was started with (m × (N + 1); 0 elsewhere).
     pub s: DMatrix<f64>,
@@ -78,6 +84,25 @@ impl AdjointVariables {
     pub(crate) fn zeros(system: &System, nodes: usize) -> Self {
         let state = || DMatrix::zeros(system.n(), nodes);
         let (e, w) = (DMatrix::zeros(system.m(), nodes), DMatrix::zeros(4 * system.n() + system.m(), nodes));
-        AdjointVariables { a: state(), b: state(), c: state(), d: state(), s: e.clone(), e, w }
+        AdjointVariables {
+            a: state(),
+            b: state(),
+            c: state(),
+            d: state(),
+            alpha: state(),
+            beta: state(),
+            s: e.clone(),
+            e,
+            w,
+        }
+    }
+
+    /// Keeps what the step into a node carries back to where it begins.
+    pub(crate) fn store_step(&mut self, node: usize, carried: &Carried) {
+        column_mut(&mut self.a, node).copy_from_slice(&carried.a);
+        column_mut(&mut self.b, node).copy_from_slice(&carried.b);
+        column_mut(&mut self.e, node).copy_from_slice(&carried.e);
+        column_mut(&mut self.alpha, node).copy_from_slice(&carried.alpha);
+        column_mut(&mut self.beta, node).copy_from_slice(&carried.beta);
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::forward::Forward;
 use crate::motion::Report;
-use crate::scheme::UnitWeights;
+use crate::node::UnitWeights;
 use crate::system::CostRows;
 use crate::{System, Warning};
 

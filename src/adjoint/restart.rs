@@ -28,9 +28,7 @@ impl Sweep {
         if let Some(projection) = restart.projection {
             self.cross_projection(system, forward, (restart.q, projection), node)?;
         }
-        self.next.a.fill(0.0);
-        self.next.b.fill(0.0);
-        self.next.e.fill(0.0);
+        self.carried.clear();
         Ok(())
     }
 
@@ -42,13 +40,13 @@ impl Sweep {
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
         let here = forward.at(node);
         // dJ/ds in the place of what goes to σ₋.
-        self.carried.copy_from_slice(&self.rows.sigma);
-        self.carried_to = Some(restart.before);
+        self.sigma_before.copy_from_slice(&self.rows.sigma);
+        self.sigma_before_at = Some(restart.before);
         for &(j, mu) in &forward.trajectory.compliance {
-            self.carried[j] += mu * self.node.e[j];
+            self.sigma_before[j] += mu * self.node.e[j];
         }
         let [now, before] = restart.weights;
-        for (j_sigma, carried) in self.cost.sigma.iter_mut().zip(&mut self.carried) {
+        for (j_sigma, carried) in self.cost.sigma.iter_mut().zip(&mut self.sigma_before) {
             *j_sigma = now * *carried;
             *carried *= before;
         }

@@ -30,10 +30,11 @@ use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column, column_mut};
-use crate::number::{all_finite, dot_sum};
-use crate::scheme::Newton;
-use crate::system::{At, CostRows, Covector, InputRows, Pair, Rows};
-use crate::{Error, Settings, Start, System};
+use crate::node::Newton;
+use crate::number::{all_finite, dot};
+use crate::scheme::{Carried, carried_part};
+use crate::system::{At, CostAt, CostRows, Covector, InputRows, Pair, Rows, Weights};
+use crate::{Error, Scheme, Settings, Start, System};
 
 /// Adjoint variables of one node.
 #[derive(Clone, Default)]
@@ -45,14 +46,28 @@ pub(crate) struct Node {
     pub(crate) e: Vec<f64>,
 }
 
+impl Node {
+    /// What is carried back to the stages before.
+    fn parts(&self) -> (&[f64], &[f64], &[f64]) {
+        (&self.a, &self.b, &self.e)
+    }
+}
+
+/// Δt of the step into a node; 0 for the first.
+fn length(forward: &Forward, node: usize) -> f64 {
+    node.checked_sub(1).map_or(0.0, |before| forward.inputs.grid.steps[before])
+}
+
 /// The backward sweep and its memory.
 pub(crate) struct Sweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
-    /// The node at hand and, in a and b, the one after it.
+    /// The node or stage at hand, and the stages of the step at hand that are done.
     pub(crate) node: Node,
-    pub(crate) next: Node,
+    step: Vec<Node>,
+    /// What later stages carry to the one at hand.
+    pub(crate) carried: Carried,
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
     pub(crate) rows: Rows,
@@ -60,11 +75,13 @@ pub(crate) struct Sweep {
     pub(crate) right: Vec<f64>,
     pub(crate) zeros: Pair,
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
-    pub(crate) carried: Vec<f64>,
-    pub(crate) carried_to: Option<usize>,
+    pub(crate) sigma_before: Vec<f64>,
+    pub(crate) sigma_before_at: Option<usize>,
     growth: Growth,
-    /// dJ/du of the node at hand.
+    /// dJ/du of the node or stage at hand.
     pub(crate) u: Vec<f64>,
+    /// The controls of the stage at hand.
+    stage_u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     pub(crate) time: f64,
     pub(crate) resolution: Resolution,
@@ -72,7 +89,7 @@ pub(crate) struct Sweep {
 }
 
 impl Sweep {
-    pub(crate) fn new(system: &System) -> Self {
+    pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![0.0; len];
         let node = Node { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
@@ -82,17 +99,19 @@ impl Sweep {
             gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
             report: Report::default(),
             variables: None,
-            next: node.clone(),
+            step: vec![node.clone(); scheme.stages()],
             node,
+            carried: Carried::new(n, m),
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: Rows::new(n, m),
             cost_is_zero: true,
             right: zeros(n + m),
             zeros: Pair::new(n, m),
-            carried: zeros(m),
-            carried_to: None,
+            sigma_before: zeros(m),
+            sigma_before_at: None,
             growth: Growth::default(),
             u: zeros(system.k()),
+            stage_u: zeros(system.k()),
             time: 0.0,
             resolution: Resolution::new(system),
             refinement: Refinement::default(),
@@ -136,42 +155,77 @@ impl Sweep {
 
     /// Goes back through one node, and through the step into it.
     fn visit(&mut self, system: &System, forward: &mut Forward, restart: Option<Restart>, node: usize) -> Result<(), Error> {
-        let steps = &forward.inputs.grid.steps;
-        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * steps[before]);
-        let h_next = steps.get(node).map_or(0.0, |dt| 0.5 * dt);
+        let (scheme, dt) = (forward.trajectory.scheme, length(forward, node));
+        let last = scheme.stages();
+        let h = dt * scheme.a(last, last);
         self.cost_rows(system, forward, node)?;
         if !self.cost_is_zero {
             self.growth.add_source(system, forward, &self.cost, node);
         }
-        if self.carried_to == Some(node) {
-            self.carried_to = None;
-            self.cost.sigma.iter_mut().zip(&mut self.carried).for_each(|(sum, carried)| *sum += std::mem::take(carried));
+        if self.sigma_before_at == Some(node) {
+            self.sigma_before_at = None;
+            let terms = self.cost.sigma.iter_mut().zip(&mut self.sigma_before);
+            terms.for_each(|(sum, carried)| *sum += std::mem::take(carried));
             self.cost_is_zero = false;
         }
         let begins = restart.is_some() || node == 0;
-        self.solve_node(system, forward, node, (if begins { 0.0 } else { h }, h_next), None)?;
+        self.solve_stage(system, forward, (node, last), if begins { 0.0 } else { h }, None)?;
         self.input_rows(system, &forward.newton, || forward.at(node), node)?;
         if let Some(restart) = restart {
             let crossed = self.cross(system, forward, &restart, node);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
-            self.solve_node(system, forward, node, (h, 0.0), Some(restart.step_blocks))?;
+            self.solve_stage(system, forward, (node, last), h, Some(restart.step_blocks))?;
             let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
             self.input_rows(system, &forward.newton, end, node)?;
         }
-        self.refinement.add_controls(node, &self.u, &mut self.gradient.controls);
-        if node > 0 {
-            if system.may_bend() {
-                self.watch_resolution(system, forward, restart.as_ref(), node);
-            }
-            self.step_row(forward, restart, node);
-        } else {
+        self.refinement.add_controls(node, 1.0, &self.u, &mut self.gradient.controls);
+        self.store(node);
+        if node == 0 {
             self.start_rows(system, forward);
-        }
-        self.store(forward, node);
-        if node.is_multiple_of(Growth::LOOK_EVERY) {
             self.growth.watch(system, &forward.newton.weights, (&self.node.a, &self.node.b));
+            return Ok(());
         }
-        std::mem::swap(&mut self.node, &mut self.next);
+        if system.may_bend() && scheme.is_trapezoidal() {
+            self.watch_resolution(system, forward, restart.as_ref(), node);
+        }
+        std::mem::swap(&mut self.node, &mut self.step[last - 1]);
+        self.inner_stages(system, forward, node)?;
+        self.step_row(forward, restart, node);
+        let done = &self.step;
+        carried_part((&scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
+        if let Some(variables) = &mut self.variables {
+            variables.store_step(node, &self.carried);
+        }
+        if node.is_multiple_of(Growth::LOOK_EVERY) {
+            self.growth.watch(system, &forward.newton.weights, (&self.carried.a, &self.carried.b));
+        }
+        Ok(())
+    }
+
+    /// Goes back through the stages between a node and the one before it.
+    fn inner_stages(&mut self, system: &System, forward: &mut Forward, node: usize) -> Result<(), Error> {
+        let (scheme, dt) = (forward.trajectory.scheme, length(forward, node));
+        for s in (1..scheme.stages()).rev() {
+            let before = std::mem::take(&mut self.time);
+            let done = &self.step;
+            carried_part((&scheme, s), dt, |r| done[r - 1].parts(), &mut self.carried);
+            forward.inputs.controls_within(node, scheme.c(s), &mut self.stage_u);
+            self.stage_cost_rows(system, forward, (node, s))?;
+            self.solve_stage(system, forward, (node, s), dt * scheme.a(s, s), None)?;
+            let stage_u = std::mem::take(&mut self.stage_u);
+            let at = || forward.trajectory.stage(node - forward.first, s).at((&stage_u, forward.inputs.design.as_slice()));
+            let rows = self.input_rows(system, &forward.newton, at, node);
+            self.stage_u = stage_u;
+            rows?;
+            // Controls are linear between nodes.
+            let c = scheme.c(s);
+            self.refinement.add_controls(node - 1, 1.0 - c, &self.u, &mut self.gradient.controls);
+            self.refinement.add_controls(node, c, &self.u, &mut self.gradient.controls);
+            // A longer step moves the stage by its share of it, and all that comes later by all of it.
+            self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
+            self.time += before;
+            std::mem::swap(&mut self.node, &mut self.step[s - 1]);
+        }
         Ok(())
     }
 
@@ -179,8 +233,8 @@ impl Sweep {
     pub(crate) fn begin(&mut self, system: &System, forward: &Forward, settings: &Settings) {
         let inputs = &forward.inputs;
         self.refinement = forward.refinement();
-        self.carried.fill(0.0);
-        self.carried_to = None;
+        self.sigma_before.fill(0.0);
+        self.sigma_before_at = None;
         self.growth.begin(forward);
         self.resolution.begin();
         let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
@@ -198,74 +252,104 @@ impl Sweep {
         gradient.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;
-        self.next.a.fill(0.0);
-        self.next.b.fill(0.0);
-        self.next.e.fill(0.0);
+        self.carried.clear();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
     /// J's terms at node `i`, their partials and their weights' derivatives.
     fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) -> Result<(), Error> {
+        self.clear_cost();
+        let (scheme, steps) = (&forward.trajectory.scheme, &forward.inputs.grid.steps);
+        let given = self.refinement.given_node(i);
+        let is_skipped = i < steps.len() && !system.has_running_cost() || given.is_none() && !system.has_integral();
+        if is_skipped {
+            return Ok(());
+        }
+        let weights = self.refinement.weights(scheme, steps, i);
+        self.add_cost(system, &forward.cost_at(i), &weights, i)?;
+        if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
+            self.gradient.steps[before] += self.cost.step_before;
+        }
+        if let Some(after) = given.and_then(|given| self.gradient.steps.get_mut(given)) {
+            *after += self.cost.step_after;
+        }
+        if system.has_integral() {
+            for (step, weight) in [(i, scheme.weight(scheme.stages())), (i + 1, scheme.weight(0))] {
+                if (1..=steps.len()).contains(&step) {
+                    self.refinement.add_step(step, weight * self.cost.integrand, &mut self.gradient.steps);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The same at a stage between nodes.
+    fn stage_cost_rows(&mut self, system: &System, forward: &Forward, (node, s): (usize, usize)) -> Result<(), Error> {
+        self.clear_cost();
+        if !system.has_integral() {
+            return Ok(());
+        }
+        let (weight, stage_u) = (forward.trajectory.scheme.weight(s), std::mem::take(&mut self.stage_u));
+        let at = forward.trajectory.stage(node - forward.first, s).cost_at((&stage_u, forward.inputs.design.as_slice()));
+        let added = self.add_cost(system, &at, &Weights::between(weight * length(forward, node)), node);
+        self.stage_u = stage_u;
+        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
+        added
+    }
+
+    fn clear_cost(&mut self) {
         self.u.fill(0.0);
         if !self.cost_is_zero {
             self.cost.clear();
             self.cost_is_zero = true;
         }
-        let steps = &forward.inputs.grid.steps;
-        if i < steps.len() && !system.has_running_cost() {
-            return Ok(());
-        }
-        let (Some(weights), Some(given)) = (self.refinement.weights(steps, i), self.refinement.given_node(i)) else {
-            return Ok(());
-        };
-        let at = forward.cost_at(i);
-        system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.cost));
+    }
+
+    /// Adds what the costs of a node or stage give to J and to the derivatives with respect to inputs.
+    fn add_cost(&mut self, system: &System, at: &CostAt<f64>, weights: &Weights<f64>, node: usize) -> Result<(), Error> {
+        system.costs().iter().for_each(|costs| costs.gradient(at, weights, &mut self.cost));
         self.cost_is_zero = false;
         self.report.cost_evaluations += self.cost.evaluations;
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
         self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
         self.time += self.cost.time;
-        if let Some(before) = given.checked_sub(1) {
-            self.gradient.steps[before] += self.cost.step_before;
-        }
-        if let Some(after) = self.gradient.steps.get_mut(given) {
-            *after += self.cost.step_after;
-        }
         if self.cost.is_finite() {
             return Ok(());
         }
-        Err(system.bad_cost(&at, &weights, &mut self.cost, given))
+        Err(system.bad_cost(at, weights, &mut self.cost, self.refinement.given_step(node)))
     }
 
     fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {
         system.singular_step(breakdown, self.refinement.given_step(node), forward.at(node).t)
     }
 
-    /// Solves the adjoint equations of a node, with half steps h into it and h₊ out of it, and with its blocks or others.
-    fn solve_node(
+    /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others.
+    fn solve_stage(
         &mut self,
         system: &System,
         forward: &mut Forward,
-        i: usize,
-        (h, h_next): (f64, f64),
+        (i, s): (usize, usize),
+        h: f64,
         blocks: Option<&[f64]>,
     ) -> Result<(), Error> {
         let n = system.n();
-        let (node, next) = (&mut self.node, &self.next);
+        let (node, carried) = (&mut self.node, &self.carried);
         let cost = (!self.cost_is_zero).then_some(&self.cost);
-        let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, i - forward.first));
+        let at = forward.block_column(i - forward.first, s);
+        let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, at));
         let newton = &mut forward.newton;
         let positions = system.positions();
         let right = &mut self.right[..];
         // Of equal length, so that the loops below need no checks.
-        let (a_next, b_next) = (&next.a[..n], &next.b[..n]);
+        let (a_sum, b_sum) = (&carried.a[..n], &carried.b[..n]);
+        let (alpha, beta) = (&carried.alpha[..n], &carried.beta[..n]);
 
         // d̂, and the right-hand side.
         let d = &mut node.d[..n];
         for (k, &position) in positions.v[..n].iter().enumerate() {
-            d[k] = -(h + h_next) * b_next[k];
-            right[position] = (h + h_next) * a_next[k];
+            d[k] = -(h * b_sum[k] + beta[k]);
+            right[position] = h * a_sum[k] + alpha[k];
         }
         positions.sigma.iter().for_each(|&position| right[position] = 0.0);
         if let Some(cost) = cost {
@@ -276,7 +360,7 @@ impl Sweep {
             positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
         }
         for &(j, mu) in &forward.trajectory.compliance {
-            right[positions.sigma[j]] -= mu * next.e[j];
+            right[positions.sigma[j]] -= mu * carried.e[j];
         }
         newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
 
@@ -288,10 +372,10 @@ impl Sweep {
         for (k, &position) in positions.v[..n].iter().enumerate() {
             c[k] = right[position];
             d[k] -= h * c[k];
-            b[k] = c[k] + b_next[k];
+            b[k] = c[k] + b_sum[k];
         }
         node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
-        a.copy_from_slice(a_next);
+        a.copy_from_slice(a_sum);
         if let Some(cost) = cost {
             a.iter_mut().zip(&cost.q).for_each(|(a, j_q)| *a -= j_q);
             b.iter_mut().zip(&cost.p_star).for_each(|(b, j_p)| *b -= j_p);
@@ -321,36 +405,42 @@ impl Sweep {
         system.find_bad_input(&at(), self.refinement.given_step(node)).map_or(Ok(()), Err)
     }
 
-    /// dJ/dΔt_i = −½ aᵀ(v_i + v_{i−1}) − ½ bᵀ(ṗ*_i + ṗ*_{i−1}) + explicit time of this and all later nodes.
+    /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
     fn step_row(&mut self, forward: &Forward, restart: Option<Restart>, i: usize) {
-        let (v, rate, k) = (&forward.trajectory.v, &forward.trajectory.p_star_dot, i - forward.first);
-        let (v_end, rate_end) = restart.map_or_else(|| (column(v, k), column(rate, k)), |end| (end.v, end.p_star_dot));
-        let own = dot_sum(&self.node.a, v_end, column(v, k - 1)) + dot_sum(&self.node.b, rate_end, column(rate, k - 1));
-        self.refinement.add_step(i, self.time - 0.5 * own, &mut self.gradient.steps);
+        let (trajectory, k) = (&forward.trajectory, i - forward.first);
+        let (scheme, last) = (trajectory.scheme, trajectory.last_stage());
+        let rates = |j: usize| match (j, restart) {
+            (0, _) => trajectory.columns(k - 1).rates(),
+            (j, Some(end)) if j == last => (end.v, end.p_star_dot),
+            (j, _) => trajectory.stage(k, j).rates(),
+        };
+        let mut own = 0.0;
+        for s in 1..=last {
+            let Node { a, b, .. } = &self.step[s - 1];
+            for j in 0..=s {
+                let (v, rate) = rates(j);
+                own += scheme.a(s, j) * (dot(a, v) + dot(b, rate));
+            }
+        }
+        self.refinement.add_step(i, self.time - own, &mut self.gradient.steps);
     }
 
     /// Keeps the adjoint variables of node `i`, if they are wanted.
-    fn store(&mut self, forward: &Forward, i: usize) {
+    fn store(&mut self, i: usize) {
         let Some(variables) = &mut self.variables else { return };
-        let (node, next, cost) = (&self.node, &self.next, &self.cost);
+        let (node, carried, cost) = (&self.node, &self.carried, &self.cost);
         // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
-        let a = column_mut(&mut variables.a, i);
-        if i > 0 {
-            a.copy_from_slice(&node.a)
-        } else {
-            a.fill(0.0)
-        }
         column_mut(&mut variables.b, i).copy_from_slice(&node.b);
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);
         column_mut(&mut variables.e, i).copy_from_slice(&node.e);
-        column_mut(&mut variables.s, i).copy_from_slice(&self.carried);
+        column_mut(&mut variables.s, i).copy_from_slice(&self.sigma_before);
 
-        let (n, h_next) = (node.a.len(), forward.inputs.grid.steps.get(i).map_or(0.0, |dt| 0.5 * dt));
+        let n = node.a.len();
         let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);
         for k in 0..n {
             let at_start = (node.a[k], node.b[k]);
-            let inside = (h_next * next.a[k] - cost.v[k], h_next * next.b[k] - cost.p_star_dot[k]);
+            let inside = (carried.alpha[k] - cost.v[k], carried.beta[k] - cost.p_star_dot[k]);
             (first[k], first[n + k]) = if i > 0 { inside } else { at_start };
         }
         rest[..n].copy_from_slice(&node.c);
@@ -368,7 +458,7 @@ impl Sweep {
             let none = vec![0.0; system.m()];
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
             let at = forward.at(0);
-            let blocks = column(&forward.blocks, 0);
+            let blocks = forward.node_blocks(0);
             forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::number::Real;
-use crate::{Error, Grid, Inputs, LiftedSolver, Settings, Start, System, Trajectory};
+use crate::{Error, Grid, Inputs, LiftedSolver, Settings, Stages, Start, System, Trajectory};
 
 /// How a motion and its cost change along a direction of the inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,5 +115,14 @@ fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {
         compliance: motion.compliance.clone(),
         inserted: motion.inserted.clone(),
         restarted: motion.restarted.clone(),
+        scheme: motion.scheme,
+        stages: Stages {
+            times: motion.stages.times.iter().map(|t| t.eps).collect(),
+            q: part(&motion.stages.q),
+            v: part(&motion.stages.v),
+            p_star: part(&motion.stages.p_star),
+            p_star_dot: part(&motion.stages.p_star_dot),
+            sigma: part(&motion.stages.sigma),
+        },
     }
 }

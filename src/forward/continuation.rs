@@ -11,9 +11,9 @@
 //! changes its sign at every node, it overshoots by up to 31 times the velocity, and Newton's iteration ends anywhere.
 
 use crate::forward::Forward;
-use crate::motion::{column, column_mut};
-use crate::scheme::StepFailure;
-use crate::scheme::{Miss, STILL};
+use crate::motion::column;
+use crate::node::StepFailure;
+use crate::node::{Miss, STILL};
 use crate::{Settings, System, Warning};
 
 /// A guess whose velocities were off by more than this part of them was no guess.
@@ -106,21 +106,22 @@ impl Forward {
         &mut self,
         system: &System,
         node: usize,
-        h: f64,
         settings: &Settings,
     ) -> Result<(), StepFailure> {
-        let result = self.follow(system, node, h, settings);
+        let (dt, s) = (self.inputs.grid.steps[node - 1], self.stage);
+        let result = self.follow(system, node, settings);
         match &result {
             Ok(()) => {
                 self.smooth_from = node;
                 let k = node - self.first;
                 // No guess was near, and still the motion may go on as it went; from rest, under forces that grow, it goes three times as fast.
-                if k >= 2 && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED }) {
+                if s == self.trajectory.last_stage() && k >= 2 && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED })
+                {
                     self.warn_of_roughness(node);
                 }
             }
             // What is said of the failure is about this step.
-            Err(_) => self.begin_step(node - self.first, h),
+            Err(_) => self.begin_stage(node - self.first, s, dt),
         }
         result
     }
@@ -144,33 +145,33 @@ impl Forward {
         }
     }
 
-    fn follow(&mut self, system: &System, node: usize, h: f64, settings: &Settings) -> Result<(), StepFailure> {
-        let k = node - self.first;
-        let first = self.first_level(system, node, h, settings);
+    fn follow(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+        let (k, s, dt) = (node - self.first, self.stage, self.inputs.grid.steps[node - 1]);
+        let first = self.first_level(system, node, dt, settings);
         for level in (0..=first).rev() {
-            let h = h * 0.5f64.powi(level as i32);
-            self.begin_step(k, h);
+            let dt = dt * 0.5f64.powi(level as i32);
+            self.begin_stage(k, s, dt);
             match first - level {
                 0 => self.guess_last(k),
                 1 => self.store_level(k),
                 _ => self.guess_level(k),
             }
-            self.solve_node(system, node, h, settings)?;
+            self.solve_at_hand(system, node, dt, settings)?;
         }
         Ok(())
     }
 
     /// The longest step for which v₋ is a good guess, as it is for half of it.
-    fn first_level(&mut self, system: &System, node: usize, h: f64, settings: &Settings) -> u32 {
+    fn first_level(&mut self, system: &System, node: usize, dt: f64, settings: &Settings) -> u32 {
         let once = Settings { max_iterations: 1, ..*settings };
         let k = node - self.first;
         let mut good = 0;
         for level in 0..MOST_LEVELS {
-            let h = h * 0.5f64.powi(level as i32);
-            self.begin_step(k, h);
+            let dt = dt * 0.5f64.powi(level as i32);
+            self.begin_stage(k, self.stage, dt);
             self.guess_last(k);
             // One correction of a guess that is far off may be all that fails.
-            let failed = matches!(self.solve_node(system, node, h, &once), Err(failure) if !failure.is_unfinished());
+            let failed = matches!(self.solve_at_hand(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
             good = if failed || self.is_far(system, k) { 0 } else { good + 1 };
             if good == 2 {
                 return level;
@@ -179,34 +180,39 @@ impl Forward {
         MOST_LEVELS
     }
 
-    /// The values before as the first guess of column k.
+    /// The values of the node before as the first guess of the stage at hand.
     fn guess_last(&mut self, k: usize) {
-        for matrix in [&mut self.trajectory.v, &mut self.trajectory.sigma] {
-            let rows = matrix.nrows();
-            matrix.as_mut_slice().copy_within((k - 1) * rows..k * rows, k * rows);
-        }
+        let before = self.trajectory.columns(k - 1);
+        let Continuation { last, .. } = &mut self.continuation;
+        let (v, sigma) = last.split_at_mut(before.v.len());
+        v.copy_from_slice(before.v);
+        sigma.copy_from_slice(before.sigma);
+        let now = self.trajectory.stage_mut(k, self.stage);
+        now.v.copy_from_slice(v);
+        now.sigma.copy_from_slice(sigma);
     }
 
     /// The solution at the level before stays as the guess.
     fn store_level(&mut self, k: usize) {
-        let Continuation { last, .. } = &mut self.continuation;
-        let (of_v, of_sigma) = last.split_at_mut(self.trajectory.v.nrows());
-        of_v.copy_from_slice(column(&self.trajectory.v, k));
-        of_sigma.copy_from_slice(column(&self.trajectory.sigma, k));
+        let now = self.trajectory.stage(k, self.stage);
+        let (v, sigma) = self.continuation.last.split_at_mut(now.v.len());
+        v.copy_from_slice(now.v);
+        sigma.copy_from_slice(now.sigma);
     }
 
     /// x(2h) = x(h) + ½ (x(h) − x(h/2)): exact for α + β/h, which the solution becomes for long steps.
     fn guess_level(&mut self, k: usize) {
         let Continuation { last, before, .. } = &mut self.continuation;
         std::mem::swap(last, before);
-        let (n, _) = self.trajectory.v.shape();
         let guess = |now: &mut [f64], last: &mut [f64], before: &[f64]| {
             for ((x, last), before) in now.iter_mut().zip(last).zip(before) {
                 *last = *x;
                 *x += 0.5 * (*x - before);
             }
         };
-        guess(column_mut(&mut self.trajectory.v, k), &mut last[..n], &before[..n]);
-        guess(column_mut(&mut self.trajectory.sigma, k), &mut last[n..], &before[n..]);
+        let now = self.trajectory.stage_mut(k, self.stage);
+        let n = now.v.len();
+        guess(now.v, &mut last[..n], &before[..n]);
+        guess(now.sigma, &mut last[n..], &before[n..]);
     }
 }

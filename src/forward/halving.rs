@@ -193,7 +193,7 @@ impl Forward {
     pub(crate) fn make_room(&mut self, nodes: usize) {
         self.trajectory.resize(nodes);
         let blocks = std::mem::replace(&mut self.blocks, DMatrix::zeros(0, 0));
-        self.blocks = blocks.resize_horizontally(nodes, 0.0);
+        self.blocks = blocks.resize_horizontally(nodes * self.trajectory.last_stage(), 0.0);
     }
 
     #[cold]

@@ -17,13 +17,14 @@ use crate::forward::halving::Ahead;
 use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
 use crate::motion::{Report, column, column_mut};
+use crate::node::Newton;
+use crate::node::Predictor;
+use crate::node::{StepFailure, Unknowns};
 use crate::number::largest;
-use crate::scheme::Newton;
-use crate::scheme::Predictor;
-use crate::scheme::{StepFailure, Unknowns};
+use crate::scheme::known_part;
 use crate::system::{At, CostAt};
 use crate::system::{Given, KnownPart};
-use crate::{Error, Grid, Inputs, Settings, Start, System, Trajectory, Warning, memory};
+use crate::{Error, Grid, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use restart::{LastEnd, Point, Restarts};
 
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
@@ -40,7 +41,7 @@ pub(crate) struct Forward {
     /// The node that column 0 of the trajectory holds.
     pub(crate) first: usize,
     pub(crate) trajectory: Trajectory,
-    /// The second derivatives of all varying elements, one column a node.
+    /// The second derivatives of all varying elements, one column a stage.
     pub(crate) blocks: DMatrix<f64>,
     pub(crate) restarts: Restarts,
     pub(crate) newton: Newton,
@@ -53,6 +54,10 @@ pub(crate) struct Forward {
     pub(crate) continuation: Continuation,
     /// Whether the step into a column is worth a look, if elements may bend within it.
     pub(crate) surprising: Vec<bool>,
+    /// The stage at hand of a step, and the controls there if it lies between nodes.
+    stage: usize,
+    stage_u: Vec<f64>,
+    /// q̄, p̄ and σ₋.
     start_q: Vec<f64>,
     start_p: Vec<f64>,
     start_sigma: Vec<f64>,
@@ -68,8 +73,14 @@ pub(crate) struct Forward {
     pub(crate) relaxed: Option<Relaxed>,
 }
 
+/// The controls of a node, or those of the stage at hand if it is none, and the design variables.
+fn stage_inputs<'a>(inputs: &'a Inputs, (node, is_node): (usize, bool), stage_u: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+    let (u, design) = inputs.at(node);
+    (if is_node { u } else { stage_u }, design)
+}
+
 impl Forward {
-    pub(crate) fn new(system: &System) -> Self {
+    pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let empty = Inputs {
             grid: Grid::new(0.0, Vec::new()),
@@ -81,16 +92,18 @@ impl Forward {
             inputs: empty,
             ahead: Ahead::new(),
             first: 0,
-            trajectory: Trajectory::zeros(system, 0),
+            trajectory: Trajectory::zeros(system, 0, scheme),
             blocks: DMatrix::zeros(0, 0),
             restarts: Restarts::default(),
             newton: Newton::new(system),
             report: Report::default(),
-            predictor: Predictor::new(),
+            predictor: Predictor::new(n, m),
             most_turn: Warning::TURN,
             smooth_from: 0,
             continuation: Continuation::new(n, m),
             surprising: Vec::new(),
+            stage: scheme.stages(),
+            stage_u: vec![0.0; system.k()],
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
@@ -117,8 +130,8 @@ impl Forward {
             // Inputs and gradient besides.
             let node = system.bytes_per_node(settings) + 2 * (1 + system.k()) * size_of::<f64>();
             memory::check("the motion", room, node)?;
-            self.trajectory = Trajectory::zeros(system, room);
-            self.blocks = DMatrix::zeros(system.block_len(), room);
+            self.trajectory = Trajectory::zeros(system, room, settings.scheme);
+            self.blocks = DMatrix::zeros(system.block_len(), room * settings.scheme.stages());
         }
         self.inputs.copy_from(inputs);
         self.report = Report::default();
@@ -201,47 +214,75 @@ impl Forward {
         Ok(has_room)
     }
 
+    /// Solves all stages of the step into a node.
     fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
-        let (h, k) = (0.5 * self.inputs.grid.steps[node - 1], node - self.first);
-        self.begin_step(k, h);
+        (1..=self.trajectory.last_stage()).try_for_each(|s| self.solve_stage(system, node, s, settings))
+    }
+
+    fn solve_stage(&mut self, system: &System, node: usize, s: usize, settings: &Settings) -> Result<(), StepFailure> {
+        let (dt, k) = (self.inputs.grid.steps[node - 1], node - self.first);
+        self.begin_stage(k, s, dt);
         if !self.trajectory.compliance.is_empty() {
             self.start_sigma.copy_from_slice(column(&self.trajectory.sigma, k - 1));
         }
-        let history = Predictor::MOST.min(k).min(node - self.smooth_from);
-        if history == 1 && self.is_rough(system, k) {
-            self.continue_from_zero(system, node, h, settings)?;
+        // Of a step that is followed from zero, later stages know its beginning.
+        let history = Predictor::MOST.min(k).min(node - self.smooth_from).max(1);
+        if history == 1 && s == 1 && self.is_rough(system, k) {
+            self.continue_from_zero(system, node, settings)?;
         } else {
-            self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k);
-            match self.solve_node(system, node, h, settings) {
+            self.predictor.predict(&self.inputs.grid.steps[node - history..node], &mut self.trajectory, k, s);
+            match self.solve_at_hand(system, node, dt, settings) {
                 Ok(()) if !self.has_missed(system, k) => {}
                 Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
-                _ => self.continue_from_zero(system, node, h, settings)?,
+                _ => self.continue_from_zero(system, node, settings)?,
             }
         }
-        if system.may_bend() {
+        if system.may_bend() && self.trajectory.scheme.is_trapezoidal() {
             self.note_surprise(system, k, history);
         }
-        let rates = column(&self.trajectory.p_star_dot, k);
-        let now = column_mut(&mut self.trajectory.p_star, k);
-        for ((p_star, start), rate) in now.iter_mut().zip(&self.start_p).zip(rates) {
+        let h = self.half_step(dt);
+        let now = self.trajectory.stage_mut(k, s);
+        for ((p_star, start), rate) in now.p_star.iter_mut().zip(&self.start_p).zip(now.p_star_dot.iter()) {
             *p_star = start + h * rate;
         }
         Ok(())
     }
 
-    /// The time of column k and what its equations need of the column before, for a step of half length h.
-    #[inline]
-    pub(crate) fn begin_step(&mut self, k: usize, h: f64) {
-        self.trajectory.times[k] = self.trajectory.times[k - 1] + 2.0 * h;
-        let before = self.trajectory.columns(k - 1);
-        let advance = |start: &mut [f64], x: &[f64], rate: &[f64]| {
-            start.iter_mut().zip(x.iter().zip(rate)).for_each(|(start, (x, rate))| *start = x + h * rate);
-        };
-        advance(&mut self.start_q, before.q, before.v);
-        advance(&mut self.start_p, before.p_star, before.p_star_dot);
+    /// h = Δt a_ss of the stage at hand.
+    fn half_step(&self, dt: f64) -> f64 {
+        dt * self.trajectory.scheme.a(self.stage, self.stage)
     }
 
-    /// Solves for (v, σ) of a node from the values in its columns, with q = start_q + h v.
+    /// Makes stage s of a step of this length into column k the one at hand: its time, its controls and its known part.
+    #[inline]
+    pub(crate) fn begin_stage(&mut self, k: usize, s: usize, dt: f64) {
+        let Forward { trajectory, inputs, .. } = self;
+        let (scheme, begin) = (trajectory.scheme, trajectory.times[k - 1]);
+        trajectory.times[k] = begin + dt;
+        self.stage = s;
+        if s < scheme.stages() {
+            *trajectory.stage_mut(k, s).time = begin + scheme.c(s) * dt;
+            inputs.controls_within(self.first + k, scheme.c(s), &mut self.stage_u);
+        }
+        let before = trajectory.columns(k - 1);
+        let rate = |j: usize| if j == 0 { (before.v, before.p_star_dot) } else { trajectory.stage(k, j).rates() };
+        known_part((&scheme, s), dt, before.q, |j| rate(j).0, &mut self.start_q);
+        known_part((&scheme, s), dt, before.p_star, |j| rate(j).1, &mut self.start_p);
+    }
+
+    /// Solves the stage at hand of a step of this length.
+    pub(crate) fn solve_at_hand(
+        &mut self,
+        system: &System,
+        node: usize,
+        dt: f64,
+        settings: &Settings,
+    ) -> Result<(), StepFailure> {
+        let h = self.half_step(dt);
+        self.solve(system, node, h, settings)
+    }
+
+    /// Solves for (v, σ) of a node, with q = start_q + h v.
     pub(crate) fn solve_node(
         &mut self,
         system: &System,
@@ -249,21 +290,41 @@ impl Forward {
         h: f64,
         settings: &Settings,
     ) -> Result<(), StepFailure> {
-        let k = node - self.first;
+        self.stage = self.trajectory.last_stage();
+        self.solve(system, node, h, settings)
+    }
+
+    /// Solves the node problem of the stage at hand from the values in its columns.
+    fn solve(&mut self, system: &System, node: usize, h: f64, settings: &Settings) -> Result<(), StepFailure> {
+        let (k, s) = (node - self.first, self.stage);
         let from = KnownPart { h, q: &self.start_q, p_star: &self.start_p, sigma: &self.start_sigma };
-        let (u, design) = self.inputs.at(node);
-        let given = Given { u, t: self.trajectory.times[k], design };
-        let mut unknowns = Unknowns {
-            q: column_mut(&mut self.trajectory.q, k),
-            v: column_mut(&mut self.trajectory.v, k),
-            sigma: column_mut(&mut self.trajectory.sigma, k),
-            p_star_dot: column_mut(&mut self.trajectory.p_star_dot, k),
-        };
+        let (u, design) = stage_inputs(&self.inputs, (node, s == self.trajectory.last_stage()), &self.stage_u);
+        let columns = self.trajectory.stage_mut(k, s);
+        let given = Given { u, t: *columns.time, design };
+        let mut unknowns = Unknowns { q: columns.q, v: columns.v, sigma: columns.sigma, p_star_dot: columns.p_star_dot };
         let worst = self.report.worst_pivot;
         self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report)?;
         self.warn_of_lost_digits(system, node, worst);
-        column_mut(&mut self.blocks, k).copy_from_slice(&self.newton.evaluation.blocks);
+        let at = self.block_column(k, s);
+        column_mut(&mut self.blocks, at).copy_from_slice(&self.newton.evaluation.blocks);
         Ok(())
+    }
+
+    /// The column of the second derivatives of a stage.
+    #[inline]
+    pub(crate) fn block_column(&self, k: usize, s: usize) -> usize {
+        k * self.trajectory.last_stage() + s - 1
+    }
+
+    /// The second derivatives of a stage of the step into a node.
+    #[inline]
+    pub(crate) fn stage_blocks(&self, node: usize, s: usize) -> &[f64] {
+        column(&self.blocks, self.block_column(node - self.first, s))
+    }
+
+    /// The second derivatives of a node.
+    pub(crate) fn node_blocks(&self, node: usize) -> &[f64] {
+        self.stage_blocks(node, self.trajectory.last_stage())
     }
 
     /// Keeps the worst of all warnings of this kind; compliances lose digits on purpose, of what moves nothing.
@@ -292,12 +353,12 @@ impl Forward {
 
     /// What the costs of a node depend on.
     pub(crate) fn cost_at(&self, node: usize) -> CostAt<'_, f64> {
-        self.trajectory.cost_at_column(node - self.first, self.inputs.at(node))
+        self.trajectory.columns(node - self.first).cost_at(self.inputs.at(node))
     }
 
     /// What the equations of a node depend on.
     pub(crate) fn at(&self, node: usize) -> At<'_, f64> {
-        self.trajectory.at_column(node - self.first, self.inputs.at(node))
+        self.trajectory.columns(node - self.first).at(self.inputs.at(node))
     }
 
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
@@ -399,12 +460,13 @@ impl Forward {
     /// The same where the iteration broke off.
     fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
         let x = self.newton.iterate(system);
-        let h = node.checked_sub(1).map_or(0.0, |before| 0.5 * self.inputs.grid.steps[before]);
+        let h = node.checked_sub(1).map_or(0.0, |before| self.half_step(self.inputs.grid.steps[before]));
         let q: Vec<f64> = self.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
         // An iteration that ran away says nothing of a formula.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
-        let (u, design) = self.inputs.at(node);
-        let at = At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.times[node - self.first], design };
+        let (u, design) = stage_inputs(&self.inputs, (node, self.stage == self.trajectory.last_stage()), &self.stage_u);
+        let at =
+            At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.stage(node - self.first, self.stage).t, design };
         is_point.then(|| system.find_not_finite(&at, self.given_step(node))).flatten()
     }
 

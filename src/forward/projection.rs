@@ -14,8 +14,8 @@ use super::restart::{Point, l_v};
 use crate::System;
 use crate::forward::Forward;
 use crate::motion::column;
+use crate::node::StepFailure;
 use crate::number::{larger, largest};
-use crate::scheme::StepFailure;
 use crate::system::At;
 
 /// A projection that has not converged after so many corrections does not.

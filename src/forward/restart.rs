@@ -41,9 +41,9 @@
 use super::projection;
 use crate::forward::Forward;
 use crate::motion::{column, column_mut};
+use crate::node::StepFailure;
 use crate::number::Real;
 use crate::number::{larger, largest};
-use crate::scheme::StepFailure;
 use crate::system::{At, Pair};
 use crate::{Error, Settings, System};
 
@@ -174,7 +174,8 @@ pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, setting
 /// in which they are about one at the start.
 fn is_regular(forward: &mut Forward, system: &System, node: usize) -> bool {
     let worst = forward.report.worst_pivot;
-    let blocks = column(&forward.blocks, node - forward.first);
+    let at = forward.block_column(node - forward.first, forward.trajectory.last_stage());
+    let blocks = column(&forward.blocks, at);
     if let Err(breakdown) = forward.newton.factor(system, 0.0, blocks, &mut forward.report) {
         // What is not finite is said of the restart.
         return !breakdown.pivot.is_finite();
@@ -236,6 +237,7 @@ fn restart(
 fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (bool, &Point), settings: &Settings) {
     let k = node - forward.first;
     let weights = weights(forward, system, k, settings);
+    let at_end = forward.block_column(k, forward.trajectory.last_stage());
     let (restarts, y) = (&mut forward.restarts, forward.trajectory.columns(k));
     restarts.before.push(forward.last_end.node);
     restarts.weights.push(weights);
@@ -245,7 +247,7 @@ fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (b
     restarts.v.extend_from_slice(y.v);
     restarts.p_star_dot.extend_from_slice(y.p_star_dot);
     restarts.sigma.extend_from_slice(y.sigma);
-    restarts.step_blocks.extend_from_slice(column(&forward.blocks, k));
+    restarts.step_blocks.extend_from_slice(column(&forward.blocks, at_end));
     // Without a projection too, so that all runs of numbers have one length.
     restarts.nu.extend_from_slice(&at.x.sigma);
     restarts.projection_blocks.extend_from_slice(&forward.newton.evaluation.blocks);

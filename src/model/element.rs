@@ -93,6 +93,9 @@ pub enum Sum {
     Rectangle,
     /// Σ Δt_i (h_{i−1} + h_i)/2 over i = 1 … N: the trapezoidal rule for ∫ h dt.
     Trapezoidal,
+    /// Σ Δt Σ_s b_s h_s over all steps and their stages: ∫ h dt with the weights of the [`Scheme`](crate::Scheme), and so with its order. For the
+    /// trapezoidal rule these are the trapezoidal weights; inserted nodes count as well.
+    Integral,
     /// h_N alone: the terminal cost S of Eq. (5).
     Terminal,
 }

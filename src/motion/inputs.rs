@@ -146,6 +146,14 @@ impl<R> Inputs<R> {
     }
 }
 
+impl<R: Real> Inputs<R> {
+    /// The controls at a share c of the step into a node: linear between nodes.
+    pub(crate) fn controls_within(&self, node: usize, c: f64, u: &mut [R]) {
+        let (before, after) = (column(&self.controls, node - 1), column(&self.controls, node));
+        u.iter_mut().zip(before.iter().zip(after)).for_each(|(u, (&before, &after))| *u = before * (1.0 - c) + after * c);
+    }
+}
+
 impl Inputs {
     /// At rest where the scene placed its bodies, with zero controls and the design of the scene.
     ///

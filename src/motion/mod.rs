@@ -4,11 +4,13 @@ mod composition;
 mod inputs;
 mod refinement;
 mod report;
+mod stages;
 mod trajectory;
 
 pub use composition::Composition;
 pub use inputs::{Grid, Inputs, Start};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
+pub use stages::Stages;
 pub use trajectory::Trajectory;
 pub(crate) use trajectory::{column, column_mut};

@@ -12,8 +12,8 @@
 use nalgebra::DMatrix;
 
 use crate::number::Real;
-use crate::system::Weights;
-use crate::{Grid, Inputs};
+use crate::system::{GivenWeights, Weights};
+use crate::{Grid, Inputs, Scheme};
 
 /// One step of the grid taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,19 +77,27 @@ impl Refinement {
         (node == 0 || self.part(node).end == 1.0).then(|| self.given_step(node))
     }
 
-    /// The weights of the ways to sum a cost at a node of the grid taken; none at an inserted one.
-    pub(crate) fn weights<R: Real>(&self, taken: &[R], node: usize) -> Option<Weights<R>> {
-        if self.parts.is_empty() {
-            return Some(weights(taken, node));
-        }
+    /// The weights of the ways to sum a cost at a node of the grid taken.
+    pub(crate) fn weights<R: Real>(&self, scheme: &Scheme, taken: &[R], node: usize) -> Weights<R> {
+        let before = node.checked_sub(1).map(|before| taken[before]);
+        let after = taken.get(node).copied();
+        let part = |step: Option<R>, weight: f64| step.map_or(R::zero(), |dt| dt * weight);
+        let integral = part(before, scheme.weight(scheme.stages())) + part(after, scheme.weight(0));
+        let given = self.given_node(node).map(|given| {
+            let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
+            GivenWeights::new(ends.0, ends.1)
+        });
+        Weights { given, integral }
+    }
+
+    /// The lengths of the given steps before and after a given node.
+    fn given_lengths<R: Real>(&self, taken: &[R], node: usize, given: usize) -> (Option<R>, Option<R>) {
         let length = |step: usize| {
             let first = self.parts.partition_point(|part| part.step < step);
             let parts = self.parts[first..].iter().zip(&taken[first..]).take_while(|(part, _)| part.step == step);
             parts.fold(R::zero(), |sum, (_, &dt)| sum + dt)
         };
-        let given = self.given_node(node)?;
-        let after = (node < taken.len()).then(|| length(given));
-        Some(Weights::new(given.checked_sub(1).map(length), after))
+        (given.checked_sub(1).map(length), (node < taken.len()).then(|| length(given)))
     }
 
     /// Inputs on the given grid, brought to the grid taken.
@@ -110,15 +118,15 @@ impl Refinement {
         Inputs { grid, start: given.start.clone(), controls, design: given.design.clone() }
     }
 
-    /// Adds dJ/du of a node taken to those of the given nodes.
-    pub(crate) fn add_controls(&self, node: usize, taken: &[f64], given: &mut DMatrix<f64>) {
+    /// Adds dJ/du of a node taken, times a factor, to those of the given nodes.
+    pub(crate) fn add_controls(&self, node: usize, factor: f64, taken: &[f64], given: &mut DMatrix<f64>) {
         let (step, end) = if node == 0 { (0, 0.0) } else { (self.part(node).step, self.part(node).end) };
         for (channel, derivative) in taken.iter().enumerate() {
             if end < 1.0 {
-                given[(channel, step)] += (1.0 - end) * derivative;
+                given[(channel, step)] += factor * (1.0 - end) * derivative;
             }
             if end > 0.0 {
-                given[(channel, step + 1)] += end * derivative;
+                given[(channel, step + 1)] += factor * end * derivative;
             }
         }
     }
@@ -130,15 +138,10 @@ impl Refinement {
     }
 }
 
-/// The weights of the ways to sum a cost at node `i`.
-fn weights<R: Real>(steps: &[R], i: usize) -> Weights<R> {
-    Weights::new(i.checked_sub(1).map(|before| steps[before]), steps.get(i).copied())
-}
-
 #[cfg(test)]
 mod tests {
     use super::Refinement;
-    use crate::{Grid, Inputs, Start};
+    use crate::{Grid, Inputs, Scheme, Start};
     use nalgebra::{DMatrix, DVector};
 
     #[test]
@@ -156,10 +159,12 @@ mod tests {
             (0..6).map(|i| refinement.given_node(i)).collect::<Vec<_>>(),
             [Some(0), Some(1), None, None, Some(2), Some(3)]
         );
-        let weights = refinement.weights(&taken.grid.steps, 4).expect("given");
-        assert_eq!((weights.rectangle, weights.trapezoidal), (1.0, 1.5));
+        let weights = refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 4);
+        let given = weights.given.expect("a given node");
+        assert_eq!((given.rectangle, given.trapezoidal, weights.integral), (1.0, 1.5, 1.0));
+        assert!(refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 3).given.is_none());
         let (mut controls, mut steps) = (DMatrix::zeros(1, 4), vec![0.0; 3]);
-        (0..6).for_each(|node| refinement.add_controls(node, &[1.0], &mut controls));
+        (0..6).for_each(|node| refinement.add_controls(node, 1.0, &[1.0], &mut controls));
         (1..6).for_each(|node| refinement.add_step(node, 1.0, &mut steps));
         assert_eq!(controls.as_slice(), [1.0, 2.25, 1.75, 1.0]);
         assert_eq!(steps, [1.0, 1.0, 1.0]);

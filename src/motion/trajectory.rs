@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use crate::motion::Refinement;
+use super::stages::{Columns, ColumnsMut};
+use super::{Refinement, Stages};
 use crate::number::Real;
 use crate::system::{At, CostAt, CostRows, Sums, Weights};
-use crate::{Error, Inputs, System};
+use crate::{Error, Inputs, Scheme, System};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,21 +30,16 @@ pub struct Trajectory<R = f64> {
     pub compliance: Vec<(usize, f64)>,
     /// Nodes that are not of the given grid: steps without a solution were halved there.
     pub inserted: Vec<usize>,
+    /// The scheme that the motion was computed with, and its stages between the nodes.
+    pub scheme: Scheme,
+    /// Empty for the trapezoidal rule.
+    pub stages: Stages<R>,
     /// Nodes at which the motion was started anew ([`Settings::drift_bound`](crate::Settings::drift_bound)).
     pub restarted: Vec<usize>,
 }
 
-/// The state of one node in the columns of a trajectory.
-pub(crate) struct Columns<'a, R> {
-    pub(crate) q: &'a [R],
-    pub(crate) v: &'a [R],
-    pub(crate) p_star: &'a [R],
-    pub(crate) p_star_dot: &'a [R],
-    pub(crate) sigma: &'a [R],
-}
-
 impl<R: Real> Trajectory<R> {
-    pub(crate) fn zeros(system: &System, nodes: usize) -> Self {
+    pub(crate) fn zeros(system: &System, nodes: usize, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let state = || DMatrix::from_element(n, nodes, R::zero());
         Trajectory {
@@ -56,6 +52,8 @@ impl<R: Real> Trajectory<R> {
             sigma: DMatrix::from_element(m, nodes, R::zero()),
             compliance: Vec::new(),
             inserted: Vec::new(),
+            scheme,
+            stages: Stages::zeros((n, m), nodes * scheme.inner()),
             restarted: Vec::new(),
         }
     }
@@ -73,11 +71,13 @@ impl<R: Real> Trajectory<R> {
             let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
             *matrix = old.resize_horizontally(nodes, R::zero());
         }
+        self.stages.resize(nodes * self.scheme.inner());
     }
 
     #[inline]
     pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
         Columns {
+            t: self.times[i],
             q: column(&self.q, i),
             v: column(&self.v, i),
             p_star: column(&self.p_star, i),
@@ -86,24 +86,39 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// What the equations of the node in column `k` depend on, with its controls and the design variables.
-    pub(crate) fn at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> At<'a, R> {
-        let y = self.columns(k);
-        At { q: y.q, v: y.v, sigma: y.sigma, u, t: self.times[k], design }
+    /// Stage s of the step into column `k`; the last one is the node itself.
+    #[inline]
+    pub(crate) fn stage(&self, k: usize, s: usize) -> Columns<'_, R> {
+        if s > self.scheme.inner() { self.columns(k) } else { self.stages.columns(k * self.scheme.inner() + s - 1) }
     }
 
-    /// What the costs of the node in column `k` depend on.
-    pub(crate) fn cost_at_column<'a>(&'a self, k: usize, (u, design): (&'a [R], &'a [R])) -> CostAt<'a, R> {
-        let Columns { q, v, p_star, p_star_dot, sigma } = self.columns(k);
-        CostAt { q, v, p_star, p_star_dot, sigma, u, t: self.times[k], design }
+    /// The same, to be written.
+    #[inline]
+    pub(crate) fn stage_mut(&mut self, k: usize, s: usize) -> ColumnsMut<'_, R> {
+        if s <= self.scheme.inner() {
+            return self.stages.columns_mut(k * self.scheme.inner() + s - 1);
+        }
+        ColumnsMut {
+            time: &mut self.times[k],
+            q: column_mut(&mut self.q, k),
+            v: column_mut(&mut self.v, k),
+            p_star: column_mut(&mut self.p_star, k),
+            p_star_dot: column_mut(&mut self.p_star_dot, k),
+            sigma: column_mut(&mut self.sigma, k),
+        }
+    }
+
+    /// The number of the last stage of a step, which is its node.
+    pub(crate) fn last_stage(&self) -> usize {
+        self.scheme.stages()
     }
 
     pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> At<'a, R> {
-        self.at_column(i, inputs.at(i))
+        self.columns(i).at(inputs.at(i))
     }
 
     pub(crate) fn cost_at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> CostAt<'a, R> {
-        self.cost_at_column(i, inputs.at(i))
+        self.columns(i).cost_at(inputs.at(i))
     }
 
     /// Refuses a motion that does not reach the end of its grid.
@@ -125,15 +140,27 @@ impl<R: Real> Trajectory<R> {
         let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
         let mut sum = R::zero();
         for i in first..self.computed {
-            if let Some(weights) = refinement.weights(&inputs.grid.steps, i) {
-                let value = system.cost(&self.cost_at(inputs, i), &weights);
-                if !is_finite(value) {
-                    return Err(self.bad_cost(system, inputs, &refinement, i));
-                }
-                sum += value;
+            let value = self.cost_of_step(system, inputs, &refinement, i);
+            if !is_finite(value) {
+                return Err(self.bad_cost(system, inputs, &refinement, i));
             }
+            sum += value;
         }
         if is_finite(sum) { Ok(sum) } else { Err(Error::Overflow { what: "J".into(), value: sum.part(0) }) }
+    }
+
+    /// All that J gets from node `i` and from the stages between it and the node before.
+    pub(crate) fn cost_of_step(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, i: usize) -> R {
+        let mut sum = R::zero();
+        if i > 0 && system.has_integral() {
+            let mut u = vec![R::zero(); system.k()];
+            for s in 1..self.last_stage() {
+                inputs.controls_within(i, self.scheme.c(s), &mut u);
+                let at = self.stage(i, s).cost_at((&u, inputs.design.as_slice()));
+                sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)));
+            }
+        }
+        sum + system.cost(&self.cost_at(inputs, i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
     }
 
     /// Which cost of a node is not finite.
@@ -145,7 +172,7 @@ impl<R: Real> Trajectory<R> {
         let t = at.t.part(0);
         let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
         let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
-        let weights = refinement.weights(&steps, node).unwrap_or_else(|| Weights::new(Some(0.0), Some(0.0)));
+        let weights = refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
     }
 
@@ -198,6 +225,7 @@ impl<R: Real> Trajectory<R> {
             ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
             ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
             ("design variables", system.designs(), inputs.design.len()),
+            ("the trajectory's stages", nodes * self.scheme.inner(), self.stages.times.len()),
             ("the trajectory's restarted nodes", nodes.min(restarted), restarted),
             ("the trajectory's compliances: equations", m.min(compliant), compliant),
         ];

@@ -44,6 +44,19 @@ pub(crate) fn dot_sum(x: &[f64], y: &[f64], z: &[f64]) -> f64 {
     (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }
 
+/// The scalar product; the vectors have the same length.
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
+    let mut lanes = [0.0; 4];
+    for (x, y) in x.iter().zip(y) {
+        for k in 0..4 {
+            lanes[k] += x[k] * y[k];
+        }
+    }
+    let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::{all_finite, dot_sum, largest};

@@ -1,13 +1,21 @@
-//! How one state follows from those before it: the equations of a step, and Newton's method for them.
+//! How nodes follow from each other: tables, the known part of a node problem, and the carried part of its adjoint.
+//!
+//! Stage s of a step of length Δt from node n is at t_n + c_s Δt, and with ẋ = (v, ṗ*) for x = (q, p*)
+//!
+//! ```text
+//!   x_s = x̄ + h ẋ_s,     h = Δt a_ss,     x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j        (stage 0: node n; the last stage: node n + 1)
+//! ```
+//!
+//! Everything that is specific to a scheme is in (x̄, h). What remains to be solved is the same problem for all of them (`node/`).
+//! The adjoint variables a_s and b_s of these equations are carried back the same way: to node n go
+//!
+//! ```text
+//!   A = Σ a_r,    α = Δt Σ a_r0 a_r,        and to stage s > 0:   A = 0,    α = Δt Σ_{r>s} a_rs a_r        (B, β with b_r)
+//! ```
 
-mod evaluation;
-mod newton;
-mod predict;
-mod sizes;
-mod step;
+mod parts;
+mod table;
+mod tables;
 
-pub(crate) use evaluation::Evaluation;
-pub(crate) use newton::{Miss, NOISE, Newton, SMALL, STILL};
-pub(crate) use predict::Predictor;
-pub(crate) use sizes::UnitWeights;
-pub(crate) use step::{StepFailure, Unknowns};
+pub(crate) use parts::{Carried, carried_part, known_part};
+pub use table::Scheme;

@@ -9,8 +9,9 @@
 use crate::forward::restart::Restart;
 use crate::motion::Refinement;
 use crate::motion::{column, column_mut};
+use crate::node::{NOISE, SMALL};
 use crate::number::Real;
-use crate::scheme::{NOISE, SMALL};
+use crate::scheme::known_part;
 use crate::system::{At, Pair, Sums};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory, memory};
 
@@ -47,9 +48,10 @@ pub struct LiftedSolver<'s, R: Real> {
     refinement: Refinement,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
-    /// q₋ + h v₋ and p*₋ + h ṗ*₋.
+    /// q̄ and p̄ of the stage at hand, and its controls.
     start_q: Vec<R>,
     start_p: Vec<R>,
+    u: Vec<R>,
     /// σ₋.
     start_sigma: Vec<R>,
     /// A residual, then a correction, of one part.
@@ -70,9 +72,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         real.simulate(inputs)?;
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
-        let node = Trajectory::<R>::len_of_node(n, m) + 1 + system.k();
+        let node = Trajectory::<R>::len_of_node(n, m) * settings.scheme.stages() + 1 + system.k();
         memory::check("the motion on other numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
-        let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes());
+        let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes(), settings.scheme);
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
         trajectory.restarted.clone_from(&real.trajectory().restarted);
@@ -83,6 +85,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             sums: Sums::new(n, m),
             start_q: zeros(n),
             start_p: zeros(n),
+            u: zeros(system.k()),
             start_sigma: zeros(m),
             part: Pair::new(n, m),
             unit: vec![0.0; R::PARTS],
@@ -143,14 +146,19 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     fn step(&mut self, i: usize, restart: Option<Restart>) -> Result<(), Error> {
-        let h = self.inputs.grid.steps[i - 1] * 0.5;
-        let y = self.trajectory.columns(i - 1);
-        for k in 0..self.start_q.len() {
-            self.start_q[k] = y.q[k] + h * y.v[k];
-            self.start_p[k] = y.p_star[k] + h * y.p_star_dot[k];
+        let (scheme, dt) = (self.trajectory.scheme, self.inputs.grid.steps[i - 1]);
+        for s in 1..=scheme.stages() {
+            let is_node = s == scheme.stages();
+            if !is_node {
+                *self.trajectory.stage_mut(i, s).time = self.trajectory.times[i - 1] + dt * scheme.c(s);
+            }
+            let (y, trajectory) = (self.trajectory.columns(i - 1), &self.trajectory);
+            let rate = |j: usize| if j == 0 { (y.v, y.p_star_dot) } else { trajectory.stage(i, j).rates() };
+            known_part((&scheme, s), dt, y.q, |j| rate(j).0, &mut self.start_q);
+            known_part((&scheme, s), dt, y.p_star, |j| rate(j).1, &mut self.start_p);
+            self.start_sigma.copy_from_slice(y.sigma);
+            self.solve_stage((i, s), dt * scheme.a(s, s), restart.filter(|_| is_node))?;
         }
-        self.start_sigma.copy_from_slice(y.sigma);
-        self.solve_node(i, h, restart)?;
         if let Some(restart) = restart {
             self.restart(i, &restart)?;
         }
@@ -193,28 +201,37 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.real.system().plain_sums(&at, &mut self.sums);
             self.start_p.copy_from_slice(&self.sums.l_v);
         }
-        self.solve_node(0, R::zero(), None)?;
+        self.solve_node(0)?;
         self.trajectory.computed = 1;
         Ok(())
     }
 
-    /// Solves a node, or the end of the step into it if there was a restart, from the real solution on.
-    fn solve_node(&mut self, i: usize, h: R, restart: Option<Restart>) -> Result<(), Error> {
-        let system = self.real.system();
-        self.start_from_real(i, restart);
+    fn solve_node(&mut self, i: usize) -> Result<(), Error> {
+        self.solve_stage((i, self.trajectory.last_stage()), R::zero(), None)
+    }
+
+    /// Solves a stage, or the end of the step into a node if there was a restart, from the real solution on.
+    fn solve_stage(&mut self, (i, s): (usize, usize), h: R, restart: Option<Restart>) -> Result<(), Error> {
+        let (system, scheme) = (self.real.system(), self.trajectory.scheme);
+        match s == scheme.stages() {
+            true => self.u.copy_from_slice(column(&self.inputs.controls, i)),
+            false => self.inputs.controls_within(i, scheme.c(s), &mut self.u),
+        }
+        self.start_from_real((i, s), restart);
         let forward = self.real.forward_mut();
-        let blocks = restart.map_or_else(|| column(&forward.blocks, i), |restart| restart.step_blocks);
+        let at = forward.block_column(i, s);
+        let blocks = restart.map_or_else(|| column(&forward.blocks, at), |restart| restart.step_blocks);
         let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let mut sizes = Shrinking::new();
         for correction in 0..MOST_CORRECTIONS {
-            self.evaluate(i, h);
-            let (size, is_rounding) = self.correct(i, h);
+            self.evaluate((i, s), h);
+            let (size, is_rounding) = self.correct((i, s), h);
             let is_stalled = sizes.is_stalled(size.of_part);
             if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
                 self.rounding = self.rounding.max(size.of_all);
-                self.evaluate(i, h);
-                self.store(i, h);
+                self.evaluate((i, s), h);
+                self.store((i, s), h);
                 return Ok(());
             }
         }
@@ -232,24 +249,25 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
     }
 
-    fn start_from_real(&mut self, i: usize, restart: Option<Restart>) {
-        let real = self.real.trajectory().columns(i);
+    fn start_from_real(&mut self, (i, s): (usize, usize), restart: Option<Restart>) {
+        let real = self.real.trajectory().stage(i, s);
         let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
         let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
-        lift(column_mut(&mut self.trajectory.v, i), v);
-        lift(column_mut(&mut self.trajectory.sigma, i), sigma);
+        let now = self.trajectory.stage_mut(i, s);
+        lift(now.v, v);
+        lift(now.sigma, sigma);
     }
 
-    /// q = q₋ + h (v₋ + v) and the sums of all elements there.
-    fn evaluate(&mut self, i: usize, h: R) {
-        let v = column(&self.trajectory.v, i);
-        let q = column_mut(&mut self.trajectory.q, i);
-        for ((q, &start), &v) in q.iter_mut().zip(&self.start_q).zip(v) {
+    /// q = q̄ + h v and the sums of all elements there.
+    fn evaluate(&mut self, (i, s): (usize, usize), h: R) {
+        let now = self.trajectory.stage_mut(i, s);
+        for ((q, &start), &v) in now.q.iter_mut().zip(&self.start_q).zip(now.v.iter()) {
             *q = start + h * v;
         }
         let real = self.real.trajectory();
-        self.real.system().plain_sums(&self.trajectory.at(&self.inputs, i), &mut self.sums);
-        let sigma = column(&self.trajectory.sigma, i);
+        let now = self.trajectory.stage(i, s);
+        let sigma = now.sigma;
+        self.real.system().plain_sums(&now.at((&self.u, self.inputs.design.as_slice())), &mut self.sums);
         for &(j, mu) in &real.compliance {
             self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
@@ -257,7 +275,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
 
     /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
     /// rounding.
-    fn correct(&mut self, i: usize, h: R) -> (Size, bool) {
+    fn correct(&mut self, (i, s): (usize, usize), h: R) -> (Size, bool) {
         let system = self.real.system();
         let (mut largest, mut is_rounding) = (Size::default(), true);
         for part in 0..R::PARTS {
@@ -275,9 +293,9 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             self.real.forward_mut().newton.solve(system, &mut self.part);
             let unit = self.unit[part];
-            largest = largest.max(add(column_mut(&mut self.trajectory.v, i), part, &self.part.v, (0.0, unit)));
+            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (0.0, unit)));
             // σ from rest is a difference of momenta, and its rounding is theirs.
-            let sigma = add(column_mut(&mut self.trajectory.sigma, i), part, &self.part.sigma, (SMALL * scale, unit));
+            let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit));
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
@@ -297,7 +315,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.real.system().plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(&self.sums.l_v);
         self.start_sigma.copy_from_slice(&s);
-        self.solve_node(i, R::zero(), None)
+        self.solve_node(i)
     }
 
     /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
@@ -310,7 +328,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
         let mut phi = vec![R::zero(); nu.len()];
         let forward = self.real.forward_mut();
-        let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, i), &mut forward.report);
+        let at = forward.block_column(i, forward.trajectory.last_stage());
+        let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, at), &mut forward.report);
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
@@ -341,12 +360,13 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         Err(self.diverged(i, sizes[0].last.max(sizes[1].last), "the complex or dual part of the projection onto Φ = 0"))
     }
 
-    /// p* by E2 and ṗ* by E4.
-    fn store(&mut self, i: usize, h: R) {
-        for (k, p) in column_mut(&mut self.trajectory.p_star, i).iter_mut().enumerate() {
-            *p = self.start_p[k] + h * self.sums.force[k];
+    /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
+    fn store(&mut self, (i, s): (usize, usize), h: R) {
+        let now = self.trajectory.stage_mut(i, s);
+        for ((p, &start), &force) in now.p_star.iter_mut().zip(&self.start_p).zip(&self.sums.force) {
+            *p = start + h * force;
         }
-        column_mut(&mut self.trajectory.p_star_dot, i).copy_from_slice(&self.sums.force);
+        now.p_star_dot.copy_from_slice(&self.sums.force);
     }
 }
 

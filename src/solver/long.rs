@@ -19,7 +19,7 @@ use crate::forward::Forward;
 use crate::forward::restart::Restarts;
 use crate::motion::Refinement;
 use crate::motion::{Report, Trajectory, column_mut};
-use crate::scheme::Predictor;
+use crate::node::Predictor;
 use crate::{Error, Inputs, Settings, System};
 
 /// The nodes that a checkpoint holds: what the next step is extrapolated from.
@@ -116,8 +116,8 @@ impl<'s> LongSolver<'s> {
             settings: Settings { keep_adjoint: false, ..settings },
             bytes,
             given: 0,
-            forward: Forward::new(system),
-            sweep: Sweep::new(system),
+            forward: Forward::new(system, settings.scheme),
+            sweep: Sweep::new(system, settings.scheme),
             plan: Plan::NONE,
             checkpoints: Vec::new(),
         }

@@ -43,7 +43,12 @@ pub struct Solver<'s> {
 impl<'s> Solver<'s> {
     /// A solver for a system.
     pub fn new(system: &'s System, settings: Settings) -> Self {
-        Solver { system, settings, forward: Forward::new(system), sweep: Sweep::new(system) }
+        Solver {
+            system,
+            settings,
+            forward: Forward::new(system, settings.scheme),
+            sweep: Sweep::new(system, settings.scheme),
+        }
     }
 
     /// The system.

@@ -17,12 +17,12 @@ impl System {
     /// | ladder of l closed loops, each of three bars | 472 l + 8 |
     ///
     /// and so grows with the number of bodies. Restarts need up to 16 (3 n + 3 m + 3 B + 5) more, kept adjoint variables
-    /// 8 (8 n + 3 m); inputs and gradient are not counted.
+    /// 8 (10 n + 3 m); inputs and gradient are not counted. A scheme of S stages needs S times as much.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n(), self.m(), self.block_len());
         // Their lists grow as they are filled, to twice what they hold.
         let restart = if settings.may_restart() { 2 * (3 * n + 3 * m + 3 * blocks + 5) } else { 0 };
-        let adjoint = if settings.keep_adjoint { 8 * n + 3 * m } else { 0 };
-        (Trajectory::<f64>::len_of_node(n, m) + blocks + restart + adjoint) * size_of::<f64>()
+        let adjoint = if settings.keep_adjoint { 10 * n + 3 * m } else { 0 };
+        ((Trajectory::<f64>::len_of_node(n, m) + blocks) * settings.scheme.stages() + restart + adjoint) * size_of::<f64>()
     }
 }

@@ -27,9 +27,18 @@ pub struct CostAt<'a, R> {
     pub design: &'a [R],
 }
 
-/// The factor of h_i for each way of summing, at one node.
+/// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<R> {
+    /// Those of rules that know of the given nodes alone, at such a node.
+    pub given: Option<GivenWeights<R>>,
+    /// Δt b_s of the stages that are here.
+    pub integral: R,
+}
+
+/// The factors at a given node.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenWeights<R> {
     pub plain: R,
     pub rectangle: R,
     pub trapezoidal: R,
@@ -37,24 +46,34 @@ pub struct Weights<R> {
 }
 
 impl<R: Real> Weights<R> {
-    /// The factors at a node between a step of length `before` and one of length `after` (none at the ends).
+    /// The factors between given nodes.
+    pub fn between(integral: R) -> Self {
+        Weights { given: None, integral }
+    }
+
+    /// The factor for one way; none if it has nothing to do with this place.
+    fn of(&self, sum: Sum) -> Option<R> {
+        match (sum, &self.given) {
+            (Sum::Integral, _) => Some(self.integral),
+            (_, None) => None,
+            (Sum::Plain, Some(given)) => Some(given.plain),
+            (Sum::Rectangle, Some(given)) => Some(given.rectangle),
+            (Sum::Trapezoidal, Some(given)) => Some(given.trapezoidal),
+            (Sum::Terminal, Some(given)) => Some(given.terminal),
+        }
+    }
+}
+
+impl<R: Real> GivenWeights<R> {
+    /// The factors at a node between a given step of length `before` and one of length `after` (none at the ends).
     pub fn new(before: Option<R>, after: Option<R>) -> Self {
         let (zero, one) = (R::zero(), R::one());
         let length = |step: Option<R>| step.unwrap_or(zero);
-        Weights {
+        GivenWeights {
             plain: if after.is_some() { one } else { zero },
             rectangle: length(after),
             trapezoidal: (length(before) + length(after)) * 0.5,
             terminal: if after.is_some() { zero } else { one },
-        }
-    }
-
-    fn of(&self, sum: Sum) -> R {
-        match sum {
-            Sum::Plain => self.plain,
-            Sum::Rectangle => self.rectangle,
-            Sum::Trapezoidal => self.trapezoidal,
-            Sum::Terminal => self.terminal,
         }
     }
 }
@@ -74,6 +93,8 @@ pub struct CostRows {
     /// Derivatives with respect to the length of the step before the node and of the one after it.
     pub step_before: f64,
     pub step_after: f64,
+    /// Σ h of the costs that are summed with the weights of the scheme.
+    pub integrand: f64,
     /// How often a cost was evaluated.
     pub evaluations: usize,
 }
@@ -95,7 +116,7 @@ impl CostRows {
 
     pub fn is_finite(&self) -> bool {
         let lists = [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.sigma, &self.u, &self.design];
-        let numbers = [self.value, self.time, self.step_before, self.step_after];
+        let numbers = [self.value, self.time, self.step_before, self.step_after, self.integrand];
         lists.into_iter().flatten().chain(&numbers).all(|x| x.is_finite())
     }
 
@@ -119,7 +140,7 @@ impl CostRows {
     pub fn clear(&mut self) {
         let lists = [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot];
         lists.into_iter().chain([&mut self.sigma, &mut self.u, &mut self.design]).for_each(|list| list.fill(0.0));
-        (self.value, self.time, self.step_before, self.step_after) = (0.0, 0.0, 0.0, 0.0);
+        (self.value, self.time, self.step_before, self.step_after, self.integrand) = (0.0, 0.0, 0.0, 0.0, 0.0);
         self.evaluations = 0;
     }
 }
@@ -140,6 +161,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
     fn find_changed(&self, at: &At<f64>) -> Option<&str>;
     /// Whether any of its costs has a value before the last node.
     fn is_running(&self) -> bool;
+    /// Whether any of its costs is summed with the weights of the scheme.
+    fn has_integral(&self) -> bool;
     /// Adds value and derivatives.
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
@@ -286,11 +309,9 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
     }
 
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        let weight = weights.of(self.sum);
-        // A trapezoidal weight may vanish between a step forth and a step back; its derivatives do not.
-        if weight == 0.0 && self.sum != Sum::Trapezoidal {
-            return;
-        }
+        // A weight of adjacent steps may vanish between a step forth and a step back; its derivatives do not.
+        let is_of_both_steps = matches!(self.sum, Sum::Trapezoidal | Sum::Integral);
+        let Some(weight) = weights.of(self.sum).filter(|weight| *weight != 0.0 || is_of_both_steps) else { return };
         let (p, b) = (self.local(at), self.b(at.design));
         let value = self.cost.cost(&p, &b);
         rows.value += weight * value;
@@ -301,6 +322,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
                 rows.step_before += 0.5 * value;
                 rows.step_after += 0.5 * value;
             }
+            Sum::Integral => rows.integrand += value,
             Sum::Plain | Sum::Terminal => {}
         }
         self.state_gradient(&p, &b, weight, rows);
@@ -363,7 +385,7 @@ where
     fn value(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
         let mut sum = R::zero();
         for item in &self.items {
-            let weight = weights.of(item.sum);
+            let Some(weight) = weights.of(item.sum) else { continue };
             if weight.part(0) != 0.0 || weight.part(R::PARTS - 1) != 0.0 {
                 sum += item.cost.cost(&item.local(at), &item.b(at.design)) * weight;
             }
@@ -390,6 +412,10 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
 
     fn is_running(&self) -> bool {
         self.items.iter().any(|item| item.sum != Sum::Terminal)
+    }
+
+    fn has_integral(&self) -> bool {
+        self.items.iter().any(|item| item.sum == Sum::Integral)
     }
 
     fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {

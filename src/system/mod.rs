@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 pub(crate) use applied::Applied;
 pub(crate) use batch::{AnyBatch, At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostAt, CostRows, Costs, Item as CostItem, Weights};
+pub(crate) use cost::{AnyCosts, CostAt, CostRows, Costs, GivenWeights, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::Item;
@@ -66,6 +66,7 @@ pub struct System {
     bending: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
+    integral: bool,
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
@@ -105,6 +106,7 @@ impl System {
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
+        let integral = costs.iter().any(|costs| costs.has_integral());
         let (initial, positive) = (scene.initial, scene.positive);
         let numbered = || batches.iter().enumerate();
         let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
@@ -121,6 +123,7 @@ impl System {
             bending,
             costs,
             running,
+            integral,
             symbolic,
             positions,
             sines,
@@ -230,6 +233,11 @@ impl System {
     /// Whether any cost has a value before the last node.
     pub(crate) fn has_running_cost(&self) -> bool {
         self.running
+    }
+
+    /// Whether any cost is summed with the weights of the scheme.
+    pub(crate) fn has_integral(&self) -> bool {
+        self.integral
     }
 
     /// Where the unknowns of a step stand in the solver's order.

@@ -1,6 +1,6 @@
 //! Any bytes as a description, sane or absurd: what a fuzzer drives.
 
-use hamiltonian_adjoint::{Settings, Sum};
+use hamiltonian_adjoint::{Scheme, Settings, Sum};
 
 use crate::description::*;
 
@@ -187,7 +187,7 @@ impl Bytes<'_> {
         use TermKind::*;
         Term {
             kind: [Everything, Coordinate, Effort, Reaction, Momentum][self.below(5)],
-            sum: [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal][self.below(4)],
+            sum: [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral][self.below(5)],
             body: self.index(),
             multiplier: self.index(),
             control: self.index(),
@@ -211,11 +211,12 @@ impl Bytes<'_> {
 
     /// Mostly the default; tolerances that let everything pass find what breaks later.
     fn settings(&mut self) -> Settings {
-        let usual = Settings::default();
+        let usual = Settings { scheme: Scheme::ALL[self.below(10).saturating_sub(5)], ..Settings::default() };
         match self.byte() {
             0..=127 => usual,
             128..=191 => Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, ..usual },
             _ => Settings {
+                scheme: usual.scheme,
                 tolerance: self.number(1e-10),
                 max_iterations: self.below(30),
                 position_tolerance: self.number(1.0),

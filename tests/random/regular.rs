@@ -1,8 +1,9 @@
 //! Scenes as people build them: a tree of joints, loops that leave every constraint independent, loads, costs, a motion of moderate speed.
 
-use hamiltonian_adjoint::{Settings, Sum};
+use hamiltonian_adjoint::{Scheme, Settings, Sum};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::select;
 use std::f64::consts::PI;
 
 use crate::description::*;
@@ -116,7 +117,7 @@ fn term() -> impl Strategy<Value = Term> {
         Just(TermKind::Momentum),
         Just(TermKind::Everything),
     ];
-    let sum = prop_oneof![Just(Sum::Terminal), Just(Sum::Plain), Just(Sum::Rectangle), Just(Sum::Trapezoidal)];
+    let sum = select(vec![Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
     (kind, sum, any_of(), any_of(), any_of(), signed(0.2, 2.0), binding()).prop_map(
         |(kind, sum, body, multiplier, control, weight, binding)| Term {
             kind,
@@ -140,15 +141,16 @@ fn steps() -> impl Strategy<Value = Vec<f64>> {
 
 fn run() -> impl Strategy<Value = Run> {
     let from = prop_oneof![Just(From::Momentum), Just(From::Velocity)];
-    (prop_oneof![Just(0.0), -1.0..1.0], steps(), from, 0.0..2.0, 0.0..4.0, 0..1000usize).prop_map(
-        |(start, steps, from, speed, controls, seed)| Run {
+    let scheme = prop_oneof![1 => Just(Scheme::TRAPEZOIDAL), 1 => select(Scheme::ALL.to_vec())];
+    (prop_oneof![Just(0.0), -1.0..1.0], steps(), from, 0.0..2.0, 0.0..4.0, 0..1000usize, scheme).prop_map(
+        |(start, steps, from, speed, controls, seed, scheme)| Run {
             start,
             steps,
             from,
             speed,
             controls,
             seed,
-            settings: Settings::default(),
+            settings: Settings { scheme, ..Settings::default() },
             faults: Vec::new(),
         },
     )

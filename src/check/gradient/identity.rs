@@ -1,10 +1,10 @@
 //! The dot-product identity of adjoint and tangent, at every node.
 //!
-//! a_i and b_i are what J gains per unit of q_{i−1} + h v_{i−1} and p*_{i−1} + h ṗ*_{i−1}, with the sign of the Lagrangian. So what
-//! a change of the inputs does to the cost from node i on is, by the tangent on the left and by the adjoint on the right,
+//! a_i and b_i are what J gains per unit of q_{i−1} and p*_{i−1}, α_i and β_i what it gains per unit of v_{i−1} and ṗ*_{i−1}, through the step into
+//! node i and with the sign of the Lagrangian; of the trapezoidal rule, α = h a and β = h b. So what a change of the inputs does to the cost from node i on is, by the tangent on the left and by the adjoint on the right,
 //!
 //! ```text
-//!   Σ_{j ≥ i} δℓ_j  =  −a_i·(δq + h δv)_{i−1} − b_i·(δp* + h δṗ*)_{i−1} + Σ_{j ≥ i} (dJ/du_j)·δu_j
+//!   Σ_{j ≥ i} δℓ_j  =  −(a_i·δq + α_i·δv + b_i·δp* + β_i·δṗ*)_{i−1} + Σ_{j ≥ i} (dJ/du_j)·δu_j
 //! ```
 //!
 //! for changes of controls and initial values; to which come s_i·δσ₋, of the node where the macro step of node i began, where the motion is
@@ -40,9 +40,10 @@ pub(super) fn identity(
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
     let refinement = Refinement::new(&taken.grid.steps, &inserted);
-    // With inserted nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
+    // With inserted nodes or stages between nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
+    let are_held = !inserted.is_empty() || settings.scheme.inner() > 0;
     let mut direction = direction.clone();
-    if !inserted.is_empty() {
+    if are_held {
         direction.controls.fill(0.0);
     }
     let moved = super::super::direct::moved(inputs, &direction, Dual64::new)?;
@@ -54,14 +55,12 @@ pub(super) fn identity(
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
     for i in (1..taken.grid.nodes()).rev() {
-        if let Some(weights) = refinement.weights(&moved.grid.steps, i) {
-            by_tangent += system.cost(&motion.cost_at(moved, i), &weights).eps;
-        }
-        if inserted.is_empty() {
+        by_tangent += motion.cost_of_step(system, moved, &refinement, i).eps;
+        if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }
-        let h = 0.5 * taken.grid.steps[i - 1];
-        let (a, b) = (adjoint.a.column(i), adjoint.b.column(i));
+        let (a, b, alpha, beta) =
+            (adjoint.a.column(i), adjoint.b.column(i), adjoint.alpha.column(i), adjoint.beta.column(i));
         let (q, v) = (motion.q.column(i - 1), motion.v.column(i - 1));
         let (p, g) = (motion.p_star.column(i - 1), motion.p_star_dot.column(i - 1));
         let is_end =
@@ -70,7 +69,7 @@ pub(super) fn identity(
         let (s, sigma) = (adjoint.s.column(i), motion.sigma.column(i - 1));
         let compliant = motion.compliance.iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();
         let terms =
-            [dot(a, q), h * dot(a, v), dot(b, p), h * dot(b, g), of_controls, dot(s, motion.sigma.column(end)) + compliant];
+            [dot(a, q), dot(alpha, v), dot(b, p), dot(beta, g), of_controls, dot(s, motion.sigma.column(end)) + compliant];
         let by_adjoint = terms[4] + terms[5] - terms[..4].iter().sum::<f64>();
         let size = terms.iter().fold(by_tangent.abs(), |m, x| m.max(x.abs()));
         sides.push((i, by_tangent, by_adjoint, size));

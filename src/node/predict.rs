@@ -11,18 +11,25 @@ pub(crate) struct Predictor {
     /// The steps that the weights belong to, the one to be predicted last.
     steps: [f64; Predictor::MOST],
     used: usize,
+    /// (v, σ) of a stage between nodes.
+    guess: Vec<f64>,
 }
 
 impl Predictor {
-    pub(crate) fn new() -> Self {
-        Predictor { weights: [0.0; Self::MOST], steps: [0.0; Self::MOST], used: 0 }
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Predictor { weights: [0.0; Self::MOST], steps: [0.0; Self::MOST], used: 0, guess: vec![0.0; n + m] }
     }
 
     /// The most nodes to extrapolate through.
     pub(crate) const MOST: usize = 5;
 
-    /// Writes the guess for the node in column `i` into it, from the columns before, which lie at the beginnings of these steps.
-    pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize) {
+    /// Writes the guess for a stage of the step into column `i`, from the nodes before, which lie at the beginnings of these steps, and from the stages
+    /// before it in the last of them.
+    pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize, s: usize) {
+        if trajectory.scheme.inner() > 0 {
+            self.predict_stage(steps, trajectory, (i, s));
+            return;
+        }
         self.prepare(steps);
         for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
             let rows = matrix.nrows();
@@ -46,6 +53,30 @@ impl Predictor {
         }
     }
 
+    fn predict_stage(&mut self, steps: &[f64], trajectory: &mut Trajectory, (k, s): (usize, usize)) {
+        let (scheme, dt) = (trajectory.scheme, steps[steps.len() - 1]);
+        let c = scheme.c(s);
+        // The oldest first: nodes, then stages.
+        let stages = (s - 1).min(Self::MOST - 1);
+        let nodes = steps.len().min(Self::MOST - stages);
+        let mut distances = [0.0; Self::MOST];
+        for j in (0..nodes).rev() {
+            distances[j] = if j + 1 == nodes { c * dt } else { distances[j + 1] + steps[steps.len() - nodes + j] };
+        }
+        for j in 0..stages {
+            distances[nodes + j] = (c - scheme.c(s - stages + j)) * dt;
+        }
+        let most = nodes + stages;
+        let used = (1..=most).rev().find(|&used| self.weigh(&distances[most - used..most])).unwrap_or(1);
+        self.guess.fill(0.0);
+        for (j, &weight) in (most - used..most).zip(&self.weights) {
+            let y = if j < nodes { trajectory.columns(k - nodes + j) } else { trajectory.stage(k, s - stages + j - nodes) };
+            self.guess.iter_mut().zip(y.v.iter().chain(y.sigma)).for_each(|(x, y)| *x += weight * y);
+        }
+        let now = trajectory.stage_mut(k, s);
+        now.v.iter_mut().chain(now.sigma).zip(&self.guess).for_each(|(x, guess)| *x = *guess);
+    }
+
     /// Finds the weights for the last steps, the one to be predicted included.
     fn prepare(&mut self, steps: &[f64]) {
         if self.used == steps.len() && self.steps[..self.used] == *steps {
@@ -60,19 +91,23 @@ impl Predictor {
         }
     }
 
-    /// Lagrange's weights w_j = Π (t − t_l)/(t_j − t_l) of the nodes where the steps begin, at the end of the last; false if too large.
+    /// The weights of the nodes where the steps begin, at the end of the last; false if too large.
     fn find_weights(&mut self, steps: &[f64]) -> bool {
         let used = steps.len();
-        let mut nodes = [0.0; Self::MOST];
+        let mut distances = [0.0; Self::MOST];
         for j in (0..used).rev() {
-            nodes[j] = steps[j] + if j + 1 < used { nodes[j + 1] } else { 0.0 };
+            distances[j] = steps[j] + if j + 1 < used { distances[j + 1] } else { 0.0 };
         }
-        // nodes[j] is how far node j lies before the end.
-        for j in 0..used {
-            let others = (0..used).filter(|&l| l != j);
-            self.weights[j] = others.map(|l| nodes[l] / (nodes[l] - nodes[j])).product();
+        self.weigh(&distances[..used])
+    }
+
+    /// Lagrange's weights w_j = Π d_l/(d_l − d_j) of values that lie so far before the one to be predicted; false if too large.
+    fn weigh(&mut self, distances: &[f64]) -> bool {
+        for (j, of_j) in distances.iter().enumerate() {
+            let others = distances.iter().enumerate().filter(|(l, _)| *l != j);
+            self.weights[j] = others.map(|(_, of_l)| of_l / (of_l - of_j)).product();
         }
-        self.weights[..used].iter().map(|w| w.abs()).sum::<f64>() <= MOST_AMPLIFICATION
+        self.weights[..distances.len()].iter().map(|w| w.abs()).sum::<f64>() <= MOST_AMPLIFICATION
     }
 }
 
@@ -82,7 +117,7 @@ mod tests {
 
     #[test]
     fn weights_on_equal_steps_are_the_binomial_ones_and_coincident_nodes_are_refused() {
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1, 0);
         assert!(predictor.find_weights(&[0.5; 5]));
         assert_eq!(predictor.weights, [1.0, -5.0, 10.0, -10.0, 5.0]);
         assert!(!predictor.find_weights(&[0.5, 0.0, 0.5]));

@@ -27,9 +27,9 @@
 use super::sizes::{Sizes, UnitWeights};
 use crate::linear::{BlockLu, Breakdown};
 use crate::motion::Report;
+use crate::node::Evaluation;
+use crate::node::{StepFailure, Unknowns};
 use crate::number::{all_finite, larger};
-use crate::scheme::Evaluation;
-use crate::scheme::{StepFailure, Unknowns};
 use crate::system::{At, Pair};
 use crate::system::{Given, KnownPart};
 use crate::{Settings, System};

@@ -1,0 +1,106 @@
+//! States of a motion by columns: the stages of steps that lie between nodes.
+
+use nalgebra::DMatrix;
+
+use super::trajectory::{column, column_mut};
+use crate::number::Real;
+use crate::system::{At, CostAt};
+
+/// The states at the stages of all steps but the last ones, which are the nodes; for a scheme with S stages, stage s of the step into node i is
+/// column i (S − 1) + s − 1 (those of node 0 are zero).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stages<R = f64> {
+    /// Times, s.
+    pub times: Vec<R>,
+    /// Coordinates, m or rad.
+    pub q: DMatrix<R>,
+    /// Velocities, m/s or rad/s.
+    pub v: DMatrix<R>,
+    /// Augmented momenta, N s or N m s.
+    pub p_star: DMatrix<R>,
+    /// Their rates ṗ*, N or N m.
+    pub p_star_dot: DMatrix<R>,
+    /// Lagrange multipliers σ, N s or N m s.
+    pub sigma: DMatrix<R>,
+}
+
+/// The state of one node or stage.
+pub(crate) struct Columns<'a, R> {
+    pub(crate) t: R,
+    pub(crate) q: &'a [R],
+    pub(crate) v: &'a [R],
+    pub(crate) p_star: &'a [R],
+    pub(crate) p_star_dot: &'a [R],
+    pub(crate) sigma: &'a [R],
+}
+
+/// The same, to be written.
+pub(crate) struct ColumnsMut<'a, R> {
+    pub(crate) time: &'a mut R,
+    pub(crate) q: &'a mut [R],
+    pub(crate) v: &'a mut [R],
+    pub(crate) p_star: &'a mut [R],
+    pub(crate) p_star_dot: &'a mut [R],
+    pub(crate) sigma: &'a mut [R],
+}
+
+impl<'a, R: Real> Columns<'a, R> {
+    /// ẋ = (v, ṗ*).
+    pub(crate) fn rates(self) -> (&'a [R], &'a [R]) {
+        (self.v, self.p_star_dot)
+    }
+
+    /// What the equations depend on, with controls and design variables.
+    pub(crate) fn at(self, (u, design): (&'a [R], &'a [R])) -> At<'a, R> {
+        At { q: self.q, v: self.v, sigma: self.sigma, u, t: self.t, design }
+    }
+
+    /// What the costs depend on.
+    pub(crate) fn cost_at(self, (u, design): (&'a [R], &'a [R])) -> CostAt<'a, R> {
+        let Columns { q, v, p_star, p_star_dot, sigma, t } = self;
+        CostAt { q, v, p_star, p_star_dot, sigma, u, t, design }
+    }
+}
+
+impl<R: Real> Stages<R> {
+    pub(crate) fn zeros((n, m): (usize, usize), columns: usize) -> Self {
+        let state = |rows| DMatrix::from_element(if columns > 0 { rows } else { 0 }, columns, R::zero());
+        let times = vec![R::zero(); columns];
+        Stages { times, q: state(n), v: state(n), p_star: state(n), p_star_dot: state(n), sigma: state(m) }
+    }
+
+    /// Room for so many, of which the first stay as they are.
+    pub(crate) fn resize(&mut self, columns: usize) {
+        if columns == self.times.len() {
+            return;
+        }
+        self.times.resize(columns, R::zero());
+        self.times.shrink_to_fit();
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
+            *matrix = old.resize_horizontally(columns, R::zero());
+        }
+    }
+
+    pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
+        Columns {
+            t: self.times[i],
+            q: column(&self.q, i),
+            v: column(&self.v, i),
+            p_star: column(&self.p_star, i),
+            p_star_dot: column(&self.p_star_dot, i),
+            sigma: column(&self.sigma, i),
+        }
+    }
+
+    pub(crate) fn columns_mut(&mut self, i: usize) -> ColumnsMut<'_, R> {
+        ColumnsMut {
+            time: &mut self.times[i],
+            q: column_mut(&mut self.q, i),
+            v: column_mut(&mut self.v, i),
+            p_star: column_mut(&mut self.p_star, i),
+            p_star_dot: column_mut(&mut self.p_star_dot, i),
+            sigma: column_mut(&mut self.sigma, i),
+        }
+    }
+}
