@@ -7,13 +7,13 @@ mod figures;
 mod files;
 mod jacobians;
 mod parts;
-pub mod plot;
+mod plot;
 mod settings;
 mod statistics;
 mod steepest_descent;
 mod stress;
 mod summary;
-pub mod table;
+mod table;
 mod timing;
 mod work_precision;
 

@@ -59,11 +59,6 @@ pub fn text(claims: &[Claim]) -> String {
     aligned(HEADS, &claims.iter().map(cells).collect::<Vec<_>>())
 }
 
-/// The claims as a table of Markdown.
-pub fn markdown(claims: &[Claim]) -> String {
-    bars(HEADS, &claims.iter().map(cells).collect::<Vec<_>>())
-}
-
 /// Rows in aligned columns, wrapped to the line, with a rule where the first column changes.
 pub fn aligned<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
     let widths = widths(heads, rows);
@@ -166,7 +161,7 @@ mod tests {
 
     #[test]
     fn markdown_keeps_one_line_to_a_claim() {
-        let table = markdown(&[claim("Fig. 3", "two\nlines")]);
+        let table = bars(HEADS, &[cells(&claim("Fig. 3", "two\nlines"))]);
         assert_eq!(table.lines().count(), 3);
         assert!(table.contains("| two lines | 9 \\| 10 |"));
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::mechanism::CART;
 use crate::error::Error;
 use crate::experiment::Experiment;
-use crate::plot::{Colour, Point, Scene, SceneChart, Shape};
+use crate::plot::{Point, Scene, SceneChart, Shape, colour};
 use crate::table::{Claim, Verdict};
 
 /// Angles of the links in the sketch, repeated for longer chains.
@@ -51,14 +51,14 @@ fn cart() -> Vec<Shape> {
     let centre = (0.0, 0.0);
     let origin = (-1.45, 0.3);
     vec![
-        Shape::Ground { from: (-1.55, floor), to: (1.8, floor) },
-        Shape::Rectangle { centre, size: CART, colour: Colour::SKY, filled: true },
-        Shape::Rectangle { centre, size: CART, colour: Colour::BLACK, filled: false },
-        arrow((-0.95, 0.0), (-0.5 * CART.0, 0.0), Colour::RED, "u = F(t)"),
-        arrow(origin, (origin.0 + 0.4, origin.1), Colour::BLACK, ""),
-        arrow(origin, (origin.0, origin.1 + 0.4), Colour::BLACK, ""),
-        text((origin.0 + 0.47, origin.1), "x"),
-        text((origin.0, origin.1 + 0.47), "y"),
+        Shape::ground((-1.55, floor), (1.8, floor)),
+        Shape::rectangle(centre, CART, colour::SKY, true),
+        Shape::rectangle(centre, CART, colour::BLACK, false),
+        Shape::arrow((-0.95, 0.0), (-0.5 * CART.0, 0.0), colour::RED, "u = F(t)"),
+        Shape::arrow(origin, (origin.0 + 0.4, origin.1), colour::BLACK, ""),
+        Shape::arrow(origin, (origin.0, origin.1 + 0.4), colour::BLACK, ""),
+        Shape::text((origin.0 + 0.47, origin.1), "x"),
+        Shape::text((origin.0, origin.1 + 0.47), "y"),
     ]
 }
 
@@ -69,7 +69,7 @@ fn dimension(hinge: Point, tip: Point, length: f64) -> [Shape; 2] {
     let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
     let words = format!("link length {length} m (assumed)");
     let below = (0.5 * (from.0 + to.0) - 0.6, 0.5 * (from.1 + to.1) - 0.16);
-    [Shape::Dimension { from, to, label: String::new() }, text(below, &words)]
+    [Shape::dimension(from, to), Shape::text(below, &words)]
 }
 
 /// A link, its centre of mass and its angle against the x axis.
@@ -77,13 +77,11 @@ fn link(j: usize, hinge: Point, tip: Point, angle: f64) -> Vec<Shape> {
     let centre = (0.5 * (hinge.0 + tip.0), 0.5 * (hinge.1 + tip.1));
     let reference = vec![hinge, (hinge.0 + 0.42, hinge.1)];
     vec![
-        Shape::Trail { points: reference, colour: Colour::BLACK },
-        Shape::Arc {
-            centre: hinge, radius: 0.3, from_angle: 0.0, to_angle: angle, label: format!("φ{}", subscript(j + 1))
-        },
-        Shape::Polyline { points: vec![hinge, tip], colour: Colour::BLUE, width: 4.0 },
-        Shape::Circle { centre, radius: 0.025, colour: Colour::BLACK, filled: true },
-        Shape::Hinge { at: hinge, colour: Colour::BLACK },
+        Shape::trail(reference, colour::BLACK),
+        Shape::angle(hinge, 0.3, angle, &format!("φ{}", subscript(j + 1))),
+        Shape::line(vec![hinge, tip], colour::BLUE, 4.0),
+        Shape::disc(centre, 0.025, colour::BLACK),
+        Shape::hinge(hinge, colour::BLACK),
     ]
 }
 
@@ -96,18 +94,10 @@ fn notes(experiment: &Experiment) -> Vec<Shape> {
         format!("friction on the rail: {} N s/m", example.rail_friction),
         format!("friction in hinge {} (assumed): {} N m s/rad", example.friction_joint + 1, example.hinge_friction),
     ];
-    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
+    let row = |row: u32, line: &String| Shape::text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
     let gravity = format!("g = {} m/s² (assumed)", example.gravity);
-    let down = arrow((0.85, 0.7), (0.85, 0.25), Colour::BLACK, &gravity);
+    let down = Shape::arrow((0.85, 0.7), (0.85, 0.25), colour::BLACK, &gravity);
     (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
-}
-
-fn arrow(from: Point, to: Point, colour: Colour, label: &str) -> Shape {
-    Shape::Arrow { from, to, colour, label: label.to_owned() }
-}
-
-fn text(at: Point, words: &str) -> Shape {
-    Shape::Text { at, text: words.to_owned(), size: 11.0 }
 }
 
 /// The number in subscript digits.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::mechanism;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Colour, Scene, SceneChart, Shape};
+use crate::plot::{Scene, SceneChart, Shape, colour};
 use crate::table::{Claim, Verdict};
 
 /// Pictures, the first with the cart at its right-most position.
@@ -21,18 +21,12 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let optimum = experiment.optimum()?;
     let scenes = frames(optimum).map(|node| scene(experiment, optimum, node)).collect();
     let key = [
-        ("snapshot, with the path of the free end", Colour::RED),
-        ("initial position", Colour::GREY),
-        ("final position", Colour::BLUE),
+        ("snapshot, with the path of the free end", colour::RED),
+        ("initial position", colour::GREY),
+        ("final position", colour::BLUE),
     ];
-    let chart = SceneChart {
-        x_label: "x [m]".into(),
-        y_label: "y [m]".into(),
-        key: key.map(|(name, colour)| (name.to_owned(), colour)).to_vec(),
-        scenes,
-        columns: 2,
-        ..SceneChart::default()
-    };
+    let chart =
+        SceneChart { labels: Some(["x [m]", "y [m]"]), key: key.to_vec(), scenes, columns: 2, ..SceneChart::default() };
     chart.save(stem)?;
     Ok(claims(experiment, optimum))
 }
@@ -46,11 +40,11 @@ fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
 fn scene(experiment: &Experiment, optimum: &Optimum, node: usize) -> Scene {
     let (motion, length) = (&optimum.motion, experiment.settings.length);
     let pose = |node: usize, colour, width| mechanism::shapes(motion.q.column(node).as_view(), length, colour, width);
-    let mut shapes = pose(0, Colour::GREY, 2.0);
-    shapes.extend(pose(motion.computed - 1, Colour::BLUE, 2.0));
+    let mut shapes = pose(0, colour::GREY, 2.0);
+    shapes.extend(pose(motion.computed - 1, colour::BLUE, 2.0));
     let tip = last_tips(experiment, optimum, node);
-    shapes.push(Shape::Trail { points: tip, colour: Colour::RED });
-    shapes.extend(pose(node, Colour::RED, 3.0));
+    shapes.push(Shape::trail(tip, colour::RED));
+    shapes.extend(pose(node, colour::RED, 3.0));
     Scene { title: format!("t = {:.2} s", motion.times[node]), shapes }
 }
 

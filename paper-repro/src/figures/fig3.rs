@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Axis, Colour, LineChart, Series, Style};
+use crate::plot::{Axis, Chart, Series, Style, colour};
 use crate::steepest_descent::Iterate;
 use crate::table::{Claim, Verdict};
 
@@ -26,26 +26,16 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let points = |value: fn(&Iterate) -> f64| -> Vec<(f64, f64)> {
         (0..).zip(&optimum.history).map(|(i, iterate)| (f64::from(i), value(iterate))).collect()
     };
-    let cost = Series {
-        name: "cost J (left axis)".into(),
-        points: points(|iterate| iterate.cost),
-        colour: Colour::BLUE,
-        style: Style::Circles,
-        right_axis: false,
-    };
-    let optimality = Series {
-        name: "‖∇J‖∞ (right axis)".into(),
-        points: points(|iterate| iterate.gradient),
-        colour: Colour::RED,
-        style: Style::Crosses,
-        right_axis: true,
-    };
-    let chart = LineChart {
+    let cost = Series::new("cost J (left axis)", points(|iterate| iterate.cost), colour::BLUE, Style::Circles);
+    let gradients = points(|iterate| iterate.gradient);
+    let optimality = Series::new("‖∇J‖∞ (right axis)", gradients, colour::RED, Style::Crosses);
+    let optimality = Series { right_axis: true, ..optimality };
+    let chart = Chart {
         x: Axis::linear("iteration"),
         y: Axis::linear("cost J [rad²], linear scale"),
         right: Some(Axis::log("‖∇J‖∞ [rad²/N], logarithmic scale", 0.0)),
         series: vec![optimality, cost],
-        ..LineChart::default()
+        ..Chart::default()
     };
     chart.save(stem)?;
     Ok(claims(experiment, optimum))

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::constraints::Violations;
 use crate::error::Error;
 use crate::experiment::Experiment;
-use crate::plot::{Axis, Colour, Legend, LineChart, Series, Style};
+use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::statistics::{largest, median};
 use crate::table::{Claim, Verdict};
 
@@ -15,27 +15,23 @@ use crate::table::{Claim, Verdict};
 /// A simulation without a solution, files that cannot be written.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let (violations, times) = (experiment.violations()?, experiment.times());
-    let series = |name: &str, values: &[f64], colour| Series {
-        name: name.to_owned(),
-        points: times.iter().copied().zip(values.iter().copied()).collect(),
-        colour,
-        style: Style::Line,
-        right_axis: false,
+    let series = |name: &str, values: &[f64], colour| {
+        Series::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, Style::Line)
     };
-    let chart = LineChart {
+    let chart = Chart {
         x: Axis::linear("time t [s]"),
         y: Axis { range: Some((1e-18, 1.0)), ..Axis::log("largest violation of any constraint equation", 1e-18) },
-        legend: Legend::Above,
+        legend: Place::UpperMiddle,
         series: vec![
-            series("position ‖Φ‖∞ [m, rad]", &violations.position, Colour::BLUE),
-            series("velocity ‖dΦ/dt‖∞ [m/s, rad/s]", &violations.velocity, Colour::RED),
+            series("position ‖Φ‖∞ [m, rad]", &violations.position, colour::BLUE),
+            series("velocity ‖dΦ/dt‖∞ [m/s, rad/s]", &violations.velocity, colour::RED),
             series(
                 "acceleration ‖d²Φ/dt²‖∞ [m/s², rad/s²], by the trapezoidal rule (assumed)",
                 &violations.acceleration,
-                Colour::GREEN,
+                colour::GREEN,
             ),
         ],
-        ..LineChart::default()
+        ..Chart::default()
     };
     chart.save(stem)?;
     Ok(claims(violations))

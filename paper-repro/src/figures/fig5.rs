@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Axis, Colour, Legend, LineChart, Series, Style};
+use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::table::{Claim, Verdict};
 
 /// Draws the figure.
@@ -13,23 +13,18 @@ use crate::table::{Claim, Verdict};
 /// An optimisation that cannot start, files that cannot be written.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let (optimum, times) = (experiment.optimum()?, experiment.times());
-    let colours = [Colour::GREY, Colour::GREEN, Colour::RED, Colour::BLUE];
+    let colours = [colour::GREY, colour::GREEN, colour::RED, colour::BLUE];
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
         let iterate = &optimum.history[iteration];
-        Series {
-            name: format!("iteration {iteration}, J = {}", cost(iterate.cost)),
-            points: times.iter().copied().zip(iterate.u.iter().copied()).collect(),
-            colour,
-            style: Style::Line,
-            right_axis: false,
-        }
+        let name = format!("iteration {iteration}, J = {}", cost(iterate.cost));
+        Series::new(name, times.iter().copied().zip(iterate.u.iter().copied()).collect(), colour, Style::Line)
     });
-    let chart = LineChart {
+    let chart = Chart {
         x: Axis::linear("time t [s]"),
         y: Axis::linear("force on the cart F [N]"),
-        legend: Legend::Above,
+        legend: Place::UpperRight,
         series: series.collect(),
-        ..LineChart::default()
+        ..Chart::default()
     };
     chart.save(stem)?;
     Ok(claims(optimum))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::experiment::{Experiment, Gradients};
-use crate::plot::{Axis, Colour, LineChart, Panels, Series, Style};
+use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
 use crate::table::{Claim, Verdict};
 
 /// Draws the figure.
@@ -13,30 +13,26 @@ use crate::table::{Claim, Verdict};
 /// A simulation without a solution, files that cannot be written.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
     let (gradients, times) = (experiment.gradients()?, experiment.times());
-    let series = |name: &str, values: &[f64], colour, style| Series {
-        name: name.to_owned(),
-        points: times.iter().copied().zip(values.iter().copied()).collect(),
-        colour,
-        style,
-        right_axis: false,
+    let series = |name: &str, values: &[f64], colour, style| {
+        Series::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
     };
-    let above = LineChart {
+    let above = Chart {
         y: Axis::linear("dJ/du_i [rad²/N]"),
         series: vec![
-            series("complex step", &gradients.complex_step, Colour::RED, Style::Circles),
-            series("adjoint", &gradients.adjoint, Colour::BLUE, Style::Line),
+            series("complex step", &gradients.complex_step, colour::RED, Style::Circles),
+            series("adjoint", &gradients.adjoint, colour::BLUE, Style::Line),
         ],
+        legend: Place::UpperLeft,
         size: (700.0, 290.0),
-        ..LineChart::default()
+        ..Chart::default()
     };
-    let below = LineChart {
+    let below = Chart {
         x: Axis::linear("time t_i [s]"),
         y: Axis::log("|difference| [rad²/N]", 1e-20),
-        series: vec![series("|difference|", &gradients.differences(), Colour::BLACK, Style::Line)],
+        series: vec![series("|difference|", &gradients.differences(), colour::BLACK, Style::Line)],
         ..above.clone()
     };
-    let panels = Panels { charts: vec![above, below], ..Panels::default() };
-    panels.save(stem)?;
+    Panels { charts: vec![above, below], columns: 1 }.save(stem)?;
     Ok(claims(gradients, &times))
 }
 

@@ -10,11 +10,11 @@ pub const CART: (f64, f64) = (0.5, 0.25);
 /// The cart and the links at the coordinates (x, y, φ) of the bodies.
 pub fn shapes(q: DVectorView<f64>, length: f64, colour: Colour, width: f64) -> Vec<Shape> {
     let size = (CART.0 * length, CART.1 * length);
-    let mut shapes = vec![Shape::Rectangle { centre: (q[0], q[1]), size, colour, filled: false }];
+    let mut shapes = vec![Shape::rectangle((q[0], q[1]), size, colour, false)];
     let links = (3..q.len()).step_by(3).map(|at| link((q[at], q[at + 1], q[at + 2]), length));
-    shapes.extend(links.map(|ends| Shape::Polyline { points: ends.to_vec(), colour, width }));
+    shapes.extend(links.map(|ends| Shape::line(ends.to_vec(), colour, width)));
     let hinges = (3..q.len()).step_by(3).map(|at| link((q[at], q[at + 1], q[at + 2]), length)[0]);
-    shapes.extend(hinges.map(|at| Shape::Hinge { at, colour }));
+    shapes.extend(hinges.map(|at| Shape::hinge(at, colour)));
     shapes
 }
 

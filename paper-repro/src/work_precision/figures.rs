@@ -6,7 +6,7 @@ use super::Measured;
 use super::convergence::{Convergence, Reading};
 use super::methods::Methods;
 use crate::error::Error;
-use crate::plot::{Axis, Colour, Legend, LineChart, Panels, Point, Series, Style};
+use crate::plot::{Axis, Chart, Panels, Place, Point, Series, Style, colour};
 
 /// The size of one of two panels side by side.
 const PANEL: (f64, f64) = (450.0, 420.0);
@@ -26,7 +26,7 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
         chart(cost, smooth.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.cost_over_time())))),
         chart(gradient, all.iter().map(|scheme| series(scheme, scheme.label(), milliseconds(scheme.gradient_over_time())))),
     ];
-    save(side_by_side(over_time, "run time [ms]"), &folder.join("work_precision"))?;
+    side_by_side(over_time, "run time [ms]").save(&folder.join("work_precision"))?;
 
     let label = |scheme: &Convergence, order: Option<f64>| match order {
         Some(order) => format!("{}: {order:.2}", scheme.label()),
@@ -37,45 +37,41 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
         chart(&titles[0], smooth.iter().map(|it| series(it, label(it, it.order_of_cost), it.cost_over_steps()))),
         chart(&titles[1], all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
     ];
-    save(side_by_side(over_steps, "steps of the rule: stages × macro steps"), &folder.join("convergence"))?;
-    save(methods(&measured.methods), &folder.join("gradient_methods"))
-}
-
-fn save(panels: Panels, stem: &Path) -> Result<(), Error> {
-    panels.save(stem)
+    side_by_side(over_steps, "steps of the rule: stages × macro steps").save(&folder.join("convergence"))?;
+    methods(&measured.methods).save(&folder.join("gradient_methods"))
 }
 
 /// The errors of a scheme.
 fn series(scheme: &Convergence, name: String, points: Vec<Point>) -> Series {
     let smooth = scheme.reading == Reading::Piece;
     let colour = match (scheme.order, scheme.stages) {
-        (2, _) => Colour::BLUE,
-        (4, _) => Colour::RED,
-        (_, 7) => Colour::GREEN,
-        _ => Colour::PURPLE,
+        (2, _) => colour::BLUE,
+        (4, _) => colour::RED,
+        (_, 7) => colour::GREEN,
+        _ => colour::PURPLE,
     };
     let style = if smooth { Style::LineAndCircles } else { Style::Dashed };
-    Series { name, points, colour, style, right_axis: false }
+    Series::new(name, points, colour, style)
 }
 
 /// A panel of errors.
-fn chart(title: &str, series: impl Iterator<Item = Series>) -> LineChart {
-    LineChart {
+fn chart(title: &str, series: impl Iterator<Item = Series>) -> Chart {
+    Chart {
         title: title.to_owned(),
         y: Axis { range: Some(ERRORS), ..Axis::log("relative error", 0.0) },
-        legend: Legend::LowerLeft,
+        legend: Place::LowerLeft,
         series: series.collect(),
         size: PANEL,
-        ..LineChart::default()
+        ..Chart::default()
     }
 }
 
 /// The panels over the same stretch of their horizontal axes.
-fn side_by_side(charts: [LineChart; 2], x: &str) -> Panels {
+fn side_by_side(charts: [Chart; 2], x: &str) -> Panels {
     let values: Vec<f64> = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0).collect();
     let axis = Axis { range: Some(stretch(&values)), ..Axis::log(x, 0.0) };
-    let charts = charts.map(|chart| LineChart { x: axis.clone(), ..chart });
-    Panels { charts: charts.to_vec(), columns: 2, ..Panels::default() }
+    let charts = charts.map(|chart| Chart { x: axis.clone(), ..chart });
+    Panels { charts: charts.to_vec(), columns: 2 }
 }
 
 /// From the least to the greatest value with some room on a logarithmic axis.
@@ -87,29 +83,28 @@ fn stretch(values: &[f64]) -> (f64, f64) {
 
 /// Errors over the step size, with the levels of methods that have none, and the least error over the time.
 fn methods(measured: &Methods) -> Panels {
-    let named =
-        |name: &str, colour, style, points| Series { name: name.to_owned(), points, colour, style, right_axis: false };
+    let named = |name: &str, colour, style, points| Series::new(name, points, colour, style);
     // The third is a complex step too.
-    let exact = || measured.exact.iter().zip([(Colour::BLACK, Style::Line), (Colour::ORANGE, Style::Dashed)]);
-    let stepped = || measured.stepped.iter().zip([Colour::BLUE, Colour::RED, Colour::GREEN]);
+    let exact = || measured.exact.iter().zip([(colour::BLACK, Style::Line), (colour::ORANGE, Style::Dashed)]);
+    let stepped = || measured.stepped.iter().zip([colour::BLUE, colour::RED, colour::GREEN]);
     let sizes: Vec<f64> = measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0).collect();
     let (least, greatest) = stretch(&sizes);
     let level = |error| vec![(least, error), (greatest, error)];
     let levels = exact().map(|(it, (colour, style))| named(it.name, colour, style, level(it.error)));
     let curves = stepped().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
-    let over_size = LineChart {
+    let over_size = Chart {
         x: Axis { range: Some((least, greatest)), ..Axis::log("step size [N]", 0.0) },
         y: Axis { range: Some((1e-15, 1e2)), ..Axis::log("relative error", 0.0) },
-        legend: Legend::Above,
+        legend: Place::UpperRight,
         ..chart("101 derivatives, over step size", curves.chain(levels))
     };
     let best = stepped().map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
     let points = exact().map(|(it, (colour, _))| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
-    let over_cost = LineChart {
+    let over_cost = Chart {
         title: "101 derivatives, over time".to_owned(),
         x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations], error at the best step size", 0.0) },
         series: best.chain(points).collect(),
         ..over_size.clone()
     };
-    Panels { charts: vec![over_size, over_cost], columns: 2, ..Panels::default() }
+    Panels { charts: vec![over_size, over_cost], columns: 2 }
 }

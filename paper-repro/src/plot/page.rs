@@ -1,0 +1,98 @@
+//! A page in points that plotters draws as SVG; the PNG is that SVG, rendered with DejaVu Sans, which is compiled in.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use plotters::backend::SVGBackend;
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::style::{FontDesc, FontFamily, FontStyle, WHITE, register_font};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+
+use crate::error::Error;
+use crate::files;
+
+/// Units of the SVG to the point: plotters places marks on whole units.
+const UNITS: f64 = 8.0;
+/// Pixels of the PNG to the point.
+const PIXELS: f32 = 2.0;
+/// The em of labels, in points.
+pub const SMALL: f64 = 10.0;
+/// The em of titles, in points.
+pub const LARGE: f64 = 12.0;
+
+/// What is drawn on.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// A length in points in the units of the page.
+pub fn units(points: f64) -> i32 {
+    (points * UNITS).round() as i32
+}
+
+/// A font with this em in points.
+pub fn font(em: f64, style: FontStyle) -> FontDesc<'static> {
+    // plotters writes a font into an SVG by this factor smaller.
+    FontDesc::new(FontFamily::SansSerif, 1.24 * em * UNITS, style)
+}
+
+/// Writes the three files of the stem; the page is as large as these points, whatever is drawn on it.
+///
+/// # Errors
+/// A drawing that fails, a file that cannot be written.
+pub fn save(stem: &Path, size: (f64, f64), csv: &str, draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<(), Error> {
+    let (width, height) = (size.0.clamp(10.0, 5000.0).round(), size.1.clamp(10.0, 5000.0).round());
+    let svg = svg((width, height), draw)?;
+    files::write(&with_suffix(stem, ".csv"), csv)?;
+    files::write(&with_suffix(stem, ".png"), png(&svg)?)?;
+    files::write(&with_suffix(stem, ".svg"), svg)
+}
+
+/// Appends to the stem, which may itself have a dot (`fig5.a`).
+pub fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(stem);
+    name.push(suffix);
+    name.into()
+}
+
+fn svg((width, height): (f64, f64), draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<String, Error> {
+    // By these fonts plotters measures text.
+    for (style, bytes) in [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())] {
+        register_font("sans-serif", style, bytes).map_err(|_| Error::drawing("the font is not readable"))?;
+    }
+    let (wide, high) = (units(width), units(height));
+    let mut out = String::new();
+    {
+        let area = SVGBackend::with_string(&mut out, (wide as u32, high as u32)).into_drawing_area();
+        area.fill(&WHITE)?;
+        draw(&area)?;
+        area.present()?;
+    }
+    let fine = format!("width=\"{wide}\" height=\"{high}\"");
+    Ok(out.replacen(&fine, &format!("width=\"{width}\" height=\"{height}\""), 1))
+}
+
+fn png(svg: &str) -> Result<Vec<u8>, Error> {
+    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
+    let fonts = FONTS.get_or_init(|| {
+        let mut fonts = fontdb::Database::new();
+        [dejavu::sans::regular(), dejavu::sans::bold()].into_iter().for_each(|bytes| fonts.load_font_data(bytes.to_vec()));
+        fonts.set_sans_serif_family("DejaVu Sans");
+        Arc::new(fonts)
+    });
+    let options = Options { fontdb: fonts.clone(), ..Options::default() };
+    let tree = Tree::from_str(svg, &options).map_err(Error::drawing)?;
+    let pixels = |points: f32| (points * PIXELS) as u32;
+    let (width, height) = (pixels(tree.size().width()), pixels(tree.size().height()));
+    let mut pixmap = Pixmap::new(width, height).ok_or_else(|| Error::drawing("a page without size"))?;
+    pixmap.fill(Color::WHITE);
+    resvg::render(&tree, Transform::from_scale(PIXELS, PIXELS), &mut pixmap.as_mut());
+    pixmap.encode_png().map_err(Error::drawing)
+}
+
+impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Error {
+    fn from(reason: DrawingAreaErrorKind<E>) -> Self {
+        Error::drawing(reason)
+    }
+}
