@@ -31,7 +31,7 @@ use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column, column_mut};
 use crate::node::Newton;
-use crate::number::{all_finite, dot};
+use crate::number::{all_finite, dot, dot_of_two};
 use crate::scheme::{Carried, carried_part};
 use crate::system::{At, CostAt, CostRows, Covector, InputRows, Pair, Rows, Weights};
 use crate::{Error, Scheme, Settings, Start, System};
@@ -155,9 +155,8 @@ impl Sweep {
 
     /// Goes back through one node, and through the step into it.
     fn visit(&mut self, system: &System, forward: &mut Forward, restart: Option<Restart>, node: usize) -> Result<(), Error> {
-        let (scheme, dt) = (forward.trajectory.scheme, length(forward, node));
-        let last = scheme.stages();
-        let h = dt * scheme.a(last, last);
+        let (last, dt) = (forward.trajectory.last_stage(), length(forward, node));
+        let h = dt * forward.trajectory.scheme.a(last, last);
         self.cost_rows(system, forward, node)?;
         if !self.cost_is_zero {
             self.growth.add_source(system, forward, &self.cost, node);
@@ -185,14 +184,16 @@ impl Sweep {
             self.growth.watch(system, &forward.newton.weights, (&self.node.a, &self.node.b));
             return Ok(());
         }
-        if system.may_bend() && scheme.is_trapezoidal() {
+        if system.may_bend() && forward.trajectory.scheme.is_trapezoidal() {
             self.watch_resolution(system, forward, restart.as_ref(), node);
         }
         std::mem::swap(&mut self.node, &mut self.step[last - 1]);
-        self.inner_stages(system, forward, node)?;
+        if last > 1 {
+            self.inner_stages(system, forward, node)?;
+        }
         self.step_row(forward, restart, node);
         let done = &self.step;
-        carried_part((&scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
+        carried_part((&forward.trajectory.scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
         }
@@ -253,6 +254,7 @@ impl Sweep {
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
+        self.carried.with_compliance = settings.keep_adjoint || !forward.trajectory.compliance.is_empty();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
@@ -408,16 +410,17 @@ impl Sweep {
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
     fn step_row(&mut self, forward: &Forward, restart: Option<Restart>, i: usize) {
         let (trajectory, k) = (&forward.trajectory, i - forward.first);
-        let (scheme, last) = (trajectory.scheme, trajectory.last_stage());
+        let (scheme, last) = (&trajectory.scheme, trajectory.last_stage());
         let rates = |j: usize| match (j, restart) {
-            (0, _) => trajectory.columns(k - 1).rates(),
             (j, Some(end)) if j == last => (end.v, end.p_star_dot),
-            (j, _) => trajectory.stage(k, j).rates(),
+            (j, _) => trajectory.rates(k, j),
         };
         let mut own = 0.0;
         for s in 1..=last {
             let Node { a, b, .. } = &self.step[s - 1];
-            for j in 0..=s {
+            let (ends, weights) = ([rates(0), rates(s)], [scheme.a(s, 0), scheme.a(s, s)]);
+            own += dot_of_two(a, ends.map(|(v, _)| v), weights) + dot_of_two(b, ends.map(|(_, rate)| rate), weights);
+            for j in 1..s {
                 let (v, rate) = rates(j);
                 own += scheme.a(s, j) * (dot(a, v) + dot(b, rate));
             }

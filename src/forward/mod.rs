@@ -240,11 +240,6 @@ impl Forward {
         if system.may_bend() && self.trajectory.scheme.is_trapezoidal() {
             self.note_surprise(system, k, history);
         }
-        let h = self.half_step(dt);
-        let now = self.trajectory.stage_mut(k, s);
-        for ((p_star, start), rate) in now.p_star.iter_mut().zip(&self.start_p).zip(now.p_star_dot.iter()) {
-            *p_star = start + h * rate;
-        }
         Ok(())
     }
 
@@ -257,17 +252,18 @@ impl Forward {
     #[inline]
     pub(crate) fn begin_stage(&mut self, k: usize, s: usize, dt: f64) {
         let Forward { trajectory, inputs, .. } = self;
-        let (scheme, begin) = (trajectory.scheme, trajectory.times[k - 1]);
+        let begin = trajectory.times[k - 1];
         trajectory.times[k] = begin + dt;
         self.stage = s;
-        if s < scheme.stages() {
-            *trajectory.stage_mut(k, s).time = begin + scheme.c(s) * dt;
-            inputs.controls_within(self.first + k, scheme.c(s), &mut self.stage_u);
+        if s < trajectory.last_stage() {
+            let c = trajectory.scheme.c(s);
+            *trajectory.stage_mut(k, s).time = begin + c * dt;
+            inputs.controls_within(self.first + k, c, &mut self.stage_u);
         }
+        let scheme = &trajectory.scheme;
         let before = trajectory.columns(k - 1);
-        let rate = |j: usize| if j == 0 { (before.v, before.p_star_dot) } else { trajectory.stage(k, j).rates() };
-        known_part((&scheme, s), dt, before.q, |j| rate(j).0, &mut self.start_q);
-        known_part((&scheme, s), dt, before.p_star, |j| rate(j).1, &mut self.start_p);
+        known_part((scheme, s), dt, (before.q, before.v), |j| trajectory.rates(k, j).0, &mut self.start_q);
+        known_part((scheme, s), dt, (before.p_star, before.p_star_dot), |j| trajectory.rates(k, j).1, &mut self.start_p);
     }
 
     /// Solves the stage at hand of a step of this length.
@@ -304,6 +300,9 @@ impl Forward {
         let mut unknowns = Unknowns { q: columns.q, v: columns.v, sigma: columns.sigma, p_star_dot: columns.p_star_dot };
         let worst = self.report.worst_pivot;
         self.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.report)?;
+        for ((p_star, start), rate) in columns.p_star.iter_mut().zip(&self.start_p).zip(unknowns.p_star_dot.iter()) {
+            *p_star = start + h * rate;
+        }
         self.warn_of_lost_digits(system, node, worst);
         let at = self.block_column(k, s);
         column_mut(&mut self.blocks, at).copy_from_slice(&self.newton.evaluation.blocks);

@@ -274,7 +274,6 @@ fn begin_anew(
     forward.set_start(&at.q, &at.left.v, &at.x.sigma);
     column_mut(&mut forward.trajectory.q, k).copy_from_slice(&at.q);
     column_mut(&mut forward.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
-    column_mut(&mut forward.trajectory.p_star, k).copy_from_slice(&at.left.v);
     forward.smooth_from = node;
     forward.solve_node(system, node, 0.0, settings)
 }

@@ -51,7 +51,6 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     forward.check_compliant(system, 0, settings)?;
-    column_mut(&mut forward.trajectory.p_star, 0).copy_from_slice(&p_star);
     forward.trajectory.computed = 1;
     Ok(())
 }

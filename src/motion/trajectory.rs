@@ -92,6 +92,17 @@ impl<R: Real> Trajectory<R> {
         if s > self.scheme.inner() { self.columns(k) } else { self.stages.columns(k * self.scheme.inner() + s - 1) }
     }
 
+    /// ẋ = (v, ṗ*) at stage s of the step into column `k`; stage 0 is the node before.
+    #[inline]
+    pub(crate) fn rates(&self, k: usize, s: usize) -> (&[R], &[R]) {
+        let inner = self.scheme.inner();
+        if 0 < s && s <= inner {
+            return self.stages.columns(k * inner + s - 1).rates();
+        }
+        let k = if s == 0 { k - 1 } else { k };
+        (column(&self.v, k), column(&self.p_star_dot, k))
+    }
+
     /// The same, to be written.
     #[inline]
     pub(crate) fn stage_mut(&mut self, k: usize, s: usize) -> ColumnsMut<'_, R> {

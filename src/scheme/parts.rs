@@ -3,20 +3,20 @@
 use super::Scheme;
 use crate::number::Real;
 
-/// x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j; `rate(0)` is that of node n.
+/// x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j, with the rate at node n and those of later stages.
 #[inline]
 pub(crate) fn known_part<'a, R: Real>(
     (scheme, s): (&Scheme, usize),
     dt: R,
-    x: &[R],
-    rate: impl Fn(usize) -> &'a [R],
+    (x, rate): (&[R], &[R]),
+    later: impl Fn(usize) -> &'a [R],
     into: &mut [R],
 ) {
     let first = dt * scheme.a(s, 0);
-    into.iter_mut().zip(x.iter().zip(rate(0))).for_each(|(into, (x, rate))| *into = *x + first * *rate);
+    into.iter_mut().zip(x.iter().zip(rate)).for_each(|(into, (x, rate))| *into = *x + first * *rate);
     for j in 1..s {
         let factor = dt * scheme.a(s, j);
-        into.iter_mut().zip(rate(j)).for_each(|(into, rate)| *into += factor * *rate);
+        into.iter_mut().zip(later(j)).for_each(|(into, rate)| *into += factor * *rate);
     }
 }
 
@@ -27,12 +27,14 @@ pub(crate) struct Carried {
     pub(crate) alpha: Vec<f64>,
     pub(crate) beta: Vec<f64>,
     pub(crate) e: Vec<f64>,
+    /// Whether e is asked for.
+    pub(crate) with_compliance: bool,
 }
 
 impl Carried {
     pub(crate) fn new(n: usize, m: usize) -> Self {
         let zeros = || vec![0.0; n];
-        Carried { a: zeros(), b: zeros(), alpha: zeros(), beta: zeros(), e: vec![0.0; m] }
+        Carried { a: zeros(), b: zeros(), alpha: zeros(), beta: zeros(), e: vec![0.0; m], with_compliance: false }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -64,11 +66,19 @@ pub(crate) fn carried_part<'a>(
     }
     // One stage: nothing is summed.
     let ((a, b, e), factor) = (stage(1), dt * scheme.a(1, 0));
-    into.a.copy_from_slice(a);
-    into.b.copy_from_slice(b);
-    into.e.copy_from_slice(e);
-    into.alpha.iter_mut().zip(a).for_each(|(alpha, a)| *alpha = factor * a);
-    into.beta.iter_mut().zip(b).for_each(|(beta, b)| *beta = factor * b);
+    copy_both((&mut into.a, &mut into.alpha), factor, a);
+    copy_both((&mut into.b, &mut into.beta), factor, b);
+    if into.with_compliance {
+        into.e.copy_from_slice(e);
+    }
+}
+
+/// x, and a multiple of it.
+#[inline]
+fn copy_both((once, scaled): (&mut [f64], &mut [f64]), factor: f64, x: &[f64]) {
+    for ((once, scaled), x) in once.iter_mut().zip(scaled).zip(x) {
+        (*once, *scaled) = (*x, factor * x);
+    }
 }
 
 fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
@@ -91,7 +101,7 @@ mod tests {
             let mut known = [0.0];
             let by_known: f64 = (1..=stages)
                 .map(|s| {
-                    known_part((&scheme, s), dt, &x, |j| &rates[j][..], &mut known);
+                    known_part((&scheme, s), dt, (&x, &rates[0]), |j| &rates[j][..], &mut known);
                     adjoint[s][0] * known[0]
                 })
                 .sum();

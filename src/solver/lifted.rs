@@ -153,9 +153,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 *self.trajectory.stage_mut(i, s).time = self.trajectory.times[i - 1] + dt * scheme.c(s);
             }
             let (y, trajectory) = (self.trajectory.columns(i - 1), &self.trajectory);
-            let rate = |j: usize| if j == 0 { (y.v, y.p_star_dot) } else { trajectory.stage(i, j).rates() };
-            known_part((&scheme, s), dt, y.q, |j| rate(j).0, &mut self.start_q);
-            known_part((&scheme, s), dt, y.p_star, |j| rate(j).1, &mut self.start_p);
+            known_part((&scheme, s), dt, (y.q, y.v), |j| trajectory.rates(i, j).0, &mut self.start_q);
+            known_part((&scheme, s), dt, (y.p_star, y.p_star_dot), |j| trajectory.rates(i, j).1, &mut self.start_p);
             self.start_sigma.copy_from_slice(y.sigma);
             self.solve_stage((i, s), dt * scheme.a(s, s), restart.filter(|_| is_node))?;
         }
