@@ -1,6 +1,6 @@
 //! How well a motion keeps its constraints: Φ, dΦ/dt and d²Φ/dt².
 
-use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, Settings, Start, System, Trajectory};
+use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, Scheme, Settings, Start, System, Trajectory};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
@@ -65,18 +65,12 @@ fn consistent_acceleration(system: &System, inputs: &Inputs, motion: &Trajectory
 
 /// d²Φ/dt² = Φ_q a + (dΦ/dt)_q v + …, the derivative of dΦ/dt along the motion.
 fn phi_ddot(system: &System, inputs: &Inputs, motion: &Trajectory, a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
-    let constant = |matrix: &DMatrix<f64>| matrix.map(Dual64::from);
     let along = Trajectory {
         computed: motion.computed,
         times: motion.times.iter().map(|t| Dual64::new(*t, 1.0)).collect(),
         q: motion.q.zip_map(&motion.v, Dual64::new),
         v: motion.v.zip_map(a, Dual64::new),
-        p_star: constant(&motion.p_star),
-        p_star_dot: constant(&motion.p_star_dot),
-        sigma: constant(&motion.sigma),
-        compliance: Vec::new(),
-        inserted: Vec::new(),
-        restarted: Vec::new(),
+        ..Trajectory::zeros(system, motion.times.len(), Scheme::TRAPEZOIDAL)
     };
     Ok(along.phi_dot(system, &inputs.lift())?.map(|rate| rate.eps))
 }

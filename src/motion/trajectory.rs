@@ -39,7 +39,8 @@ pub struct Trajectory<R = f64> {
 }
 
 impl<R: Real> Trajectory<R> {
-    pub(crate) fn zeros(system: &System, nodes: usize, scheme: Scheme) -> Self {
+    /// A motion whose numbers are all zero, to be filled with states that come from elsewhere.
+    pub fn zeros(system: &System, nodes: usize, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let state = || DMatrix::from_element(n, nodes, R::zero());
         Trajectory {

@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation, no_change};
 use hamiltonian_adjoint::{
-    Error, Gradient, Grid, Inputs, LongSolver, Report, Settings, Start, State, System, Trajectory, Warning, gradient,
+    Error, Gradient, Grid, Inputs, LongSolver, Report, Scheme, Settings, Start, State, System, Trajectory, Warning, gradient,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -123,20 +123,7 @@ pub struct Node<'a> {
 
 impl<'a> Node<'a> {
     pub fn new(system: &'a System) -> Self {
-        let (n, m) = (system.n(), system.m());
-        let state = || DMatrix::zeros(n, 1);
-        let motion = Trajectory {
-            computed: 1,
-            times: vec![0.0],
-            q: state(),
-            v: state(),
-            p_star: state(),
-            p_star_dot: state(),
-            sigma: DMatrix::zeros(m, 1),
-            compliance: Vec::new(),
-            inserted: Vec::new(),
-            restarted: Vec::new(),
-        };
+        let motion = Trajectory { computed: 1, ..Trajectory::zeros(system, 1, Scheme::TRAPEZOIDAL) };
         Node { system, inputs: Inputs::at_rest(system, Grid::uniform(0, 1.0)), motion }
     }
 
