@@ -418,8 +418,8 @@ impl Sweep {
         let mut own = 0.0;
         for s in 1..=last {
             let Node { a, b, .. } = &self.step[s - 1];
-            let (ends, weights) = ([rates(0), rates(s)], [scheme.a(s, 0), scheme.a(s, s)]);
-            own += dot_of_two(a, ends.map(|(v, _)| v), weights) + dot_of_two(b, ends.map(|(_, rate)| rate), weights);
+            let ((v_0, rate_0), (v, rate), weights) = (rates(0), rates(s), [scheme.a(s, 0), scheme.a(s, s)]);
+            own += dot_of_two(a, [v_0, v], weights) + dot_of_two(b, [rate_0, rate], weights);
             for j in 1..s {
                 let (v, rate) = rates(j);
                 own += scheme.a(s, j) * (dot(a, v) + dot(b, rate));

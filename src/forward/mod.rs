@@ -216,7 +216,10 @@ impl Forward {
 
     /// Solves all stages of the step into a node.
     fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
-        (1..=self.trajectory.last_stage()).try_for_each(|s| self.solve_stage(system, node, s, settings))
+        for s in 0..self.trajectory.last_stage() {
+            self.solve_stage(system, node, s + 1, settings)?;
+        }
+        Ok(())
     }
 
     fn solve_stage(&mut self, system: &System, node: usize, s: usize, settings: &Settings) -> Result<(), StepFailure> {

@@ -32,7 +32,6 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
 }
 
 /// The scalar product x·(α y + β z); the vectors have the same length.
-#[inline]
 pub(crate) fn dot_of_two(x: &[f64], [y, z]: [&[f64]; 2], [alpha, beta]: [f64; 2]) -> f64 {
     let ((x, x_rest), (y, y_rest), (z, z_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>(), z.as_chunks::<4>());
     let mut lanes = [0.0; 4];

@@ -66,18 +66,20 @@ pub(crate) fn carried_part<'a>(
     }
     // One stage: nothing is summed.
     let ((a, b, e), factor) = (stage(1), dt * scheme.a(1, 0));
-    copy_both((&mut into.a, &mut into.alpha), factor, a);
-    copy_both((&mut into.b, &mut into.beta), factor, b);
+    copy_both(&mut into.a, &mut into.alpha, factor, a);
+    copy_both(&mut into.b, &mut into.beta, factor, b);
     if into.with_compliance {
         into.e.copy_from_slice(e);
     }
 }
 
 /// x, and a multiple of it.
-#[inline]
-fn copy_both((once, scaled): (&mut [f64], &mut [f64]), factor: f64, x: &[f64]) {
-    for ((once, scaled), x) in once.iter_mut().zip(scaled).zip(x) {
-        (*once, *scaled) = (*x, factor * x);
+#[inline(never)]
+fn copy_both(once: &mut [f64], scaled: &mut [f64], factor: f64, x: &[f64]) {
+    let (once, scaled) = (&mut once[..x.len()], &mut scaled[..x.len()]);
+    for (k, x) in x.iter().enumerate() {
+        once[k] = *x;
+        scaled[k] = factor * x;
     }
 }
 
