@@ -238,6 +238,15 @@ pub enum Error {
         /// When, s.
         time: f64,
     },
+    /// No step, however short, has an estimated error below the tolerance.
+    Tolerance {
+        /// Where the step begins, s.
+        time: f64,
+        /// The shortest step that was tried, s.
+        length: f64,
+        /// Its estimated error in parts of the tolerance.
+        error: f64,
+    },
     /// The paper's equations were asked for of a motion by another scheme than the trapezoidal rule.
     Scheme {
         /// The scheme of the motion.
@@ -391,6 +400,12 @@ impl fmt::Display for Error {
                 f,
                 "positions cannot be projected onto Φ = 0 at the end of step {step} (t = {} s): the kinetic energy has a term linear in the \
                  velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, with shorter steps",
+                seconds(*time)
+            ),
+            Error::Tolerance { time, length, error } => write!(
+                f,
+                "the tolerance cannot be met at t = {} s: a step of {length:.1e} s still has {error:.1e} times that error as estimated; ask for a \
+                 larger tolerance, or look for a formula that jumps there",
                 seconds(*time)
             ),
             Error::Scheme { found } => write!(

@@ -1,5 +1,6 @@
 //! The forward sweep: consistent start, then one step after the other.
 
+mod adapt;
 mod continuation;
 mod drift;
 mod halving;
@@ -9,6 +10,9 @@ mod redundancy;
 pub(crate) mod restart;
 mod start;
 mod surprise;
+mod window;
+
+pub(crate) use window::HISTORY;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -215,7 +219,7 @@ impl Forward {
     }
 
     /// Solves all stages of the step into a node.
-    fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+    pub(super) fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
         for s in 0..self.trajectory.last_stage() {
             self.solve_stage(system, node, s + 1, settings)?;
         }

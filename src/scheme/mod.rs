@@ -13,9 +13,11 @@
 //!   A = Σ a_r,    α = Δt Σ a_r0 a_r,        and to stage s > 0:   A = 0,    α = Δt Σ_{r>s} a_rs a_r        (B, β with b_r)
 //! ```
 
+mod estimate;
 mod parts;
 mod table;
 mod tables;
 
+pub(crate) use estimate::local_error;
 pub(crate) use parts::{Carried, carried_part, known_part};
 pub use table::Scheme;

@@ -15,15 +15,12 @@
 
 use crate::adjoint::Gradient;
 use crate::adjoint::Sweep;
-use crate::forward::Forward;
 use crate::forward::restart::Restarts;
+use crate::forward::{Forward, HISTORY};
 use crate::motion::Refinement;
 use crate::motion::{Report, Trajectory, column_mut};
-use crate::node::Predictor;
 use crate::{Error, Inputs, Settings, System};
 
-/// The nodes that a checkpoint holds: what the next step is extrapolated from.
-const HISTORY: usize = Predictor::MOST;
 /// With more levels than this the work would no longer be worth the memory that is saved.
 const MOST_LEVELS: usize = 4;
 /// The shortest window that makes sense.
@@ -345,23 +342,6 @@ impl Forward {
         State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
     }
 
-    /// The first node that is not computed.
-    fn reached(&self) -> usize {
-        self.first + self.trajectory.computed
-    }
-
-    /// Moves the last nodes to the front of the window.
-    fn slide(&mut self) {
-        let count = HISTORY.min(self.trajectory.computed);
-        let from = self.trajectory.computed - count;
-        self.trajectory.move_to_front(from, count);
-        self.first += from;
-        self.trajectory.computed = count;
-        self.restarts.clear();
-        // Whether there was any is all that is asked of those before.
-        self.trajectory.restarted.truncate(1);
-    }
-
     /// The last nodes that were computed.
     fn save(&self) -> Checkpoint {
         let computed = self.trajectory.computed;
@@ -404,13 +384,5 @@ impl Trajectory {
         let y = self.columns(k);
         to.push(self.times[k]);
         [y.q, y.v, y.p_star, y.p_star_dot, y.sigma].into_iter().for_each(|part| to.extend_from_slice(part));
-    }
-
-    fn move_to_front(&mut self, from: usize, count: usize) {
-        self.times.copy_within(from..from + count, 0);
-        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
-            let rows = matrix.nrows();
-            matrix.as_mut_slice().copy_within(from * rows..(from + count) * rows, 0);
-        }
     }
 }

@@ -67,6 +67,35 @@ impl<'s> Solver<'s> {
         Ok(&self.forward.trajectory)
     }
 
+    /// The same inputs on a grid of its own, on which the estimated error of every step is below the tolerance: in m, rad and these per second, or relative
+    /// to coordinates and velocities that are larger than 1.
+    ///
+    /// The given grid says where the motion begins and ends and where controls bend; these nodes stay, and controls are the same functions of
+    /// time. The new grid is data like any other, and the gradient on it is exact. Costs that are summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) become others;
+    /// an integral wants [`Sum::Integral`](crate::Sum::Integral). Derivatives with respect to step lengths are those of the new steps.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, Solver, scenes::CartPendulum};
+    ///
+    /// let system = CartPendulum::default().scene().compile()?;
+    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 2.0));
+    /// inputs.controls.fill(10.0);
+    /// let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
+    /// let adapted = solver.adapt(&inputs, 1e-9)?;
+    /// let motion = solver.simulate(&adapted)?;
+    /// let last = motion.computed - 1;
+    /// assert!((motion.times[last] - 2.0).abs() < 1e-12);
+    /// assert!((motion.q[(0, last)] - 8.5244826).abs() < 1e-3);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid.
+    pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
+        self.sweep.forget();
+        self.forward.adapt(self.system, inputs, &self.settings, tolerance)
+    }
+
     /// The last motion, as far as it was computed.
     pub fn trajectory(&self) -> &Trajectory {
         &self.forward.trajectory

@@ -1,0 +1,223 @@
+//! Steps by tolerance: a grid on which every step's estimated error is below a tolerance.
+//!
+//! ```text
+//!   error = max_i ( |δq_i| / max(1, |q_i|),  |δv_i| / max(1, |v_i|) ),     K(h) (δv, δσ) = (δp*, 0),     Δt ← 0.9 Δt (tolerance/error)^(1/k)
+//! ```
+//!
+//! δq and δp* are the scheme's estimates (`scheme/estimate.rs`), of order k. With K(h) the errors of momenta become those of velocities, without
+//! what is in the directions of the reactions, and what is so stiff that it has no part in the motion is damped.
+
+use nalgebra::DMatrix;
+
+use super::{Forward, HISTORY, restart};
+use crate::motion::{column, column_mut};
+use crate::node::StepFailure;
+use crate::scheme::local_error;
+use crate::system::Pair;
+use crate::{Error, Grid, Inputs, Settings, System};
+
+/// The share of the step length that ought to do that is taken, and how far a step may differ from the one before.
+const SAFETY: f64 = 0.9;
+const RANGE: (f64, f64) = (0.2, 5.0);
+/// The first step tried, as a part of the motion.
+const FIRST: f64 = 1e-3;
+/// A step that has no solution is tried again with this part of it.
+const AFTER_FAILURE: f64 = 0.25;
+/// The nodes in memory besides the history.
+const WINDOW: usize = 64;
+/// Steps shorter than this part of the motion, or of the time, are lost in its rounding.
+const SHORTEST: f64 = 1e-14;
+/// Slopes of controls differ by rounding below this part of the largest.
+const STRAIGHT: f64 = 1e-9;
+
+/// The given nodes at which controls bend or the motion ends, which a grid by tolerance keeps: a method has its order between them.
+fn kinks(inputs: &Inputs) -> Vec<usize> {
+    let (steps, u) = (&inputs.grid.steps, &inputs.controls);
+    let slope = |channel: usize, step: usize| (u[(channel, step + 1)] - u[(channel, step)]) / steps[step];
+    let mut steepest = vec![0.0f64; u.nrows()];
+    (0..steps.len()).for_each(|step| {
+        steepest.iter_mut().enumerate().for_each(|(channel, most)| *most = most.max(slope(channel, step).abs()));
+    });
+    let bends = |node: &usize| {
+        let change = |channel: usize| (slope(channel, *node) - slope(channel, *node - 1)).abs();
+        (0..u.nrows()).any(|channel| change(channel) > STRAIGHT * steepest[channel])
+    };
+    (1..steps.len()).filter(bends).chain([steps.len()]).collect()
+}
+
+/// A grid under construction: the steps taken, and the straight piece of the given inputs that the next one lies in.
+struct Growing<'a> {
+    given: &'a Inputs,
+    times: Vec<f64>,
+    kinks: std::iter::Peekable<std::vec::IntoIter<usize>>,
+    /// The given step that time has come to.
+    at: usize,
+}
+
+impl Growing<'_> {
+    /// The time of the next kink.
+    fn piece_end(&mut self) -> Option<f64> {
+        let node = *self.kinks.peek()?;
+        Some(self.times[node])
+    }
+
+    /// The given controls at a time.
+    fn controls(&mut self, t: f64, u: &mut [f64]) {
+        let forth = self.times[self.times.len() - 1] >= self.times[0];
+        let is_over = |end: f64| if forth { end <= t } else { end >= t };
+        while self.at + 2 < self.times.len() && is_over(self.times[self.at + 1]) {
+            self.at += 1;
+        }
+        // A step that is tried again ends earlier.
+        while self.at > 0 && !is_over(self.times[self.at]) {
+            self.at -= 1;
+        }
+        let c = (t - self.times[self.at]) / self.given.grid.steps[self.at];
+        self.given.controls_within(self.at + 1, c.clamp(0.0, 1.0), u);
+    }
+}
+
+impl Forward {
+    /// The same inputs on a grid on which every step's estimated error is below the tolerance.
+    pub(crate) fn adapt(
+        &mut self,
+        system: &System,
+        inputs: &Inputs,
+        settings: &Settings,
+        tolerance: f64,
+    ) -> Result<Inputs, Error> {
+        check(system, inputs, tolerance)?;
+        let times = inputs.grid.times();
+        let mut growing = Growing { given: inputs, kinks: kinks(inputs).into_iter().peekable(), times, at: 0 };
+        let duration = growing.times[growing.times.len() - 1] - growing.times[0];
+        let mut dt = FIRST * duration;
+        self.begin(system, &first_step(inputs, dt), WINDOW + HISTORY, settings)?;
+        let mut delta = Pair::new(system.n(), system.m());
+        let mut delta_q = vec![0.0; system.n()];
+        let mut node = 1;
+        while let Some(end) = growing.piece_end() {
+            if self.trajectory.computed == WINDOW + HISTORY {
+                self.slide();
+            }
+            let begin = self.trajectory.times[node - 1 - self.first];
+            let left = end - begin;
+            let is_last = dt.abs() >= 0.999 * left.abs();
+            // Two steps of equal length rather than a tiny one.
+            let length = if is_last {
+                left
+            } else if 2.0 * dt.abs() > left.abs() {
+                0.5 * left
+            } else {
+                dt
+            };
+            self.append(&mut growing, node, (begin, length));
+            let factor = match self.step(system, node, settings) {
+                Ok(()) => {
+                    let error = self.error_of_step(system, node, (&mut delta_q, &mut delta)) / tolerance;
+                    let order = settings.scheme.estimate_order() as f64;
+                    let factor = (SAFETY * error.powf(-order.recip())).clamp(RANGE.0, RANGE.1);
+                    if error > 1.0 && is_too_short(length, begin, duration) {
+                        return Err(Error::Tolerance { time: begin, length, error });
+                    }
+                    if error <= 1.0 {
+                        self.check_compliant(system, node, settings)?;
+                        restart::apply(self, system, node, settings)?;
+                        node += 1;
+                        self.trajectory.computed = node - self.first;
+                        if is_last {
+                            growing.kinks.next();
+                        }
+                    }
+                    factor
+                }
+                Err(failure) => {
+                    self.give_up_if_hopeless(system, node, failure, is_too_short(length, begin, duration))?;
+                    AFTER_FAILURE
+                }
+            };
+            // A step that was cut short says little of longer ones.
+            dt = if factor > 1.0 && length.abs() < dt.abs() { dt } else { length * factor };
+        }
+        // What is in memory is no motion that could be asked for.
+        self.trajectory.computed = 0;
+        let steps: Vec<f64> = self.inputs.grid.steps[..node - 1].to_vec();
+        let controls = self.inputs.controls.columns(0, node).into_owned();
+        Ok(Inputs { grid: Grid::new(inputs.grid.start, steps), controls, ..inputs.clone() })
+    }
+
+    fn give_up_if_hopeless(
+        &self,
+        system: &System,
+        node: usize,
+        failure: StepFailure,
+        is_too_short: bool,
+    ) -> Result<(), Error> {
+        let is_hopeless = is_too_short || self.model_fault(system, node, &failure);
+        if is_hopeless { Err(self.explain(system, node, failure)) } else { Ok(()) }
+    }
+
+    /// Makes the grid end with this step, whatever was there behind it.
+    fn append(&mut self, growing: &mut Growing, node: usize, (begin, length): (f64, f64)) {
+        self.inputs.grid.steps.truncate(node - 1);
+        self.inputs.grid.steps.push(length);
+        let (channels, room) = self.inputs.controls.shape();
+        if room <= node {
+            // Twice as much, so that all copies together cost as much as the last.
+            let controls = std::mem::replace(&mut self.inputs.controls, DMatrix::zeros(0, 0));
+            self.inputs.controls = controls.resize_horizontally(2 * node + WINDOW, 0.0);
+        }
+        debug_assert_eq!(channels, growing.given.controls.nrows());
+        growing.controls(begin + length, column_mut(&mut self.inputs.controls, node));
+    }
+
+    /// The estimated error of the step into a node.
+    fn error_of_step(&mut self, system: &System, node: usize, (delta_q, delta): (&mut [f64], &mut Pair)) -> f64 {
+        let (k, steps, trajectory) = (node - self.first, &self.inputs.grid.steps, &self.trajectory);
+        let (scheme, dt) = (&trajectory.scheme, steps[node - 1]);
+        let is_known = k >= 2 && node >= 2;
+        let before = is_known.then(|| (steps[node - 2], trajectory.columns(k - 2)));
+        let of = |which: usize| before.as_ref().map(|(dt, y)| (*dt, [y.v, y.p_star_dot][which]));
+        local_error(scheme, dt, |s| trajectory.rates(k, s).0, of(0), delta_q);
+        local_error(scheme, dt, |s| trajectory.rates(k, s).1, of(1), &mut delta.v);
+        delta.sigma.fill(0.0);
+        self.newton.solve(system, delta);
+        let largest = |errors: &[f64], sizes: &[f64]| {
+            let relative = errors.iter().zip(sizes).map(|(error, x)| error.abs() / x.abs().max(1.0));
+            relative.fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
+        };
+        let of_q = largest(delta_q, column(&self.trajectory.q, k));
+        of_q.max(largest(&delta.v, column(&self.trajectory.v, k)))
+    }
+}
+
+/// Whether a step cannot be shorter.
+fn is_too_short(length: f64, begin: f64, duration: f64) -> bool {
+    length.abs() <= SHORTEST * duration.abs().max(begin.abs())
+}
+
+/// The start of the given inputs, with one step.
+fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
+    let controls = DMatrix::from_fn(inputs.controls.nrows(), 2, |channel, _| inputs.controls[(channel, 0)]);
+    Inputs { grid: Grid::new(inputs.grid.start, vec![dt]), controls, ..inputs.clone() }
+}
+
+/// Refuses what no grid can be made of.
+fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> {
+    inputs.check(system)?;
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(Error::Parameter { what: "the tolerance".into(), value: tolerance, must_be: "a positive number" });
+    }
+    if inputs.grid.stages > 1 {
+        let value = inputs.grid.stages as f64;
+        return Err(Error::Parameter { what: "`Grid::stages`".into(), value, must_be: "1 for steps by tolerance" });
+    }
+    let steps = &inputs.grid.steps;
+    let first = steps.first().copied().unwrap_or_default();
+    match steps.iter().position(|dt| dt.signum() != first.signum()) {
+        Some(step) => Err(Error::TimeStep { step: step + 1, length: steps[step] }),
+        None if steps.is_empty() => {
+            Err(Error::Parameter { what: "the number of steps".into(), value: 0.0, must_be: "1 or more" })
+        }
+        None => Ok(()),
+    }
+}

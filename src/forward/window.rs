@@ -1,0 +1,37 @@
+//! A window over a motion that is longer than its memory: the last nodes are what the next step is extrapolated from.
+
+use super::Forward;
+use crate::Trajectory;
+use crate::node::Predictor;
+
+/// So many nodes are kept when the window is moved on.
+pub(crate) const HISTORY: usize = Predictor::MOST;
+
+impl Forward {
+    /// The first node that is not computed.
+    pub(crate) fn reached(&self) -> usize {
+        self.first + self.trajectory.computed
+    }
+
+    /// Moves the last nodes to the front of the window.
+    pub(crate) fn slide(&mut self) {
+        let count = HISTORY.min(self.trajectory.computed);
+        let from = self.trajectory.computed - count;
+        self.trajectory.move_to_front(from, count);
+        self.first += from;
+        self.trajectory.computed = count;
+        self.restarts.clear();
+        // Whether there was any is all that is asked of those before.
+        self.trajectory.restarted.truncate(1);
+    }
+}
+
+impl Trajectory {
+    fn move_to_front(&mut self, from: usize, count: usize) {
+        self.times.copy_within(from..from + count, 0);
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let rows = matrix.nrows();
+            matrix.as_mut_slice().copy_within(from * rows..(from + count) * rows, 0);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Grids by tolerance: errors follow the tolerance, with fewer steps than the best uniform grid; the gradient on them is exact.
+
+mod common;
+#[path = "scenes/resolved.rs"]
+mod resolved;
+
+use common::bench::{Bench, number};
+use common::{assert_gradient_is_exact_to, assert_says};
+use hamiltonian_adjoint::{
+    Composition, Error, Grid, Inputs, Scheme, Settings, Solver, Start, Sum, System, Trajectory, scenes::CartPendulum,
+    simulate,
+};
+use nalgebra::DVector;
+
+fn with(scheme: Scheme) -> Settings {
+    Settings { scheme, ..Settings::default() }
+}
+
+/// A four-bar linkage whose rocker turns back sharply.
+fn four_bar() -> (System, Inputs) {
+    let mut bench = Bench::new();
+    bench.four_bar();
+    let system = bench.compile(Sum::Integral);
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 1.5));
+    let p_star = DVector::from_fn(system.n(), |i, _| 1.5 * number(i + 3));
+    inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
+    (system, inputs)
+}
+
+fn uniform(inputs: &Inputs, steps: usize) -> Inputs {
+    let end: f64 = inputs.grid.steps.iter().sum();
+    let controls = nalgebra::DMatrix::from_element(inputs.controls.nrows(), steps + 1, 0.0);
+    Inputs { grid: Grid::uniform(steps, end / steps as f64), controls, ..inputs.clone() }
+}
+
+/// A motion that is as good as exact, for every time.
+struct Exact(Trajectory);
+
+impl Exact {
+    fn new(system: &System, inputs: &Inputs) -> Self {
+        Exact(simulate(system, &uniform(inputs, 15_000), with(Scheme::ESDIRK5)).expect("motion"))
+    }
+
+    /// The largest error of the coordinates at all nodes, absolute or relative, against cubic interpolation.
+    fn error(&self, motion: &Trajectory) -> f64 {
+        let (times, dt) = (&self.0.times, self.0.times[1] - self.0.times[0]);
+        let of_node = |k: usize| {
+            let node = (((motion.times[k] - times[0]) / dt) as usize).min(times.len() - 2);
+            let s = (motion.times[k] - times[node]) / dt;
+            let exact = |i: usize| {
+                let [q, v] = [&self.0.q, &self.0.v].map(|x| [x[(i, node)], x[(i, node + 1)]]);
+                let rise = q[1] - q[0];
+                let (begin, end) = (dt * v[0] - rise, rise - dt * v[1]);
+                q[0] + s * rise + s * (1.0 - s) * ((1.0 - s) * begin + s * end)
+            };
+            (0..motion.q.nrows()).map(|i| (motion.q[(i, k)] - exact(i)).abs() / exact(i).abs().max(1.0)).fold(0.0, f64::max)
+        };
+        (0..motion.computed).map(of_node).fold(0.0, f64::max)
+    }
+
+    /// The fewest steps of a uniform grid that are as good, to a tenth.
+    fn steps_of_uniform(&self, solver: &mut Solver, inputs: &Inputs, wanted: f64) -> usize {
+        let mut steps = 8.0f64;
+        // From here on all finer grids are as good.
+        let mut good = None;
+        while steps < 1.2e4 && good.is_none_or(|first| steps < 2.0 * first as f64) {
+            let is_good = solver.simulate(&uniform(inputs, steps as usize)).is_ok_and(|motion| self.error(motion) <= wanted);
+            good = if is_good { good.or(Some(steps as usize)) } else { None };
+            steps *= 1.1;
+        }
+        good.unwrap_or(steps as usize)
+    }
+}
+
+#[test]
+fn fewer_steps_than_the_best_uniform_grid_for_the_same_error() {
+    for (name, (system, inputs)) in
+        [("slider-crank", resolved::slider_crank()), ("stick-slip", resolved::stick_slip()), ("four-bar", four_bar())]
+    {
+        let exact = Exact::new(&system, &inputs);
+        for scheme in Scheme::ALL {
+            let mut solver = Solver::new(&system, with(scheme));
+            for tolerance in [1e-4, 1e-6] {
+                let adapted = solver.adapt(&inputs, tolerance).expect("grid");
+                let error = exact.error(solver.simulate(&adapted).expect("motion"));
+                let steps = adapted.grid.steps.len();
+                let of_uniform = exact.steps_of_uniform(&mut solver, &inputs, error);
+                println!("{name}, {}, {tolerance:.0e}: error {error:.1e}, {steps} steps, uniform {of_uniform}", scheme.name);
+                assert!(error <= 300.0 * tolerance, "{name}, {}: {error:e}", scheme.name);
+                // The slider-crank is damped: early errors, which early steps are shortened for, are forgotten.
+                let allowed = if name == "slider-crank" { 1.15 } else { 0.99 };
+                if scheme.order > 2 && tolerance < 1e-5 {
+                    assert!((steps as f64) < allowed * of_uniform as f64, "{name}, {}: {steps}, {of_uniform}", scheme.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_slider_crank_s_integral_and_its_derivatives_are_those_of_another_program() {
+    let (system, inputs) = resolved::slider_crank();
+    let [value, by_k, by_c, q] = resolved::SLIDER_CRANK;
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK5));
+    let adapted = solver.adapt(&inputs, 1e-12).expect("grid");
+    let motion = solver.simulate(&adapted).expect("motion");
+    let at_end = motion.q[(0, motion.computed - 1)];
+    let gradient = solver.gradient().expect("gradient");
+    let errors = [at_end - q, gradient.value - value, gradient.design[0] - by_k, gradient.design[1] - by_c];
+    println!("{} steps, errors {errors:?}", adapted.grid.steps.len());
+    assert!(errors.iter().all(|error| error.abs() < 1e-9));
+}
+
+#[test]
+fn the_gradient_on_the_grid_is_exact_and_given_bends_of_controls_are_nodes_of_it() {
+    let system = CartPendulum::with_links(2).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+    inputs.controls.copy_from_slice(&[10.0, 20.0, 30.0, 5.0, 5.0]);
+    for scheme in Scheme::ALL {
+        for (rebase_every, drift_bound) in [(0, f64::INFINITY), (2, 0.0)] {
+            let settings = Settings { rebase_every, drift_bound, ..with(scheme) };
+            let adapted = Solver::new(&system, settings).adapt(&inputs, 1e-3).expect("grid");
+            let times = adapted.grid.times();
+            for (t, u) in [(0.2, 30.0), (0.3, 5.0), (0.4, 5.0)] {
+                let node = times.iter().position(|found| (found - t).abs() < 1e-14);
+                let node = node.unwrap_or_else(|| panic!("{}: no node at {t}: {times:?}", scheme.name));
+                assert!((adapted.controls[(0, node)] - u).abs() < 1e-12, "{}", scheme.name);
+            }
+            assert_gradient_is_exact_to(1e-11, scheme.name, &system, &adapted, settings);
+        }
+    }
+}
+
+#[test]
+fn a_motion_backwards_is_followed_too() {
+    let (system, inputs) = resolved::stick_slip();
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK4));
+    let mut backward = inputs.clone();
+    backward.grid.steps = vec![-0.1];
+    let adapted = solver.adapt(&backward, 1e-6).expect("grid");
+    assert!((adapted.grid.steps.iter().sum::<f64>() + 0.1).abs() < 1e-14);
+}
+
+#[test]
+fn what_no_grid_can_be_made_of_is_refused() {
+    let (system, inputs) = resolved::slider_crank();
+    let mut solver = Solver::new(&system, Settings::default());
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(solver.adapt(&inputs, tolerance), Err(Error::Parameter { .. })), "{tolerance}");
+    }
+    let grids = [Grid::composed(2, 0.1, Composition::Suzuki4), Grid::new(0.0, vec![0.1, -0.1]), Grid::new(0.0, vec![])];
+    for grid in grids {
+        let controls = nalgebra::DMatrix::zeros(0, grid.nodes());
+        assert!(solver.adapt(&Inputs { grid, controls, ..inputs.clone() }, 1e-6).is_err());
+    }
+    let error = solver.adapt(&inputs, 1e-40).expect_err("too small");
+    assert_says(&error, &["tolerance cannot be met", "t = 0.0 s"]);
+    // The solver goes on.
+    assert!(solver.simulate(&inputs).is_ok() || solver.simulate(&uniform(&inputs, 100)).is_ok());
+}
