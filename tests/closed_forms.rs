@@ -97,3 +97,22 @@ fn the_reaction_in_the_hinge_of_a_pendulum_is_mass_times_acceleration_plus_weigh
     });
     assert_order("reaction", &errors, 2.0, 0.05);
 }
+
+#[test]
+fn a_place_of_the_plane_is_found_in_every_frame_as_it_is_at_the_start() {
+    let mut scene = Scene::new();
+    let upright = scene.body("upright", MASS, INERTIA, [1.0, 2.0, std::f64::consts::FRAC_PI_2]);
+    let tilted = scene.body("tilted", MASS, INERTIA, [0.3, -0.4, 1.1]);
+    let [along, across] = scene.local(upright, [1.5, 3.0]);
+    assert!((along - 1.0).abs() < 1e-15 && (across + 0.5).abs() < 1e-15);
+    assert_eq!(scene.local(Body::GROUND, [1.5, 3.0]), [1.5, 3.0]);
+    assert!(Scene::new().local(upright, [1.5, 3.0])[0].is_nan(), "a body of another scene");
+    // A hinge between points of several frames that are at one place is closed.
+    let pins = [scene.at_world(Body::GROUND, 0.7, 0.2), scene.at_world(upright, 0.7, 0.2), scene.at_world(tilted, 0.7, 0.2)];
+    scene.revolute("first", pins[0], pins[1]);
+    scene.revolute("second", pins[1], pins[2]);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(0, 1.0));
+    let motion = simulate(&system, &inputs, Settings::default()).expect("start");
+    assert!(motion.phi(&system, &inputs).expect("sizes").amax() < 1e-15);
+}

@@ -1,50 +1,26 @@
 //! Steps without a solution: they are halved, and the gradient is that of the motion on the grid that was taken.
 
+#[path = "scenes/assembly.rs"]
+mod assembly;
+#[path = "scenes/by_hand.rs"]
+mod by_hand;
 mod common;
+#[path = "scenes/mechanisms.rs"]
+mod mechanisms;
 
+use by_hand::Runaway;
 use common::{assert_gradient_is_exact, assert_says, relative_error};
 use hamiltonian_adjoint::check::{self, Input, complex_step};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, System,
-    Warning, gradient,
+    Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System, Warning, gradient,
     scenes::{AngleError, CartPendulum},
 };
 use nalgebra::SVector;
 
-/// A mass that is driven by b v² + u: without a control its speed is v₀/(1 − b v₀ t), and long steps have no solution.
-struct Runaway;
-impl KineticEnergy<1> for Runaway {
-    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
-        v[0] * v[0] * 0.5
-    }
-}
-impl Force<1, 1, 1> for Runaway {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
-        SVector::from([b[0] * at.v[0] * at.v[0] + at.u[0]])
-    }
-}
-impl Cost<1, 0, 1> for Runaway {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _b: &SVector<S, 0>) -> S {
-        at.q[0] * at.v[0] + at.v[0] * at.u[0] * at.t + at.u[0] * at.u[0]
-    }
-}
-
-/// Six easy steps, two that must be divided, and one more.
+/// The sled of the stress report with a cost at its end and one on the way.
 fn runaway(sum: Sum) -> (System, Inputs) {
-    let mut scene = Scene::new();
-    let q = scene.coordinates("sled", ["x"]);
-    let (u, b) = (scene.control("push"), scene.design("gain", 1.0));
-    scene.kinetic_energy("mass", Runaway, q, []);
-    scene.force("drive", Runaway, q, [u], [b.into()]);
-    scene.cost("end", Runaway, Sum::Terminal, q, [], [u], []);
-    scene.cost("on the way", Runaway, sum, q, [], [u], []);
-    let system = scene.compile().expect("scene");
-    let steps = vec![0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.5, 0.15, 0.01];
-    let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, steps));
-    inputs.start.rate_mut()[0] = 1.0;
-    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 0.01 * (i as f64).sin());
-    (system, inputs)
+    mechanisms::sled(&[Sum::Terminal, sum]).expect("scene")
 }
 
 #[test]

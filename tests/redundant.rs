@@ -1,7 +1,10 @@
 //! Constraints that depend on each other, and configurations where they lose rank.
 
+#[path = "scenes/by_hand.rs"]
+mod by_hand;
 mod common;
 
+use by_hand::SameAbscissa;
 use common::bench::number;
 use common::{assert_says, largest, largest_difference, relative_error};
 use hamiltonian_adjoint::check::{Input, complex_step};
@@ -22,24 +25,13 @@ impl Cost<3, 0, 1> for Place {
     }
 }
 
-/// Half of a hinge: the abscissas of the points (along, across) of two bodies are the same.
-struct SameAbscissa;
-impl Constraint<6, 1, 4> for SameAbscissa {
-    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 4>, _t: S) -> SVector<S, 1> {
-        let abscissa = |k: usize, along: S, across: S| q[k] + q[k + 2].cos() * along - q[k + 2].sin() * across;
-        SVector::from([abscissa(0, b[0], b[1]) - abscissa(3, b[2], b[3])])
-    }
-}
-
 /// A scene under gravity with a torque on its first body.
 struct Mechanism {
     scene: Scene,
     torque: Control,
-    bodies: Vec<(Body, [f64; 3])>,
+    bodies: Vec<Body>,
     hinges: usize,
 }
-
-const GROUND: [f64; 3] = [0.0; 3];
 
 impl Mechanism {
     fn new() -> Self {
@@ -54,42 +46,32 @@ impl Mechanism {
         let place = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), dy.atan2(dx)];
         let k = self.bodies.len();
         let body = self.scene.body(&format!("rod {k}"), 1.0 + 0.2 * k as f64, 0.08 + 0.02 * k as f64, place);
-        self.bodies.push((body, place));
+        self.bodies.push(body);
         k
     }
 
-    fn frame(&self, rod: Option<usize>) -> (Frame, [f64; 3]) {
-        rod.map_or((Body::GROUND, GROUND), |k| (self.bodies[k].0.into(), self.bodies[k].1))
-    }
-
-    /// The place of a point in the frame of a rod.
-    fn local(&self, rod: Option<usize>, at: [f64; 2]) -> [f64; 2] {
-        let (_, [x, y, phi]) = self.frame(rod);
-        let (dx, dy, (sin, cos)) = (at[0] - x, at[1] - y, phi.sin_cos());
-        [cos * dx + sin * dy, cos * dy - sin * dx]
+    fn frame(&self, rod: Option<usize>) -> Frame {
+        rod.map_or(Body::GROUND, |k| self.bodies[k].into())
     }
 
     /// One of the two equations of a hinge.
     fn half_hinge(&mut self, a: usize, b: usize, at: [f64; 2]) {
-        let [[xa, ya], [xb, yb]] = [a, b].map(|rod| self.local(Some(rod), at));
-        let ([x, y, phi], q) = (self.bodies[a].0.coordinates, self.bodies[b].0.coordinates);
+        let [[xa, ya], [xb, yb]] = [a, b].map(|rod| self.scene.local(self.bodies[rod], at));
+        let ([x, y, phi], q) = (self.bodies[a].coordinates, self.bodies[b].coordinates);
         let constants = [xa.into(), ya.into(), xb.into(), yb.into()];
         self.scene.constraint("half a hinge", SameAbscissa, [x, y, phi, q[0], q[1], q[2]], constants);
     }
 
     fn hinge(&mut self, a: Option<usize>, b: usize, at: [f64; 2]) -> [Multiplier; 2] {
-        let [a, b] = [a, Some(b)].map(|rod| {
-            let [along, across] = self.local(rod, at);
-            self.frame(rod).0.at(along, across)
-        });
+        let [a, b] = [a, Some(b)].map(|rod| self.scene.at_world(self.frame(rod), at[0], at[1]));
         self.hinges += 1;
         self.scene.revolute(&format!("hinge {}", self.hinges), a, b)
     }
 
     fn compile(mut self) -> System {
-        let first = self.bodies[0].0;
+        let first = self.bodies[0];
         self.scene.torque_actuator("motor", Body::GROUND, first, self.torque);
-        for (k, (body, _)) in self.bodies.iter().enumerate() {
+        for (k, body) in self.bodies.iter().enumerate() {
             self.scene.cost(&format!("place {k}"), Place, Sum::Trapezoidal, body.coordinates, [], [self.torque], []);
         }
         self.scene.compile().expect("scene")
@@ -139,11 +121,11 @@ fn overclosed(weld: bool) -> System {
     mechanism.hinge(None, left, [0.0, 0.0]);
     mechanism.hinge(None, right, [1.0, 0.0]);
     mechanism.hinge(Some(left), hanging, [0.5, 0.8]);
-    let ((a, at_a), (b, at_b)) = (mechanism.frame(Some(left)), mechanism.frame(Some(right)));
+    let [angle_a, angle_b] = [left, right].map(|rod| mechanism.scene.initial(mechanism.bodies[rod].coordinates[2]));
     let half = 0.5 * (0.25f64 + 0.64).sqrt();
-    let (a, b) = (a.at(half, 0.0), b.at(half, 0.0));
+    let [a, b] = [left, right].map(|rod| mechanism.bodies[rod].at(half, 0.0));
     if weld {
-        mechanism.scene.weld("weld", a, b, at_b[2] - at_a[2]);
+        mechanism.scene.weld("weld", a, b, angle_b - angle_a);
     } else {
         mechanism.scene.revolute("corner", a, b);
     }
@@ -359,7 +341,7 @@ fn constraints_that_contradict_each_other_are_refused_by_name() {
         let mut mechanism = Mechanism::new();
         let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
         mechanism.hinge(None, rod, [0.0, 0.0]);
-        let body = mechanism.bodies[0].0;
+        let body = mechanism.bodies[0];
         mechanism.scene.revolute("elsewhere", Body::GROUND.at(at[0], at[1]), body.at(-0.5, 0.0));
         mechanism.compile()
     };
@@ -375,7 +357,7 @@ fn drives_that_drift_apart_are_refused_when_they_do() {
         let mut mechanism = Mechanism::new();
         let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
         mechanism.hinge(None, rod, [0.0, 0.0]);
-        let body = mechanism.bodies[0].0;
+        let body = mechanism.bodies[0];
         for (name, b) in [("drive", first), ("another drive", second)] {
             mechanism.scene.driven_angle(name, Body::GROUND, body, Harmonic, b.map(Param::from));
         }
@@ -423,7 +405,7 @@ fn slider_crank(angle: f64) -> System {
     let (crank, rod) = (mechanism.rod([0.0, 0.0], [cos, sin]), mechanism.rod([cos, sin], [2.0 * cos, 0.0]));
     mechanism.hinge(None, crank, [0.0, 0.0]);
     mechanism.hinge(Some(crank), rod, [cos, sin]);
-    let end = mechanism.bodies[rod].0;
+    let end = mechanism.bodies[rod];
     mechanism.scene.constraint("guide", OnAxis, end.coordinates, []);
     mechanism.compile()
 }

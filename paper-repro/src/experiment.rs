@@ -46,9 +46,6 @@ pub struct Optimum {
 
 impl Experiment {
     /// The example, nothing run yet.
-    ///
-    /// # Errors
-    /// Flags that make no mechanism.
     pub fn new(settings: Settings) -> Result<Self, Error> {
         let system = settings.example().scene().compile()?;
         Ok(Experiment {
@@ -69,9 +66,6 @@ impl Experiment {
     }
 
     /// How well the starting iteration keeps its constraints.
-    ///
-    /// # Errors
-    /// A simulation without a solution.
     pub fn violations(&self) -> Result<&Violations, Error> {
         once(&self.violations, || {
             let mut solver = Solver::new(&self.system, SolverSettings::default());
@@ -82,9 +76,6 @@ impl Experiment {
     }
 
     /// The gradients at the start.
-    ///
-    /// # Errors
-    /// A simulation without a solution.
     pub fn gradients(&self) -> Result<&Gradients, Error> {
         once(&self.gradients, || {
             let settings = SolverSettings::default();
@@ -101,9 +92,6 @@ impl Experiment {
     }
 
     /// The optimisation, with a progress bar where there is a terminal to show it.
-    ///
-    /// # Errors
-    /// A start without a solution.
     pub fn optimum(&self) -> Result<&Optimum, Error> {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
@@ -128,9 +116,6 @@ impl Experiment {
     }
 
     /// The timing of section 4.
-    ///
-    /// # Errors
-    /// A simulation without a solution.
     pub fn timing(&self) -> Result<&Timing, Error> {
         once(&self.timing, || Ok(timing::measure(&self.system, &self.inputs, &self.controls())?))
     }

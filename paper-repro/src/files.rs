@@ -9,9 +9,6 @@ use serde::Serialize;
 use crate::error::Error;
 
 /// The folder for the files, made if there is none: the one asked for, or `out` in the folder of this package, or here if that is gone.
-///
-/// # Errors
-/// A folder that cannot be made, or written in: told before anything is computed.
 pub fn folder(asked: Option<&Path>) -> Result<PathBuf, Error> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let usual = || if package.is_dir() { package.join("out") } else { "out".into() };
@@ -22,26 +19,17 @@ pub fn folder(asked: Option<&Path>) -> Result<PathBuf, Error> {
 }
 
 /// Writes a file beside its place and then moves it there, so that a run that is interrupted leaves the old file or the new one.
-///
-/// # Errors
-/// Named by the path.
 pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     replace(path, contents.as_ref()).map_err(|source| Error::File { path: path.to_owned(), source })
 }
 
 /// Writes a value as JSON.
-///
-/// # Errors
-/// Named by the path.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let json = serde_json::to_string_pretty(value).map_err(io::Error::from);
     write(path, json.map_err(|source| Error::File { path: path.to_owned(), source })? + "\n")
 }
 
 /// Prints to the end.
-///
-/// # Errors
-/// A full disk, a closed pipe.
 pub fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Output)

@@ -7,16 +7,7 @@ pub mod mechanisms;
 use hamiltonian_adjoint::Error;
 use std::fmt;
 
-/// Whether a printed formula holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// To rounding, on both mechanisms.
-    Holds,
-    /// On mechanisms with constant mass matrix only.
-    HoldsForConstantMass,
-    /// No.
-    Misprinted,
-}
+use crate::table::{Verdict, bars};
 
 /// One printed formula.
 #[derive(Clone, Debug)]
@@ -24,7 +15,7 @@ pub struct Finding {
     /// Equation, and block.
     pub place: String,
     pub printed: String,
-    pub status: Status,
+    pub status: Verdict,
     /// The right formula; empty if the printed one is.
     pub corrected: String,
     /// The relative error of the printed formula on both mechanisms; none if it cannot be evaluated.
@@ -41,9 +32,6 @@ pub struct Findings {
 }
 
 /// Holds every printed formula against the true one.
-///
-/// # Errors
-/// None, unless a mechanism cannot be simulated.
 pub fn report() -> Result<Findings, Error> {
     let (constant, variable) = (mechanisms::constant_mass()?, mechanisms::variable_mass()?);
     let both = [&constant, &variable];
@@ -59,16 +47,6 @@ may be its own) and as corrected, at random states near two motions, and compare
 differences of the residual f. A is a cart with two links and a damper (constant M), B a double pendulum in its angles with \
 friction and a constraint (M depends on q). Errors are relative to the size of an entry's row and column.";
 
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.pad(match self {
-            Status::Holds => "holds",
-            Status::HoldsForConstantMass => "holds for constant M",
-            Status::Misprinted => "MISPRINTED",
-        })
-    }
-}
-
 fn errors(of: &Option<[f64; 2]>) -> [String; 2] {
     let number = |x: f64| match x {
         0.0 => "0".to_string(),
@@ -79,7 +57,7 @@ fn errors(of: &Option<[f64; 2]>) -> [String; 2] {
 }
 
 impl Findings {
-    fn count(&self, status: Status) -> usize {
+    fn count(&self, status: Verdict) -> usize {
         self.findings.iter().filter(|finding| finding.status == status).count()
     }
 
@@ -91,7 +69,7 @@ impl Findings {
 
     fn summary(&self) -> String {
         let [holds, constant, wrong] =
-            [Status::Holds, Status::HoldsForConstantMass, Status::Misprinted].map(|s| self.count(s));
+            [Verdict::Holds, Verdict::HoldsForConstantMass, Verdict::Misprinted].map(|s| self.count(s));
         format!(
             "{} formulas: {holds} hold, {constant} hold for constant M only, {wrong} are misprinted.",
             self.findings.len()
@@ -100,18 +78,22 @@ impl Findings {
 
     /// A table in Markdown.
     pub fn markdown(&self) -> String {
-        let title = "# The paper's equations, formula by formula";
-        let head = "| formula | printed | | corrected | error as printed A / B | error corrected A / B | the difference |\n|---|---|---|---|---|---|---|";
+        let heads = [
+            "formula",
+            "printed",
+            "verdict",
+            "corrected",
+            "error as printed A / B",
+            "error corrected A / B",
+            "the difference",
+        ];
         let row = |finding: &Finding| {
-            let [pa, pb] = errors(&finding.printed_error);
-            let [ca, cb] = errors(&finding.corrected_error);
-            let Finding { place, printed, status, corrected, words, .. } = finding;
-            let cells =
-                [place, printed, &status.to_string(), corrected, &format!("{pa} / {pb}"), &format!("{ca} / {cb}"), words];
-            format!("| {} |", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
+            let errors = |of| errors(of).join(" / ");
+            let Finding { place, printed, status, corrected, printed_error, corrected_error, words } = finding.clone();
+            [place, printed, status.to_string(), corrected, errors(&printed_error), errors(&corrected_error), words]
         };
-        let rows: Vec<String> = self.findings.iter().map(row).collect();
-        format!("{title}\n\n{HEADING}\n\n{}\n\n{head}\n{}\n", self.summary(), rows.join("\n"))
+        let rows: Vec<_> = self.findings.iter().map(row).collect();
+        format!("# The paper's equations, formula by formula\n\n{HEADING}\n\n{}\n\n{}", self.summary(), bars(heads, &rows))
     }
 }
 
@@ -121,7 +103,7 @@ impl fmt::Display for Findings {
         for finding in &self.findings {
             let Finding { place, printed, status, corrected, words, .. } = finding;
             writeln!(f, "{status:20}  {place:34}  {printed}")?;
-            if *status == Status::Holds {
+            if *status == Verdict::Holds {
                 continue;
             }
             let ([pa, pb], [ca, cb]) = (errors(&finding.printed_error), errors(&finding.corrected_error));

@@ -1,11 +1,17 @@
 //! The figures and numbers of section 4 of the paper, beside ours.
 
+#[path = "../../tests/scenes/assembly.rs"]
+mod assembly;
+#[path = "../../tests/scenes/by_hand.rs"]
+mod by_hand;
 mod constraints;
 mod error;
 mod experiment;
 mod figures;
 mod files;
 mod jacobians;
+#[path = "../../tests/scenes/mechanisms.rs"]
+mod mechanisms;
 mod parts;
 mod plot;
 mod settings;
@@ -26,8 +32,7 @@ use error::Error;
 use experiment::Experiment;
 use parts::Part;
 use settings::Settings;
-use summary::Summary;
-use table::{Claim, Verdict};
+use table::{Row, Verdict};
 
 /// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
 ///
@@ -93,7 +98,7 @@ fn in_a_line(error: &str) -> String {
 }
 
 /// Makes what is asked for and prints the table.
-fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
+fn run(cli: Cli) -> Result<Vec<Row>, Error> {
     cli.settings.check()?;
     let folder = files::folder(cli.out.as_deref())?;
     let mut parts = if cli.parts.is_empty() { Part::PAPER.to_vec() } else { cli.parts };
@@ -104,9 +109,13 @@ fn run(cli: Cli) -> Result<Vec<Claim>, Error> {
     for part in parts {
         claims.extend(part.make(&experiment, &folder)?);
     }
-    files::write_json(&folder.join("summary.json"), &Summary::new(&experiment, &claims))?;
+    files::write_json(&folder.join("summary.json"), &summary::of(&experiment, &claims))?;
     experiment.warnings().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
-    files::print(&format!("{}\nfigures, data and summary.json are in {}\n", table::text(&claims), folder.display()))?;
+    files::print(&format!(
+        "{}\nfigures, data and summary.json are in {}\n",
+        summary::rows(&claims).text(),
+        folder.display()
+    ))?;
     Ok(claims)
 }
 

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::figures::{fig1, fig2, fig3, fig4, fig5, fig6};
-use crate::table::Claim;
+use crate::table::Row;
 use crate::timing;
 
 /// A figure or a measurement.
@@ -34,10 +34,7 @@ impl Part {
     pub const PAPER: [Part; 7] = [Part::Fig1, Part::Fig2, Part::Fig3, Part::Fig4, Part::Fig5, Part::Fig6, Part::Timing];
 
     /// Makes it, its files in the folder.
-    ///
-    /// # Errors
-    /// A run that fails, files that cannot be written.
-    pub fn make(self, experiment: &Experiment, folder: &Path) -> Result<Vec<Claim>, Error> {
+    pub fn make(self, experiment: &Experiment, folder: &Path) -> Result<Vec<Row>, Error> {
         match self {
             Part::Fig1 => fig1::draw(experiment, &folder.join("fig1")),
             Part::Fig2 => fig2::draw(experiment, &folder.join("fig2")),

@@ -6,7 +6,7 @@ use hamiltonian_adjoint::{Grid, Inputs, System};
 
 use crate::error::Error;
 use crate::steepest_descent::LineSearch;
-use crate::table::{Claim, Verdict};
+use crate::table::{Row, Verdict};
 
 /// N of the paper: t_f = 2 s in steps of 0.02 s.
 const STEPS: usize = 100;
@@ -81,7 +81,7 @@ impl Settings {
     }
 
     /// What the paper leaves open, and our choice.
-    pub fn assumptions(&self) -> Vec<Claim> {
+    pub fn assumptions(&self) -> Vec<Row> {
         let joint = match self.friction_joint {
             0 => "that of the cart and link 1".to_owned(),
             joint => format!("that of links {joint} and {}", joint + 1),
@@ -95,20 +95,10 @@ impl Settings {
                 format!("Armijo: α = {}, times {} until c = {} holds", self.alpha, self.backtrack, self.armijo),
             ),
         ];
-        let claim = |(what, ours): (&str, String)| Claim {
-            figure: "Sect. 4".into(),
-            what: what.into(),
-            paper: "not stated".into(),
-            ours,
-            verdict: Verdict::Assumed,
-        };
-        rows.map(claim).to_vec()
+        rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
     }
 
     /// Refuses flags that do not go together.
-    ///
-    /// # Errors
-    /// What is wrong.
     pub fn check(&self) -> Result<(), Error> {
         let (joint, links) = (self.friction_joint, self.links);
         let problem =

@@ -69,9 +69,6 @@ pub struct Iterate {
 /// Makes so many iterations, or fewer if the line search finds no lower value, and returns the start and all that follows.
 ///
 /// A trial that cannot be evaluated counts as infinitely costly. `progress` sees every iterate.
-///
-/// # Errors
-/// No value at the start, or no gradient.
 pub fn minimise<O: Objective>(
     objective: &mut O,
     start: DMatrix<f64>,

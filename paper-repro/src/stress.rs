@@ -1,6 +1,5 @@
 //! `stress`: where the method or the arithmetic might give way, with a bound for each number and a verdict for each row.
 
-mod assembly;
 mod chaos;
 mod conditioning;
 mod conserved;
@@ -12,17 +11,17 @@ mod long_runs;
 mod motion;
 mod redundant;
 mod row;
-mod scenes;
 mod singular;
 mod units;
 
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde_json::json;
 
 use crate::error::Error;
-use crate::{files, table};
-use row::{Curve, Row, Trial, Verdict};
+use crate::files;
+use crate::table::{Row, Rows, Verdict};
+use row::{Curve, Trial};
 
 /// Tries extremes, long motions and singular configurations and says what held
 #[derive(clap::Args, Clone, Debug)]
@@ -35,43 +34,28 @@ pub struct Options {
     short: bool,
 }
 
-/// The contents of `stress.json`.
-#[derive(Serialize)]
-struct Report<'a> {
-    short: bool,
-    rows: &'a [Row],
-    curves: &'a [Curve],
-}
-
 /// What is tried elsewhere.
 const RANDOM: &str = "Random scenes are tried by `RANDOM_SCENES=2000 cargo test --release --test random -- --nocapture`.";
 
 /// Tries everything, writes the files, prints the table; false if a row failed.
-///
-/// # Errors
-/// Files that cannot be written.
 pub fn run(options: &Options) -> Result<bool, Error> {
     let folder = files::folder(options.out.as_deref())?;
-    let (mut rows, mut curves) = (Vec::new(), Vec::new());
-    for trial in trials(options.short) {
-        let (row, more) = trial.judge();
-        rows.push(row);
-        curves.extend(more);
-    }
+    let (rows, curves): (Vec<Row>, Vec<Vec<Curve>>) = trials(options.short).iter().map(Trial::judge).unzip();
+    let curves = curves.concat();
     figures::draw(&curves, &folder)?;
-    let cells: Vec<[String; 5]> = rows.iter().map(Row::cells).collect();
-    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-    let verdicts = [Verdict::Held, Verdict::Refused, Verdict::Told, Verdict::Failed];
-    let [held, refused, told, failed] = verdicts.map(count);
+    let (keys, heads) = (["group", "tried", "expected", "got"], ["Group", "Tried", "Expected", "Got"]);
+    let table = Rows { keys, heads, rows: &rows };
+    let verdicts = [Verdict::Holds, Verdict::Refused, Verdict::Warned, Verdict::Failed];
+    let [hold, refused, warned, failed] = verdicts.map(|verdict| table.count(verdict));
     let summary = format!(
-        "{} rows: {held} held, {refused} refused (a typed error where that is an answer), {told} told (a warning that is one), {failed} failed.",
+        "{} rows: {hold} hold, {refused} refused with an error (where a typed error is an answer), {warned} warned \
+         (where a warning of just that is one), {failed} failed.",
         rows.len()
     );
-    let markdown = format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table::bars(Row::HEADS, &cells));
-    files::write(&folder.join("stress.md"), markdown)?;
-    files::write_json(&folder.join("stress.json"), &Report { short: options.short, rows: &rows, curves: &curves })?;
-    let table = table::aligned(Row::HEADS, &cells);
-    files::print(&format!("{table}\n{summary}\nfigures, stress.md and stress.json are in {}\n", folder.display()))?;
+    files::write(&folder.join("stress.md"), format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table.markdown()))?;
+    files::write_json(&folder.join("stress.json"), &json!({"short": options.short, "rows": table, "curves": curves}))?;
+    let place = folder.display();
+    files::print(&format!("{}\n{summary}\nfigures, stress.md and stress.json are in {place}\n", table.text()))?;
     Ok(failed == 0)
 }
 

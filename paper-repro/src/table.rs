@@ -1,63 +1,157 @@
-//! The table of what the paper states beside what we find.
+//! The lines of all reports: what was looked at, what was expected, what was found, and the verdict; as tables and as JSON.
 
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How our finding compares with the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::Value;
+
+/// How what was found compares with what was expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// Ours agrees with the paper.
     Reproduced,
     /// Ours is sound but not what the paper has.
     Differs,
-    /// Ours could not be obtained.
-    Failed,
     /// The paper gives no number, so there is only ours.
-    #[serde(rename = "not stated")]
     NotStated,
     /// The paper leaves this open, and ours rests on an assumption.
     Assumed,
+    /// It is as theory says.
+    Confirmed,
+    /// Nothing was expected.
+    Reported,
+    /// All numbers are within their bounds; a formula is right.
+    Holds,
+    /// A formula is right on mechanisms with constant mass matrix only.
+    HoldsForConstantMass,
+    /// A formula is wrong as printed.
+    Misprinted,
+    /// The library stopped with an error that tells why, where that is an answer.
+    Refused,
+    /// Numbers are out of their bounds, and the library's report warns of just that.
+    Warned,
+    /// It is not as it must be.
+    Failed,
+}
+
+impl Verdict {
+    /// Whether ours agrees with the paper; sound it is in any case.
+    pub fn reproduced_if(same: bool) -> Self {
+        if same { Self::Reproduced } else { Self::Differs }
+    }
+
+    /// The word in tables, and the word in JSON files.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Reproduced => ("reproduced", "reproduced"),
+            Self::Differs => ("differs", "differs"),
+            Self::NotStated => ("not stated", "not stated"),
+            Self::Assumed => ("assumed", "assumed"),
+            Self::Confirmed => ("confirmed", "confirmed"),
+            Self::Reported => ("only reported", "reported"),
+            Self::Holds => ("holds", "held"),
+            Self::HoldsForConstantMass => ("holds for constant M", "held for constant M"),
+            Self::Misprinted => ("MISPRINTED", "misprinted"),
+            Self::Refused => ("refused with an error", "refused"),
+            Self::Warned => ("warned", "told"),
+            Self::Failed => ("FAILED", "failed"),
+        }
+    }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.pad(match self {
-            Self::Reproduced => "reproduced",
-            Self::Differs => "differs",
-            Self::Failed => "failed",
-            Self::NotStated => "not stated",
-            Self::Assumed => "assumed",
-        })
+        out.pad(self.words().0)
     }
 }
 
-/// One statement of the paper and our counterpart.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Claim {
-    /// The figure, table or section that makes the statement.
-    pub figure: String,
-    /// What is stated.
-    pub what: String,
-    /// The value in the paper.
-    pub paper: String,
-    /// Our value.
-    pub ours: String,
-    /// How they compare.
+/// A line of a report.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// What was looked at, in a word and in more of them, what was expected and what was found.
+    pub cells: [String; 4],
     pub verdict: Verdict,
+    /// What else the JSON has of it.
+    pub more: Vec<(&'static str, Value)>,
 }
 
-/// The heads of the columns.
-const HEADS: [&str; 5] = ["Figure", "What", "Paper", "Ours", "Verdict"];
+impl Row {
+    /// A row of a word for what was looked at, more words for it, what was expected, and what was found.
+    pub fn new(
+        of: &str,
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        verdict: Verdict,
+    ) -> Self {
+        Row { cells: [of.into(), what.into(), expected.into(), found.into()], verdict, more: Vec::new() }
+    }
+
+    /// The row with the word for its verdict.
+    fn words(&self) -> [String; 5] {
+        let [of, what, expected, found] = self.cells.clone();
+        [of, what, expected, found, self.verdict.to_string()]
+    }
+}
+
+/// Rows and what their cells are called, in JSON and at the head of a table.
+pub struct Rows<'a> {
+    pub keys: [&'static str; 4],
+    pub heads: [&'static str; 4],
+    pub rows: &'a [Row],
+}
+
+impl Rows<'_> {
+    /// Aligned columns, wrapped to the line.
+    pub fn text(&self) -> String {
+        aligned(self.heads(), &self.words())
+    }
+
+    /// A table of Markdown.
+    pub fn markdown(&self) -> String {
+        bars(self.heads(), &self.words())
+    }
+
+    /// How many rows have this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.rows.iter().filter(|row| row.verdict == verdict).count()
+    }
+
+    fn heads(&self) -> [&'static str; 5] {
+        let [of, what, expected, found] = self.heads;
+        [of, what, expected, found, "Verdict"]
+    }
+
+    fn words(&self) -> Vec<[String; 5]> {
+        self.rows.iter().map(Row::words).collect()
+    }
+}
+
+impl Serialize for Rows<'_> {
+    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        out.collect_seq(self.rows.iter().map(|row| KeyedRow { keys: self.keys, row }))
+    }
+}
+
+struct KeyedRow<'a> {
+    keys: [&'static str; 4],
+    row: &'a Row,
+}
+
+impl Serialize for KeyedRow<'_> {
+    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        let mut map = out.serialize_map(None)?;
+        self.keys.iter().zip(&self.row.cells).try_for_each(|(key, cell)| map.serialize_entry(key, cell))?;
+        map.serialize_entry("verdict", self.row.verdict.words().1)?;
+        self.row.more.iter().try_for_each(|(key, value)| map.serialize_entry(key, value))?;
+        map.end()
+    }
+}
+
 /// Characters to a line of the text table.
 const LINE: usize = 110;
 /// Between columns of the text table.
 const GAP: &str = "  ";
-
-/// The claims in aligned columns, wrapped to the line, with a rule where the figure changes.
-pub fn text(claims: &[Claim]) -> String {
-    aligned(HEADS, &claims.iter().map(cells).collect::<Vec<_>>())
-}
 
 /// Rows in aligned columns, wrapped to the line, with a rule where the first column changes.
 pub fn aligned<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
@@ -78,12 +172,6 @@ pub fn bars<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
     let line = |cells: [String; C]| format!("| {} |\n", cells.map(|cell| escaped(&cell)).join(" | "));
     let head = line(heads.map(str::to_owned)) + &"|---".repeat(C) + "|\n";
     std::iter::once(head).chain(rows.iter().map(|cells| line(cells.clone()))).collect()
-}
-
-/// The cells of the claim.
-fn cells(claim: &Claim) -> [String; 5] {
-    let Claim { figure, what, paper, ours, verdict } = claim;
-    [figure.clone(), what.clone(), paper.clone(), ours.clone(), verdict.to_string()]
 }
 
 /// The text on one line, its bars not mistaken for those between cells.
@@ -146,29 +234,33 @@ fn length(text: &str) -> usize {
 mod tests {
     use super::*;
 
-    fn claim(figure: &str, what: &str) -> Claim {
-        let (paper, ours) = ("9 | 10".to_owned(), "word ".repeat(40));
-        Claim { figure: figure.to_owned(), what: what.to_owned(), paper, ours, verdict: Verdict::NotStated }
+    fn rows(rows: &[Row]) -> Rows<'_> {
+        Rows { keys: ["figure", "what", "paper", "ours"], heads: ["Figure", "What", "Paper", "Ours"], rows }
+    }
+
+    fn row(of: &str, what: &str) -> Row {
+        Row::new(of, what, "9 | 10", "word ".repeat(40), Verdict::NotStated)
     }
 
     #[test]
     fn text_fits_the_line() {
-        let table = text(&[claim("Fig. 3", &"x".repeat(150)), claim("Fig. 4", "‖Φ‖ at the end")]);
+        let table = rows(&[row("Fig. 3", &"x".repeat(150)), row("Fig. 4", "‖Φ‖ at the end")]).text();
         assert!(table.lines().all(|line| length(line) <= LINE), "{table}");
         assert_eq!(table.matches("word").count(), 80);
         assert_eq!(table.lines().filter(|line| line.starts_with('─')).count(), 2);
     }
 
     #[test]
-    fn markdown_keeps_one_line_to_a_claim() {
-        let table = bars(HEADS, &[cells(&claim("Fig. 3", "two\nlines"))]);
+    fn markdown_keeps_one_line_to_a_row() {
+        let table = rows(&[row("Fig. 3", "two\nlines")]).markdown();
         assert_eq!(table.lines().count(), 3);
         assert!(table.contains("| two lines | 9 \\| 10 |"));
     }
 
     #[test]
-    fn verdict_reads_as_written() {
-        let written = serde_json::to_string(&Verdict::NotStated).unwrap();
-        assert_eq!(written, format!("\"{}\"", Verdict::NotStated));
+    fn json_has_the_cells_under_their_keys_and_what_else_there_is() {
+        let row = Row { more: vec![("seconds", 0.5.into())], ..Row::new("a", "b", "c", "d", Verdict::Warned) };
+        let json = serde_json::to_string(&rows(&[row])).unwrap();
+        assert_eq!(json, r#"[{"figure":"a","what":"b","paper":"c","ours":"d","verdict":"told","seconds":0.5}]"#);
     }
 }

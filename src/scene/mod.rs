@@ -85,6 +85,11 @@ impl Scene {
         }
     }
 
+    /// The value that a coordinate has in [`System::initial_coordinates`]; NaN for one of another scene.
+    pub fn initial(&self, coordinate: Coordinate) -> f64 {
+        if self.tag.owns(&coordinate.0) { self.parts.initial[coordinate.0.index] } else { f64::NAN }
+    }
+
     /// Adds a control channel.
     pub fn control(&mut self, name: &str) -> Control {
         self.parts.controls.push(name.to_string());

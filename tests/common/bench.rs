@@ -77,9 +77,8 @@ impl Bench {
     }
 
     /// The point of a part that is at this place of the plane at the start.
-    pub fn point(&mut self, part: Part, [x, y]: [f64; 2]) -> Point {
-        let (dx, dy, (sin, cos)) = (x - part.place[0], y - part.place[1], part.angle().sin_cos());
-        let (along, across) = (self.bound(cos * dx + sin * dy), self.bound(cos * dy - sin * dx));
+    pub fn point(&mut self, part: Part, at: [f64; 2]) -> Point {
+        let [along, across] = self.scene.local(part.body, at).map(|x| self.bound(x));
         part.body.at(along, across)
     }
 

@@ -3,11 +3,13 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
+use hamiltonian_adjoint::scenes::CartPendulum;
+
 use super::mechanism::CART;
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::plot::{Point, Scene, SceneChart, Shape, colour};
-use crate::table::{Claim, Verdict};
+use crate::table::{Row, Verdict};
 
 /// Angles of the links in the sketch, repeated for longer chains.
 const ANGLES: [f64; 3] = [-0.19 * TAU, -0.09 * TAU, -0.16 * TAU];
@@ -20,10 +22,7 @@ const LOWEST_NOTE: f64 = -2.2;
 const DIMENSIONED: usize = 1;
 
 /// Draws the figure.
-///
-/// # Errors
-/// Files that cannot be written.
-pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
+pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let links = usize::from(experiment.settings.links);
     let mut shapes = cart();
     let (mut hinge, mut low) = ((0.0, 0.0), LOWEST_NOTE);
@@ -106,25 +105,20 @@ fn subscript(number: usize) -> String {
     number.to_string().chars().map(digit).collect()
 }
 
-fn claims(experiment: &Experiment) -> Vec<Claim> {
+fn claims(experiment: &Experiment) -> Vec<Row> {
     let example = experiment.settings.example();
     let same = example.links == 3 && example.start_angle == -FRAC_PI_2 && example.target_angle == FRAC_PI_2;
-    vec![Claim {
-        figure: "Fig. 1".into(),
-        what: "mechanism: cart, links, masses, inertias, friction, start at rest".into(),
-        paper: "3 links; 0.8 and 0.4 kg; 0.034 and 0.083 kg m²; 0.5 N s/m, 0.2 N m s/rad; φ = −π/2".into(),
-        ours: format!(
-            "{} links; {} and {} kg; {} and {} kg m²; {} N s/m, {} N m s/rad; φ = −π/2; n = {}, m = {}",
-            example.links,
-            example.cart_mass,
-            example.link_mass,
-            example.cart_inertia,
-            example.link_inertia,
-            example.rail_friction,
-            example.hinge_friction,
-            experiment.system.n(),
-            experiment.system.m()
+    let CartPendulum { links, cart_mass, link_mass, cart_inertia, link_inertia, rail_friction, hinge_friction, .. } =
+        example;
+    let (n, m) = (experiment.system.n(), experiment.system.m());
+    vec![Row::new(
+        "Fig. 1",
+        "mechanism: cart, links, masses, inertias, friction, start at rest",
+        "3 links; 0.8 and 0.4 kg; 0.034 and 0.083 kg m²; 0.5 N s/m, 0.2 N m s/rad; φ = −π/2",
+        format!(
+            "{links} links; {cart_mass} and {link_mass} kg; {cart_inertia} and {link_inertia} kg m²; {rail_friction} N s/m, \
+             {hinge_friction} N m s/rad; φ = −π/2; n = {n}, m = {m}"
         ),
-        verdict: if same { Verdict::Reproduced } else { Verdict::Differs },
-    }]
+        Verdict::reproduced_if(same),
+    )]
 }

@@ -6,7 +6,7 @@ use super::mechanism;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Scene, SceneChart, Shape, colour};
-use crate::table::{Claim, Verdict};
+use crate::table::{Row, Verdict};
 
 /// Pictures, the first with the cart at its right-most position.
 const FRAMES: usize = 4;
@@ -14,10 +14,7 @@ const FRAMES: usize = 4;
 const PAPER_RIGHTMOST: f64 = 1.26;
 
 /// Draws the figure.
-///
-/// # Errors
-/// An optimisation that cannot start, files that cannot be written.
-pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
+pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let optimum = experiment.optimum()?;
     let scenes = frames(optimum).map(|node| scene(experiment, optimum, node)).collect();
     let key = [
@@ -59,33 +56,20 @@ fn last_tips(experiment: &Experiment, optimum: &Optimum, node: usize) -> Vec<(f6
     (0..=node).map(tip).collect()
 }
 
-fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Claim> {
-    /// Half a step of the grid.
-    const SAME: f64 = 0.01;
+fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     let time = optimum.motion.times[optimum.cart_rightmost()];
-    let same = (time - PAPER_RIGHTMOST).abs() < SAME;
+    // Half a step of the grid.
+    let same = (time - PAPER_RIGHTMOST).abs() < 0.01;
+    let why = if same { "" } else { "; depends on the assumed link length, friction joint and line search" };
     let example = experiment.settings.example();
     let end = optimum.motion.q.column(optimum.motion.computed - 1);
     let errors = (1..=example.links).map(|j| (end[3 * j + 2] - example.target_angle).abs());
     let worst = errors.fold(0.0, f64::max);
+    let rightmost = ("time of the cart's right-most position", format!("{PAPER_RIGHTMOST} s"), format!("{time:.2} s{why}"));
+    let upright = format!("largest |φ_j − π/2| = {worst:.1e} rad");
     vec![
-        Claim {
-            figure: "Fig. 2".into(),
-            what: "time of the cart's right-most position".into(),
-            paper: format!("{PAPER_RIGHTMOST} s"),
-            ours: format!(
-                "{time:.2} s{}",
-                if same { "" } else { "; depends on the assumed link length, friction joint and line search" }
-            ),
-            verdict: if same { Verdict::Reproduced } else { Verdict::Differs },
-        },
-        Claim {
-            figure: "Fig. 2".into(),
-            what: "final position".into(),
-            paper: "all links upright".into(),
-            ours: format!("largest |φ_j − π/2| = {worst:.1e} rad"),
-            // A hundredth of a radian cannot be seen.
-            verdict: if worst < 0.01 { Verdict::Reproduced } else { Verdict::Differs },
-        },
+        Row::new("Fig. 2", rightmost.0, rightmost.1, rightmost.2, Verdict::reproduced_if(same)),
+        // A hundredth of a radian cannot be seen.
+        Row::new("Fig. 2", "final position", "all links upright", upright, Verdict::reproduced_if(worst < 0.01)),
     ]
 }

@@ -5,13 +5,10 @@ use std::path::Path;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
-use crate::table::{Claim, Verdict};
+use crate::table::{Row, Verdict};
 
 /// Draws the figure.
-///
-/// # Errors
-/// An optimisation that cannot start, files that cannot be written.
-pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Claim>, Error> {
+pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (optimum, times) = (experiment.optimum()?, experiment.times());
     let colours = [colour::GREY, colour::GREEN, colour::RED, colour::BLUE];
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
@@ -43,23 +40,15 @@ fn cost(value: f64) -> String {
     if value < 1e-3 { format!("{value:.0e}") } else { format!("{value:.3}") }
 }
 
-fn claims(optimum: &Optimum) -> Vec<Claim> {
-    let (start, end) = (&optimum.history[0], optimum.end());
-    let constant = start.u.iter().all(|u| *u == 10.0);
+fn claims(optimum: &Optimum) -> Vec<Row> {
+    let [start, end] = [&optimum.history[0], optimum.end()].map(|iterate| (iterate.u.min(), iterate.u.max()));
+    let (first, verdict) = match start {
+        (10.0, 10.0) => ("10 N, constant".to_owned(), Verdict::Reproduced),
+        (least, most) => (format!("{least} to {most} N"), Verdict::Failed),
+    };
+    let last = format!("{:.0} to {:.0} N", end.0, end.1);
     vec![
-        Claim {
-            figure: "Fig. 5".into(),
-            what: "force at the start".into(),
-            paper: "10 N, constant".into(),
-            ours: if constant { "10 N, constant".into() } else { format!("{} to {} N", start.u.min(), start.u.max()) },
-            verdict: if constant { Verdict::Reproduced } else { Verdict::Failed },
-        },
-        Claim {
-            figure: "Fig. 5".into(),
-            what: "force at the end".into(),
-            paper: "curve only".into(),
-            ours: format!("{:.0} to {:.0} N", end.u.min(), end.u.max()),
-            verdict: Verdict::NotStated,
-        },
+        Row::new("Fig. 5", "force at the start", "10 N, constant", first, verdict),
+        Row::new("Fig. 5", "force at the end", "curve only", last, Verdict::NotStated),
     ]
 }

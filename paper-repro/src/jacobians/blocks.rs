@@ -1,19 +1,20 @@
 //! Eq. (10) block by block: as printed in our copy, as corrected, and the true derivative.
 
 use hamiltonian_adjoint::Error;
-use hamiltonian_adjoint::check::{self, Report, StepPoint, Terms, Verdict};
+use hamiltonian_adjoint::check::{self, Report, StepPoint, Terms};
 use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
 use nalgebra::DMatrix;
 
+use super::Finding;
 use super::mechanisms::{Moving, double_pendulum_force_q, double_pendulum_force_v};
-use super::{Finding, Status};
+use crate::table::Verdict;
 use Equation::{F1, F2, F3, F4, F5};
 use Variable::{PStar, PStarDot, Q, Sigma, V};
 
 type Formula = fn(&StepPoint) -> DMatrix<f64>;
 
 /// One block: where it stands, what is printed there, and what should be.
-struct Printed {
+struct Block {
     equation: Equation,
     variable: Variable,
     printed: &'static str,
@@ -23,75 +24,96 @@ struct Printed {
     correct_value: Formula,
 }
 
-const fn block(
+/// A block that is right as printed.
+const fn right((equation, variable): (Equation, Variable), printed: &'static str, value: Formula) -> Block {
+    Block { equation, variable, printed, value: Some(value), correct: printed, correct_value: value }
+}
+
+/// A block that is not.
+const fn wrong(
     (equation, variable): (Equation, Variable),
     (printed, value): (&'static str, Option<Formula>),
     (correct, correct_value): (&'static str, Formula),
-) -> Printed {
-    Printed { equation, variable, printed, value, correct, correct_value }
+) -> Block {
+    Block { equation, variable, printed, value, correct, correct_value }
 }
 
 fn identity(at: &StepPoint) -> DMatrix<f64> {
     DMatrix::identity(at.y.q.len(), at.y.q.len())
 }
 
-fn zero(at: &StepPoint) -> DMatrix<f64> {
-    identity(at) * 0.0
+fn minus_identity(at: &StepPoint) -> DMatrix<f64> {
+    -identity(at)
 }
 
-/// T_qq + γ T_qv is part of `force_q + γ force_v`; the paper's Q has no T_q. Only the double pendulum has one.
+fn gamma_identity(at: &StepPoint) -> DMatrix<f64> {
+    identity(at) * at.gamma
+}
+
+fn minus_gamma_identity(at: &StepPoint) -> DMatrix<f64> {
+    identity(at) * -at.gamma
+}
+
+fn phi_q_transposed(at: &StepPoint) -> DMatrix<f64> {
+    at.terms().phi_q.transpose()
+}
+
+/// γ M_i + (Φ_qᵀσ_i)_q.
+fn mass_and_constraint_force(at: &StepPoint) -> DMatrix<f64> {
+    let t = at.terms();
+    t.mass * at.gamma + t.phi_q_t_sigma_q
+}
+
+/// [Φ̇_qᵀσ_i]_q with q̂ held.
+fn constraint_force(at: &StepPoint, t: &Terms) -> DMatrix<f64> {
+    &t.phi_dot_q_t_sigma_q + &t.phi_q_t_sigma_q * at.gamma
+}
+
+/// Q_q + γ Q_q̇. T_qq + γ T_qv is part of `force_q + γ force_v`; the paper's Q has no T_q. Only the double pendulum has one.
 fn force_without_t_q(at: &StepPoint, t: &Terms) -> DMatrix<f64> {
     if at.y.q.len() == 2 { double_pendulum_force_q(&at.y.q, &at.y.v, at.gamma) } else { &t.force_q + &t.force_v * at.gamma }
 }
 
-fn force_v_without_t_q(at: &StepPoint, t: &Terms, previous: bool) -> DMatrix<f64> {
-    let q = if previous { &at.previous.q } else { &at.y.q };
-    if q.len() == 2 { double_pendulum_force_v(q) } else { t.force_v.clone() }
+/// S + Q_q̇^i, with S as meant.
+fn s_and_previous_force_v(at: &StepPoint) -> DMatrix<f64> {
+    let q = &at.previous.q;
+    let force_v = if q.len() == 2 { double_pendulum_force_v(q) } else { at.previous_terms().force_v };
+    at.terms().phi_q_t_sigma_q + force_v
+}
+
+/// S + (Q + T_q)_q̇^{i+1}.
+fn s_and_force_v(at: &StepPoint) -> DMatrix<f64> {
+    let t = at.terms();
+    t.phi_q_t_sigma_q + t.force_v
 }
 
 /// ∂f_i/∂y_i.
-const LEFT: [Printed; 12] = [
-    block((F1, V), ("I", Some(identity)), ("I", identity)),
-    block((F1, Q), ("−γ I", Some(|at| identity(at) * -at.gamma)), ("−γ I", |at| identity(at) * -at.gamma)),
-    block((F2, PStarDot), ("I", Some(identity)), ("I", identity)),
-    block((F2, PStar), ("−γ I", Some(|at| identity(at) * -at.gamma)), ("−γ I", |at| identity(at) * -at.gamma)),
-    block(
+const LEFT: [Block; 12] = [
+    right((F1, V), "I", identity),
+    right((F1, Q), "−γ I", minus_gamma_identity),
+    right((F2, PStarDot), "I", identity),
+    right((F2, PStar), "−γ I", minus_gamma_identity),
+    wrong(
         (F3, Q),
-        (
-            "γ M_i + (Φ_qᵀσ_i)_q",
-            Some(|at| {
-                let t = at.terms();
-                t.mass * at.gamma + t.phi_q_t_sigma_q
-            }),
-        ),
-        ("γ M_i + (M q̇_i)_q + (Φ_qᵀσ_i)_q", |at| {
-            let t = at.terms();
-            t.mass * at.gamma + t.mass_v_q + t.phi_q_t_sigma_q
-        }),
+        ("γ M_i + (Φ_qᵀσ_i)_q", Some(mass_and_constraint_force)),
+        ("γ M_i + (M q̇_i)_q + (Φ_qᵀσ_i)_q", |at| mass_and_constraint_force(at) + at.terms().mass_v_q),
     ),
-    block((F3, PStar), ("−I", Some(|at| -identity(at))), ("−I", |at| -identity(at))),
-    block((F3, Sigma), ("Φ_qᵀ", Some(|at| at.terms().phi_q.transpose())), ("Φ_qᵀ", |at| at.terms().phi_q.transpose())),
-    block(
+    right((F3, PStar), "−I", minus_identity),
+    right((F3, Sigma), "Φ_qᵀ", phi_q_transposed),
+    wrong(
         (F4, Q),
         (
             "Q_q + γ Q_q̇ + [Φ̇_qᵀσ_i]_q, q̂ held",
-            Some(|at| {
-                let t = at.terms();
-                force_without_t_q(at, &t) + t.phi_dot_q_t_sigma_q + t.phi_q_t_sigma_q * at.gamma
-            }),
+            Some(|at| force_without_t_q(at, &at.terms()) + constraint_force(at, &at.terms())),
         ),
         ("(Q + T_q)_q + γ (Q + T_q)_q̇ + [Φ̇_qᵀσ_i]_q, q̂ held", |at| {
             let t = at.terms();
-            &t.force_q + &t.force_v * at.gamma + t.phi_dot_q_t_sigma_q + t.phi_q_t_sigma_q * at.gamma
+            &t.force_q + &t.force_v * at.gamma + constraint_force(at, &t)
         }),
     ),
-    block(
-        (F4, PStar),
-        ("−I (first of the two rows), −γ I (second)", Some(|at| -identity(at))),
-        ("−γ I", |at| identity(at) * -at.gamma),
-    ),
-    block((F4, Sigma), ("Φ_qᵀ", Some(|at| at.terms().phi_q.transpose())), ("Φ̇_qᵀ", |at| at.terms().phi_dot_q.transpose())),
-    block(
+    wrong((F4, PStar), ("−I (first of the two rows), −γ I (second)", Some(minus_identity)), ("−γ I", minus_gamma_identity)),
+    wrong((F4, Sigma), ("Φ_qᵀ", Some(phi_q_transposed)), ("Φ̇_qᵀ", |at| at.terms().phi_dot_q.transpose())),
+    wrong(
         (F5, Q),
         ("[f_4^i]_q (n × n)", None),
         ("[f_5^i]_q = γ Φ_q + Φ̇_q", |at| {
@@ -99,73 +121,45 @@ const LEFT: [Printed; 12] = [
             t.phi_q * at.gamma + t.phi_dot_q
         }),
     ),
-    block(
-        (F5, Sigma),
-        (
-            "0",
-            Some(|at| {
-                let t = at.terms();
-                DMatrix::zeros(t.phi_q.nrows(), t.phi_q.nrows())
-            }),
-        ),
-        ("0", |at| {
-            let t = at.terms();
-            DMatrix::zeros(t.phi_q.nrows(), t.phi_q.nrows())
-        }),
-    ),
+    right((F5, Sigma), "0", |at| {
+        let m = at.terms().phi_q.nrows();
+        DMatrix::zeros(m, m)
+    }),
 ];
 
 /// ∂f_{i+1}/∂y_i; the functions are evaluated at node i + 1, `previous` is node i.
-const RIGHT: [Printed; 12] = [
-    block((F1, V), ("I", Some(identity)), ("I", identity)),
-    block((F1, Q), ("γ I", Some(|at| identity(at) * at.gamma)), ("γ I", |at| identity(at) * at.gamma)),
-    block((F2, PStarDot), ("I", Some(identity)), ("I", identity)),
-    block((F2, PStar), ("γ I", Some(|at| identity(at) * at.gamma)), ("γ I", |at| identity(at) * at.gamma)),
-    block((F3, V), ("−M_i", Some(|at| -at.previous_terms().mass)), ("−M_{i+1}", |at| -at.terms().mass)),
-    block(
+const RIGHT: [Block; 12] = [
+    right((F1, V), "I", identity),
+    right((F1, Q), "γ I", gamma_identity),
+    right((F2, PStarDot), "I", identity),
+    right((F2, PStar), "γ I", gamma_identity),
+    wrong((F3, V), ("−M_i", Some(|at| -at.previous_terms().mass)), ("−M_{i+1}", |at| -at.terms().mass)),
+    wrong(
         (F3, Q),
         ("−γ M_i", Some(|at| at.previous_terms().mass * -at.gamma)),
         ("−γ M_{i+1}", |at| at.terms().mass * -at.gamma),
     ),
-    block(
+    wrong(
         (F4, V),
-        (
-            "−S − Q_q̇^i, with S as meant",
-            Some(|at| {
-                let (t, p) = (at.terms(), at.previous_terms());
-                -t.phi_q_t_sigma_q - force_v_without_t_q(at, &p, true)
-            }),
-        ),
-        ("−S − (Q + T_q)_q̇^{i+1}", |at| {
-            let t = at.terms();
-            -t.phi_q_t_sigma_q - t.force_v
-        }),
+        ("−S − Q_q̇^i, with S as meant", Some(|at| -s_and_previous_force_v(at))),
+        ("−S − (Q + T_q)_q̇^{i+1}", |at| -s_and_force_v(at)),
     ),
-    block((F4, PStarDot), ("I", Some(identity)), ("I", identity)),
-    block(
+    right((F4, PStarDot), "I", identity),
+    wrong(
         (F4, Q),
-        (
-            "−γ (S + Q_q̇^i), with S as meant",
-            Some(|at| {
-                let (t, p) = (at.terms(), at.previous_terms());
-                (t.phi_q_t_sigma_q + force_v_without_t_q(at, &p, true)) * -at.gamma
-            }),
-        ),
-        ("−γ (S + (Q + T_q)_q̇^{i+1})", |at| {
-            let t = at.terms();
-            (t.phi_q_t_sigma_q + t.force_v) * -at.gamma
-        }),
+        ("−γ (S + Q_q̇^i), with S as meant", Some(|at| s_and_previous_force_v(at) * -at.gamma)),
+        ("−γ (S + (Q + T_q)_q̇^{i+1})", |at| s_and_force_v(at) * -at.gamma),
     ),
-    block((F4, PStar), ("0", Some(zero)), ("γ I", |at| identity(at) * at.gamma)),
-    block((F5, V), ("−Φ_q at i", Some(|at| -at.previous_terms().phi_q)), ("−Φ_q at i + 1", |at| -at.terms().phi_q)),
-    block(
+    wrong((F4, PStar), ("0", Some(|at| identity(at) * 0.0)), ("γ I", gamma_identity)),
+    wrong((F5, V), ("−Φ_q at i", Some(|at| -at.previous_terms().phi_q)), ("−Φ_q at i + 1", |at| -at.terms().phi_q)),
+    wrong(
         (F5, Q),
         ("−γ Φ_q at i", Some(|at| at.previous_terms().phi_q * -at.gamma)),
         ("−γ Φ_q at i + 1", |at| at.terms().phi_q * -at.gamma),
     ),
 ];
 
-impl Printed {
+impl Block {
     fn place(&self, right: bool) -> String {
         let side = if right { "right" } else { "left" };
         format!("(10) {side}: {} by {}", self.equation.name(), self.variable.name())
@@ -197,11 +191,11 @@ impl Printed {
         };
         let corrected = run(self.correct_value)?;
         let printed = self.value.map(run).transpose()?;
-        let passes = |report: &Report| report.verdict() == Verdict::Right;
+        let passes = |report: &Report| report.verdict() == check::Verdict::Right;
         let status = match &printed {
-            Some([a, b]) if passes(a) && passes(b) => Status::Holds,
-            Some([a, _]) if passes(a) => Status::HoldsForConstantMass,
-            _ => Status::Misprinted,
+            Some([a, b]) if passes(a) && passes(b) => Verdict::Holds,
+            Some([a, _]) if passes(a) => Verdict::HoldsForConstantMass,
+            _ => Verdict::Misprinted,
         };
         let error = |report: &Report| report.blocks[0].relative_error;
         let says = |reports: &[Report; 2]| {
@@ -218,7 +212,7 @@ impl Printed {
             place: self.place(right),
             printed: self.printed.into(),
             status,
-            corrected: if status == Status::Holds { String::new() } else { self.correct.into() },
+            corrected: if status == Verdict::Holds { String::new() } else { self.correct.into() },
             printed_error: printed.map(|reports| reports.each_ref().map(error)),
             corrected_error: Some(
                 corrected.each_ref().map(|report| if passes(report) { error(report) } else { f64::INFINITY }),
@@ -241,7 +235,7 @@ pub fn findings(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
 }
 
 /// The blocks printed as 0.
-fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Printed; 12]) -> Result<Finding, Error> {
+fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Block; 12]) -> Result<Finding, Error> {
     let mut worst = [0.0f64; 2];
     let mut count = 0;
     for (worst, on) in worst.iter_mut().zip(mechanisms) {
@@ -256,7 +250,7 @@ fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Printed; 12]) -> Resu
             }
         }
     }
-    let status = if worst == [0.0; 2] { Status::Holds } else { Status::Misprinted };
+    let status = if worst == [0.0; 2] { Verdict::Holds } else { Verdict::Misprinted };
     let side = if right { "right" } else { "left" };
     Ok(Finding {
         place: format!("(10) {side}: the other {count} blocks"),

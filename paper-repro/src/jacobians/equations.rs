@@ -6,7 +6,8 @@ use hamiltonian_adjoint::{Cx, Error, Inputs, LiftedSolver, Settings, Trajectory}
 use nalgebra::{DMatrix, DVector};
 
 use super::mechanisms::{Moving, free_fall};
-use super::{Finding, Status, relative};
+use super::{Finding, relative};
+use crate::table::Verdict;
 
 /// A complex step far below rounding.
 const STEP: f64 = 1e-30;
@@ -14,12 +15,12 @@ const STEP: f64 = 1e-30;
 fn finding(place: &str, printed: &str, corrected: &str, errors: [[f64; 2]; 2], words: &str) -> Finding {
     let [printed_error, corrected_error] = errors;
     let fails = |x: &f64| *x > 1e-6;
-    let status = if printed_error.iter().any(fails) { Status::Misprinted } else { Status::Holds };
+    let status = if printed_error.iter().any(fails) { Verdict::Misprinted } else { Verdict::Holds };
     Finding {
         place: place.into(),
         printed: printed.into(),
         status,
-        corrected: if status == Status::Holds { String::new() } else { corrected.into() },
+        corrected: if status == Verdict::Holds { String::new() } else { corrected.into() },
         printed_error: Some(printed_error),
         corrected_error: Some(corrected_error),
         words: words.into(),
@@ -31,7 +32,7 @@ fn slip(place: &str, printed: &str, corrected: &str, words: &str) -> Finding {
     Finding {
         place: place.into(),
         printed: printed.into(),
-        status: Status::Misprinted,
+        status: Verdict::Misprinted,
         corrected: corrected.into(),
         printed_error: None,
         corrected_error: None,
@@ -50,7 +51,7 @@ pub fn of_motion(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
         [[f64::NAN, apart(without)], [f64::NAN, apart(with)]],
         "without T_q = ½ (q̇ᵀ M q̇)_q, a free double pendulum in its angles is elsewhere after 1 s than the same in point-mass coordinates (rad)",
     );
-    t_q.status = Status::HoldsForConstantMass;
+    t_q.status = Verdict::HoldsForConstantMass;
     let trapezoidal = |sign: f64| mechanisms.map(|on| rule_error(on, sign));
     Ok(vec![
         t_q,
@@ -132,7 +133,7 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
         errors,
         "Σ wᵀδf must vanish for any w; (8) has the term again, in its sum for i = N − 1",
     );
-    seven.status = Status::Misprinted;
+    seven.status = Verdict::Misprinted;
     Ok(vec![
         seven,
         slip("(8), first term", "w_1ᵀ f^i_{y_0}", "w_1ᵀ f^1_{y_0}", "i is not bound there"),

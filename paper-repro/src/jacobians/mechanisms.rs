@@ -3,13 +3,12 @@
 use hamiltonian_adjoint::element::{CostPoint, ForcePoint, Sum};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::AngleError;
-use hamiltonian_adjoint::{Constraint, Cost, Error, Force, KineticEnergy, PotentialEnergy, Scalar, Scene, System};
+use hamiltonian_adjoint::{Constraint, Cost, Error, Force, Scalar, Scene, System};
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Start, Trajectory, simulate};
 use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Gravity of both mechanisms, m/s².
-pub const GRAVITY: f64 = 9.81;
+use crate::by_hand::{DoublePendulum, GRAVITY};
 
 /// A mechanism with a motion.
 pub struct Moving {
@@ -63,21 +62,6 @@ pub fn constant_mass() -> Result<Moving, Error> {
     }
     scene.cost("effort", Effort, Sum::Plain, [], [], [force], [damping.into()]);
     Moving::new(scene.compile()?, None, 0.02)
-}
-
-/// A double pendulum in its two absolute angles from the vertical, links of 1 kg and 1 m, point masses at the ends.
-pub struct DoublePendulum;
-
-impl KineticEnergy<2> for DoublePendulum {
-    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
-        v[0] * v[0] + v[1] * v[1] * 0.5 + v[0] * v[1] * (q[0] - q[1]).cos()
-    }
-}
-
-impl PotentialEnergy<2> for DoublePendulum {
-    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> S {
-        -(q[0].cos() * 2.0 + q[1].cos()) * GRAVITY
-    }
 }
 
 /// A torque u on the first link, and friction that depends on its angle: Q_v depends on q.

@@ -98,9 +98,6 @@ const RADIUS: f64 = 3.25;
 
 impl Chart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
-    ///
-    /// # Errors
-    /// A drawing that fails, a file that cannot be written.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
         page::save(stem, self.size, &csv::series(&self.x.label, &self.columns()), |area| self.draw(area))
     }
@@ -199,9 +196,6 @@ impl Chart {
 
 impl Panels {
     /// Writes `<stem>.svg`, `<stem>.png` and, in long form, `<stem>.csv`.
-    ///
-    /// # Errors
-    /// A drawing that fails, a file that cannot be written.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
         let (columns, rows) = (self.columns.max(1), self.charts.len().div_ceil(self.columns.max(1)).max(1));
         let (width, height) = self.charts.first().map_or((0.0, 0.0), |chart| chart.size);

@@ -38,9 +38,6 @@ pub fn font(em: f64, style: FontStyle) -> FontDesc<'static> {
 }
 
 /// Writes the three files of the stem; the page is as large as these points, whatever is drawn on it.
-///
-/// # Errors
-/// A drawing that fails, a file that cannot be written.
 pub fn save(stem: &Path, size: (f64, f64), csv: &str, draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<(), Error> {
     let (width, height) = (size.0.clamp(10.0, 5000.0).round(), size.1.clamp(10.0, 5000.0).round());
     let svg = svg((width, height), draw)?;

@@ -220,9 +220,6 @@ const MARGIN: f64 = 8.0;
 
 impl SceneChart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
-    ///
-    /// # Errors
-    /// A drawing that fails, a file that cannot be written.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
         let rows = self.scenes.len().div_ceil(self.columns).max(1);
         let ((left, low), (right, high)) = self.range.unwrap_or_else(|| self.stretch());

@@ -2,10 +2,10 @@
 
 use hamiltonian_adjoint::{Error, Settings, Solver, System};
 
-use super::assembly::Units;
 use super::motion::{March, shaken};
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::Units;
+use crate::mechanisms as scenes;
 
 const GROUP: &str = "condition";
 

@@ -1,16 +1,16 @@
 //! What a motion keeps: energy, momenta, and the balance of power.
 
-use hamiltonian_adjoint::{Error, KineticEnergy, PotentialEnergy, Settings, Start, System};
-use nalgebra::{DVector, SVector};
+use hamiltonian_adjoint::{Error, Settings, Start, System};
+use nalgebra::DVector;
 
-use super::assembly::{Mechanism, Units};
 use super::motion::{
     APART, BOUNDED, GROWS, IN_PROPORTION, March, Record, WANDERS, deviation, drifted, envelope, in_figures, no_solution,
     projected, rebased, refined,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
-use super::scenes;
-use crate::jacobians::mechanisms::DoublePendulum;
+use crate::assembly::{Mechanism, Units};
+use crate::by_hand::DoublePendulum;
+use crate::mechanisms as scenes;
 
 const GROUP: &str = "conserved";
 /// The order of the rule, as far as two step lengths show it.
@@ -36,7 +36,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
             };
             let trial = trial(format!("energy of a {}, {} ms", named(what, how), 1e3 * dt), Box::new(run));
             let grows = settings == Settings::default();
-            trials.push(if grows { trial.or_refused(GROWS, no_solution).or_told(APART, drifted) } else { trial });
+            trials.push(if grows { trial.or_refused(GROWS, no_solution).or_warned(APART, drifted) } else { trial });
         }
     }
     for (how, settings, _) in ways() {
@@ -117,10 +117,7 @@ fn energies(mechanism: &Mechanism, steps: usize, dt: f64, settings: Settings) ->
 }
 
 fn minimal_energies(system: &System, steps: usize, dt: f64) -> Record {
-    March::new(system, steps, dt).record(|at| {
-        let ([q, v], b) = ([at.q, at.v].map(SVector::<f64, 2>::from_column_slice), SVector::from([]));
-        DoublePendulum.kinetic_energy(&q, &v, &b) + DoublePendulum.potential_energy(&q, &b, 0.0)
-    })
+    March::new(system, steps, dt).record(|at| DoublePendulum::energy(at.q, at.v))
 }
 
 fn minimal(steps: usize) -> Result<Found, Error> {

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use hamiltonian_adjoint::{Error, Report, Settings, System};
 
-use super::assembly::Units;
 use super::motion::{
     APART, GROWS, March, Node, Record, deviation, drifted, envelope, gradient_error, in_figures, no_solution, projected,
     rebased,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
-use super::scenes;
+use crate::assembly::Units;
+use crate::mechanisms as scenes;
 
 const GROUP: &str = "drift";
 const MOVING: &str = "paper's cart, kept moving";
@@ -38,7 +38,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
         trials.push(
             trial("", Settings::default(), steps, grows_with_time_at_most)
                 .or_refused(GROWS, no_solution)
-                .or_told(APART, drifted),
+                .or_warned(APART, drifted),
         );
         trials.push(trial(", rebased at every node", rebased(1), steps, rebased_one));
         trials.push(trial(", rebased at every 100th node", rebased(100), steps, rebased_one));

@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, State, gradient, simulate};
 
-use super::assembly::Units;
 use super::hard_starts::rough_step;
 use super::motion::{CONTROLS, COORDINATES, March, RATES, deviation, gradient_error, gradient_errors, shaken};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
-use super::scenes::{self, Pull};
+use crate::assembly::Units;
+use crate::mechanisms::{self as scenes, Pull};
 use crate::statistics::{largest, relative_difference};
 
 const GROUP: &str = "extremes";

@@ -13,9 +13,6 @@ const PANEL: (f64, f64) = (430.0, 480.0);
 const BEYOND: f64 = 1e2;
 
 /// Draws both figures into the folder.
-///
-/// # Errors
-/// Files that cannot be written.
 pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
     for (over_time, name, x) in [(true, "stress_over_time", "time [s]"), (false, "stress_over_step", "step length [s]")] {
         let chart = |(of, title): (Quantity, &str)| {

@@ -1,15 +1,11 @@
 //! Steps that are too long, forces that jump, chains that are very long.
 
-use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Report, Scalar, Scene, Settings, Solver, Sum,
-    System, Warning,
-};
-use nalgebra::SVector;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Report, Settings, Solver, Sum, System, Warning};
 
-use super::assembly::Units;
 use super::motion::{March, amplification, gradient_error};
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::Units;
+use crate::mechanisms as scenes;
 
 const GROUP: &str = "hard starts";
 const TOO_LONG: &str = "Newton's iteration has no solution for this step";
@@ -56,39 +52,9 @@ pub fn trials() -> Vec<Trial> {
     ]
 }
 
-/// A mass that is driven by b v² + u: without a control its speed is v₀/(1 − b v₀ t), and long steps have no solution.
-struct Runaway;
-
-impl KineticEnergy<1> for Runaway {
-    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 1>, v: &SVector<S, 1>, _: &SVector<S, 0>) -> S {
-        v[0] * v[0] * 0.5
-    }
-}
-
-impl Force<1, 1, 1> for Runaway {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
-        SVector::from([b[0] * at.v[0] * at.v[0] + at.u[0]])
-    }
-}
-
-impl Cost<1, 0, 1> for Runaway {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _: &SVector<S, 0>) -> S {
-        at.q[0] * at.v[0] + at.v[0] * at.u[0] * at.t + at.u[0] * at.u[0]
-    }
-}
-
 /// Six easy steps, two that must be halved, and one more: the warning says where, and the gradient is that of the grid that was taken.
 fn halved() -> Result<Found, Error> {
-    let mut scene = Scene::new();
-    let q = scene.coordinates("sled", ["x"]);
-    let (u, b) = (scene.control("push"), scene.design("gain", 1.0));
-    scene.kinetic_energy("mass", Runaway, q, []);
-    scene.force("drive", Runaway, q, [u], [b.into()]);
-    scene.cost("on the way", Runaway, Sum::Trapezoidal, q, [], [u], []);
-    let system = scene.compile()?;
-    let mut inputs = pushed(&system, 9, 0.02, |i| 0.01 * (i as f64).sin());
-    inputs.grid.steps[6..].copy_from_slice(&[0.5, 0.15, 0.01]);
-    inputs.start.rate_mut()[0] = 1.0;
+    let (system, inputs) = scenes::sled(&[Sum::Trapezoidal])?;
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
     let found = solver.report().warnings.iter().find_map(|warning| match warning {

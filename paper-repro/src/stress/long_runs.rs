@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use hamiltonian_adjoint::{Error, LongSolver, Settings, Solver, System};
 
-use super::assembly::{Mechanism, Units};
 use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, Node, WANDERS, deviation, no_solution, projected, rebased};
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::{Mechanism, Units};
+use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
 const GROUP: &str = "long runs";

@@ -86,9 +86,6 @@ impl<'a> March<'a> {
     }
 
     /// Simulates and shows each node.
-    ///
-    /// # Errors
-    /// A step without a solution.
     pub fn run(&self, see: impl FnMut(&State)) -> Result<Report, Error> {
         let (report, result) = self.attempt(see);
         result.map(|()| report)
@@ -156,9 +153,6 @@ pub struct Record {
 
 impl Record {
     /// All of it.
-    ///
-    /// # Errors
-    /// Why it ends early.
     pub fn complete(self) -> Result<Vec<(f64, f64)>, Error> {
         self.stopped.map_or(Ok(self.points), Err)
     }
@@ -204,9 +198,6 @@ pub const STEPS: Kind = |input| matches!(input, Input::Step(_));
 
 /// The relative differences of the adjoint from complex step with respect to inputs of these kinds, each relative to the largest derivative
 /// of its kind; of each kind up to `most` inputs are looked at.
-///
-/// # Errors
-/// A step without a solution.
 pub fn gradient_errors<const K: usize>(
     system: &System,
     inputs: &Inputs,
@@ -231,9 +222,6 @@ pub fn gradient_errors<const K: usize>(
 }
 
 /// The worst of all kinds.
-///
-/// # Errors
-/// A step without a solution.
 pub fn gradient_error(system: &System, inputs: &Inputs, settings: Settings, most: usize) -> Result<f64, Error> {
     let kinds = [CONTROLS, DESIGN, COORDINATES, RATES, STEPS];
     Ok(largest(&gradient_errors(system, inputs, settings, most, kinds)?))
@@ -241,9 +229,6 @@ pub fn gradient_error(system: &System, inputs: &Inputs, settings: Settings, most
 
 /// The worst of the kinds that leave all constraints satisfied: controls, p*₀ and steps. Constraints that depend on each other, or are about
 /// to, contradict each other when q₀ is changed.
-///
-/// # Errors
-/// A step without a solution.
 pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usize) -> Result<f64, Error> {
     let start = match &inputs.start {
         Start::Velocity { q, .. } => Start::Momentum { q: q.clone(), p_star: DVector::zeros(system.n()) },
@@ -256,9 +241,6 @@ pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usi
 /// By how much a motion amplifies a change of its start: the largest |δq| that follows from one in all v₀ or p*₀ of size 1.
 ///
 /// Rounding is amplified alike, and two computations of one motion, or of its gradient, cannot agree better.
-///
-/// # Errors
-/// A step without a solution.
 pub fn amplification(system: &System, inputs: &Inputs) -> Result<f64, Error> {
     let mut direction = no_change(inputs);
     direction.start.rate_mut().fill(1.0);

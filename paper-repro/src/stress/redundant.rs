@@ -3,10 +3,10 @@
 use hamiltonian_adjoint::planar::Harmonic;
 use hamiltonian_adjoint::{Error, Settings, Solver, Warning};
 
-use super::assembly::{GROUND, Mechanism};
 use super::motion::{gradient_error_on_constraints, shaken};
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::{GROUND, Mechanism};
+use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
 const GROUP: &str = "redundant";

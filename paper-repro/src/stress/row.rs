@@ -1,36 +1,13 @@
 //! A row of the report: what is tried, what was measured against which bounds, and the verdict.
 
-use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use hamiltonian_adjoint::{Error, Warning};
 use serde::Serialize;
+use serde_json::json;
 
-/// Whether a row is as it must be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// All numbers are within their bounds.
-    Held,
-    /// The library stopped with an error that tells why, where that is an answer.
-    Refused,
-    /// Some numbers are not, and the library's report warns of just that.
-    Told,
-    /// None of these.
-    Failed,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.pad(match self {
-            Self::Held => "held",
-            Self::Refused => "refused",
-            Self::Told => "told",
-            Self::Failed => "FAILED",
-        })
-    }
-}
+use crate::table::{Row, Verdict};
 
 /// A number and the bounds it must keep, infinite ones if it is only told.
 #[derive(Clone, Debug, Serialize)]
@@ -123,32 +100,30 @@ impl From<Vec<Measure>> for Found {
     }
 }
 
-/// Errors that are an answer.
+/// Errors that are an answer, and why.
 struct Refusal {
     why: &'static str,
     is: Box<dyn Fn(&Error) -> bool>,
-    /// Nothing else is.
+    /// Nothing else is an answer.
     must: bool,
 }
 
-/// Warnings that are an answer where numbers are out of their bounds.
-struct Telling {
-    why: &'static str,
-    is: fn(&Warning) -> bool,
-}
+/// Whether a warning is an answer.
+type Warns = fn(&Warning) -> bool;
 
 /// Something to be tried.
 pub struct Trial {
     group: &'static str,
     tried: String,
     refusal: Option<Refusal>,
-    telling: Option<Telling>,
+    /// Warnings that are an answer where numbers are out of their bounds, and why.
+    warning: Option<(&'static str, Warns)>,
     run: Box<dyn Fn() -> Result<Found, Error>>,
 }
 
 impl Trial {
     pub fn new(group: &'static str, tried: impl Into<String>, run: impl Fn() -> Result<Found, Error> + 'static) -> Self {
-        Trial { group, tried: tried.into(), refusal: None, telling: None, run: Box::new(run) }
+        Trial { group, tried: tried.into(), refusal: None, warning: None, run: Box::new(run) }
     }
 
     /// Such an error of the library is an answer too, for this reason.
@@ -162,8 +137,8 @@ impl Trial {
     }
 
     /// Where bounds are passed, such a warning in the library's report is an answer too, for this reason.
-    pub fn or_told(self, why: &'static str, is: fn(&Warning) -> bool) -> Self {
-        Trial { telling: Some(Telling { why, is }), ..self }
+    pub fn or_warned(self, why: &'static str, is: Warns) -> Self {
+        Trial { warning: Some((why, is)), ..self }
     }
 
     /// Group and what is tried.
@@ -177,43 +152,48 @@ impl Trial {
         let start = Instant::now();
         let result = catch_unwind(AssertUnwindSafe(|| (self.run)()));
         let seconds = start.elapsed().as_secs_f64();
-        let row = |expected: String, got: String, verdict, measures| Row {
-            group: self.group,
-            tried: self.tried.clone(),
-            expected: self.expected(expected),
-            got,
-            verdict,
-            measures,
-            seconds,
-        };
-        let must_refuse = self.refusal.as_ref().is_some_and(|refusal| refusal.must);
-        let stopped = |error: Error| match &self.refusal {
-            Some(refusal) if (refusal.is)(&error) => row(String::new(), error.to_string(), Verdict::Refused, Vec::new()),
-            _ => row("no error".to_owned(), error.to_string(), Verdict::Failed, Vec::new()),
-        };
-        match result {
-            Ok(Ok(Found { measures, curves, warnings, stopped: None })) => {
-                let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
-                let got: Vec<String> = measures.iter().map(Measure::got).collect();
-                let got = got.join(", ");
-                let held = !must_refuse && measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
-                let told =
-                    warnings.iter().find(|warning| self.telling.as_ref().is_some_and(|telling| (telling.is)(warning)));
-                let (got, verdict) = match told {
-                    _ if held => (got, Verdict::Held),
-                    Some(warning) => (format!("{got}; {warning}"), Verdict::Told),
-                    None => (got, Verdict::Failed),
-                };
-                (row(expected.join(", "), got, verdict, measures), curves)
+        let (mut measures, mut curves) = (Vec::new(), Vec::new());
+        let (expected, got, verdict) = match result {
+            Ok(Ok(found)) => {
+                curves = found.curves;
+                match found.stopped {
+                    Some(error) => self.stopped(&error),
+                    None => {
+                        measures = found.measures;
+                        self.measured(&measures, &found.warnings)
+                    }
+                }
             }
-            Ok(Ok(Found { curves, stopped: Some(error), .. })) => (stopped(error), curves),
-            Ok(Err(error)) => (stopped(error), Vec::new()),
-            Err(_) => (row("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed, Vec::new()), Vec::new()),
+            Ok(Err(error)) => self.stopped(&error),
+            Err(_) => ("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed),
+        };
+        let more = vec![("measures", json!(measures)), ("seconds", json!(seconds))];
+        (Row { more, ..Row::new(self.group, &self.tried, self.expected(expected), got, verdict) }, curves)
+    }
+
+    /// What must be measured, what was, and the verdict.
+    fn measured(&self, measures: &[Measure], warnings: &[Warning]) -> (String, String, Verdict) {
+        let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
+        let got = measures.iter().map(Measure::got).collect::<Vec<_>>().join(", ");
+        let must_refuse = self.refusal.as_ref().is_some_and(|refusal| refusal.must);
+        let holds = !must_refuse && measures.iter().any(Measure::is_judged) && measures.iter().all(Measure::holds);
+        let warning = warnings.iter().find(|warning| self.warning.is_some_and(|(_, is)| is(warning)));
+        let (got, verdict) = match warning {
+            _ if holds => (got, Verdict::Holds),
+            Some(warning) => (format!("{got}; {warning}"), Verdict::Warned),
+            None => (got, Verdict::Failed),
+        };
+        (expected.join(", "), got, verdict)
+    }
+
+    /// The same where an error stopped it.
+    fn stopped(&self, error: &Error) -> (String, String, Verdict) {
+        match &self.refusal {
+            Some(refusal) if (refusal.is)(error) => (String::new(), error.to_string(), Verdict::Refused),
+            _ => ("no error".to_owned(), error.to_string(), Verdict::Failed),
         }
     }
-}
 
-impl Trial {
     /// What must be measured, and what else is an answer.
     fn expected(&self, measured: String) -> String {
         let expected = match &self.refusal {
@@ -221,33 +201,10 @@ impl Trial {
             Some(Refusal { why, .. }) => format!("{measured}; or an error: {why}"),
             None => measured,
         };
-        match &self.telling {
-            Some(Telling { why, .. }) => format!("{expected}; or a warning: {why}"),
+        match &self.warning {
+            Some((why, _)) => format!("{expected}; or a warning: {why}"),
             None => expected,
         }
-    }
-}
-
-/// A line of the table.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    pub group: &'static str,
-    pub tried: String,
-    pub expected: String,
-    pub got: String,
-    pub verdict: Verdict,
-    measures: Vec<Measure>,
-    seconds: f64,
-}
-
-impl Row {
-    /// The heads of the columns.
-    pub const HEADS: [&str; 5] = ["Group", "Tried", "Expected", "Got", "Verdict"];
-
-    /// The cells of the columns.
-    pub fn cells(&self) -> [String; 5] {
-        let Row { group, tried, expected, got, verdict, .. } = self;
-        [(*group).to_owned(), tried.clone(), expected.clone(), got.clone(), verdict.to_string()]
     }
 }
 
@@ -266,14 +223,14 @@ mod tests {
 
     #[test]
     fn a_number_out_of_bounds_fails_and_so_does_one_that_is_none() {
-        assert_eq!(verdict(with(&[Measure::at_most("error", 1e-13, 1e-12)])), Verdict::Held);
+        assert_eq!(verdict(with(&[Measure::at_most("error", 1e-13, 1e-12)])), Verdict::Holds);
         assert_eq!(verdict(with(&[Measure::at_most("error", 1e-11, 1e-12)])), Verdict::Failed);
         assert_eq!(verdict(with(&[Measure::at_most("error", f64::NAN, 1e-12)])), Verdict::Failed);
         assert_eq!(verdict(with(&[Measure::between("order", 1.5, (1.9, 2.1))])), Verdict::Failed);
-        assert_eq!(verdict(with(&[Measure::between("order", 2.05, (1.9, 2.1))])), Verdict::Held);
+        assert_eq!(verdict(with(&[Measure::between("order", 2.05, (1.9, 2.1))])), Verdict::Holds);
         let told = Measure::told("size", f64::INFINITY);
         assert_eq!(verdict(with(std::slice::from_ref(&told))), Verdict::Failed, "nothing was judged");
-        assert_eq!(verdict(with(&[told, Measure::at_most("error", 0.0, 0.0)])), Verdict::Held);
+        assert_eq!(verdict(with(&[told, Measure::at_most("error", 0.0, 0.0)])), Verdict::Holds);
     }
 
     #[test]
@@ -282,7 +239,7 @@ mod tests {
         assert_eq!(verdict(stops()), Verdict::Failed);
         let row = stops().or_refused("nothing there", |_| true).judge().0;
         assert_eq!(row.verdict, Verdict::Refused);
-        assert_eq!((row.got, row.expected), (Error::EmptyScene.to_string(), "an error: nothing there".to_owned()));
+        assert_eq!(row.cells[2..], ["an error: nothing there".to_owned(), Error::EmptyScene.to_string()]);
         let only = |is: fn(&Error) -> bool| stops().must_refuse("nothing there", is).judge().0.verdict;
         assert_eq!(only(|error| *error == Error::EmptyScene), Verdict::Refused);
         assert_eq!(only(|error| *error != Error::EmptyScene), Verdict::Failed, "another error");
@@ -305,11 +262,11 @@ mod tests {
             Trial::new("group", "tried", move || Ok(found()))
         };
         let is: fn(&Warning) -> bool = |warning| matches!(warning, Warning::AdjointGrowth { .. });
-        assert_eq!(verdict(trial(1.0, std::slice::from_ref(&growth)).or_told("it grows", is)), Verdict::Told);
-        assert_eq!(verdict(trial(0.0, std::slice::from_ref(&growth)).or_told("it grows", is)), Verdict::Held);
-        assert_eq!(verdict(trial(1.0, &[]).or_told("it grows", is)), Verdict::Failed, "nothing was said");
+        assert_eq!(verdict(trial(1.0, std::slice::from_ref(&growth)).or_warned("it grows", is)), Verdict::Warned);
+        assert_eq!(verdict(trial(0.0, std::slice::from_ref(&growth)).or_warned("it grows", is)), Verdict::Holds);
+        assert_eq!(verdict(trial(1.0, &[]).or_warned("it grows", is)), Verdict::Failed, "nothing was said");
         assert_eq!(
-            verdict(trial(1.0, std::slice::from_ref(&growth)).or_told("else", |_| false)),
+            verdict(trial(1.0, std::slice::from_ref(&growth)).or_warned("else", |_| false)),
             Verdict::Failed,
             "not that"
         );

@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, simulate};
 use nalgebra::DVector;
 
-use super::assembly::{Mechanism, Units};
 use super::motion::{March, Node, deviation, gradient_error_on_constraints};
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::{Mechanism, Units};
+use crate::mechanisms as scenes;
 
 const GROUP: &str = "singular";
 const SINGULAR: &str = "the configuration is singular";

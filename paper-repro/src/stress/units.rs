@@ -2,9 +2,9 @@
 
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System};
 
-use super::assembly::Units;
 use super::row::{Found, Measure, Trial};
-use super::scenes;
+use crate::assembly::Units;
+use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
 const GROUP: &str = "units";

@@ -124,9 +124,6 @@ fn macro_steps(composition: Composition, short: bool) -> Vec<usize> {
 }
 
 /// Runs compositions on all their grids.
-///
-/// # Errors
-/// A simulation without a solution.
 pub fn measure(
     system: &System,
     cases: &[(Composition, Reading)],

@@ -26,9 +26,6 @@ pub struct Exactness {
 }
 
 /// Compares on all grids.
-///
-/// # Errors
-/// A simulation without a solution.
 pub fn measure(system: &System, all_macro_steps: &[usize]) -> Result<Vec<Exactness>, Error> {
     let grids = Composition::ALL.into_iter().flat_map(|composition| all_macro_steps.iter().map(move |&n| (composition, n)));
     grids.map(|(composition, macro_steps)| compare(system, composition, macro_steps)).collect()

@@ -14,9 +14,6 @@ const PANEL: (f64, f64) = (450.0, 420.0);
 const ERRORS: (f64, f64) = (1e-15, 1e-1);
 
 /// Draws all figures into the folder.
-///
-/// # Errors
-/// Files that cannot be written.
 pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
     let all: Vec<&Convergence> = measured.convergence.iter().collect();
     let smooth: Vec<&Convergence> = all.iter().copied().filter(|scheme| scheme.reading == Reading::Piece).collect();

@@ -1,69 +1,23 @@
 //! What was expected, what was found, and whether that will do; times are never judged.
 
-use std::fmt;
-
-use serde::Serialize;
-
 use super::Measured;
 use super::convergence::{Convergence, Reading};
 use super::exactness::Exactness;
 use crate::statistics::largest;
+use crate::table::{Row, Rows, Verdict};
 
 /// Relative differences up to this are rounding.
 const ROUNDING: f64 = 1e-12;
 /// How far an observed order may be from the promised one, as a share of that.
 const SHARE: f64 = 0.05;
 
-/// Whether a finding is as expected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// It is.
-    Confirmed,
-    /// It is not.
-    Failed,
-    /// It is only told.
-    Reported,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.pad(match self {
-            Self::Confirmed => "confirmed",
-            Self::Failed => "failed",
-            Self::Reported => "reported",
-        })
-    }
-}
-
-/// A line of the table.
-#[derive(Clone, Debug, Serialize)]
-pub struct Finding {
-    /// What was looked at.
-    pub what: &'static str,
-    /// The scheme or method.
-    pub of: String,
-    /// What theory says.
-    pub expected: String,
-    /// What was measured.
-    pub found: String,
-    /// How they compare.
-    pub verdict: Verdict,
-}
-
-impl Finding {
-    /// The heads of the columns.
-    pub const HEADS: [&str; 5] = ["What", "Scheme or method", "Expected", "Found", "Verdict"];
-
-    /// The cells of the columns.
-    pub fn cells(&self) -> [String; 5] {
-        let Finding { what, of, expected, found, verdict } = self;
-        [(*what).to_owned(), of.clone(), expected.clone(), found.clone(), verdict.to_string()]
-    }
+/// The rows of the table.
+pub fn rows(rows: &[Row]) -> Rows<'_> {
+    Rows { keys: ["what", "of", "expected", "found"], heads: ["What", "Scheme or method", "Expected", "Found"], rows }
 }
 
 /// All findings about what was measured.
-pub fn all(measured: &Measured) -> Vec<Finding> {
+pub fn all(measured: &Measured) -> Vec<Row> {
     let mut findings = orders(&measured.convergence);
     findings.extend(exactness(&measured.exactness));
     findings.extend(methods(measured));
@@ -71,22 +25,17 @@ pub fn all(measured: &Measured) -> Vec<Finding> {
 }
 
 /// The orders of J, then those of the gradient.
-fn orders(all: &[Convergence]) -> Vec<Finding> {
+fn orders(all: &[Convergence]) -> Vec<Row> {
     let finding = |what, scheme: &Convergence, found: Option<f64>| {
         let smooth = scheme.reading == Reading::Piece;
         let promised = scheme.order as f64;
         let near = found.is_some_and(|found| (found - promised).abs() <= SHARE * promised);
-        Finding {
-            what,
-            of: scheme.label(),
-            expected: if smooth { promised.to_string() } else { format!("less than {promised}: kinks inside macro steps") },
-            found: found.map_or("no two runs above rounding".to_owned(), |found| format!("{found:.2}")),
-            verdict: match smooth {
-                false => Verdict::Reported,
-                true if near => Verdict::Confirmed,
-                true => Verdict::Failed,
-            },
-        }
+        let (expected, verdict) = match smooth {
+            false => (format!("less than {promised}: kinks inside macro steps"), Verdict::Reported),
+            true => (promised.to_string(), if near { Verdict::Confirmed } else { Verdict::Failed }),
+        };
+        let found = found.map_or("no two runs above rounding".to_owned(), |found| format!("{found:.2}"));
+        Row::new(what, scheme.label(), expected, found, verdict)
     };
     let by_pieces = all.iter().filter(|scheme| scheme.reading == Reading::Piece);
     let costs = by_pieces.map(|scheme| finding("order of J", scheme, scheme.order_of_cost));
@@ -95,41 +44,30 @@ fn orders(all: &[Convergence]) -> Vec<Finding> {
 }
 
 /// The worst differences of each scheme.
-fn exactness(all: &[Exactness]) -> Vec<Finding> {
+fn exactness(all: &[Exactness]) -> Vec<Row> {
     let of_one_scheme = |grids: &[Exactness]| {
         let worst = |difference: fn(&Exactness) -> f64| largest(&grids.iter().map(difference).collect::<Vec<_>>());
         let (controls, steps) = (worst(|grid| grid.controls), worst(|grid| grid.steps));
         let counts: Vec<String> = grids.iter().map(|grid| grid.macro_steps.to_string()).collect();
-        Finding {
-            what: "adjoint against complex step, worst grid",
-            of: format!("{}, N = {}", grids[0].scheme, counts.join(", ")),
-            expected: format!("≤ {ROUNDING:.0e}"),
-            found: format!("dJ/du {controls:.1e}, dJ/dΔt {steps:.1e}"),
-            verdict: exact(largest(&[controls, steps])),
-        }
+        let of = format!("{}, N = {}", grids[0].scheme, counts.join(", "));
+        let found = format!("dJ/du {controls:.1e}, dJ/dΔt {steps:.1e}");
+        let verdict = exact(largest(&[controls, steps]));
+        Row::new("adjoint against complex step, worst grid", of, format!("≤ {ROUNDING:.0e}"), found, verdict)
     };
     all.chunk_by(|a, b| a.scheme == b.scheme).map(of_one_scheme).collect()
 }
 
 /// The errors of the methods and their costs.
-fn methods(measured: &Measured) -> Vec<Finding> {
+fn methods(measured: &Measured) -> Vec<Row> {
     let what = "dJ/du at 101 nodes, against 128-bit floats";
-    let exacts = measured.methods.exact.iter().map(|method| Finding {
-        what,
-        of: method.name.to_owned(),
-        expected: format!("≤ {ROUNDING:.0e}"),
-        found: format!("{:.1e}, in the time of {} simulations", method.error, cost(method.cost)),
-        verdict: exact(method.error),
+    let exacts = measured.methods.exact.iter().map(|method| {
+        let found = format!("{:.1e}, in the time of {} simulations", method.error, cost(method.cost));
+        Row::new(what, method.name, format!("≤ {ROUNDING:.0e}"), found, exact(method.error))
     });
     let stepped = measured.methods.stepped.iter().map(|method| {
         let (size, error) = method.best();
-        Finding {
-            what,
-            of: method.name.to_owned(),
-            expected: "depends on the step".to_owned(),
-            found: format!("{error:.1e} at best, with {size:.0e} N, in the time of {} simulations", cost(method.cost)),
-            verdict: Verdict::Reported,
-        }
+        let found = format!("{error:.1e} at best, with {size:.0e} N, in the time of {} simulations", cost(method.cost));
+        Row::new(what, method.name, "depends on the step", found, Verdict::Reported)
     });
     exacts.chain(stepped).collect()
 }

@@ -67,9 +67,6 @@ struct Example<'s> {
 }
 
 /// Measures all methods, those with a step size at the given ones in N.
-///
-/// # Errors
-/// A simulation without a solution.
 pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Methods, Error> {
     let inputs = constant_force(system, STEPS, Composition::Trapezoidal);
     let controls = (0..=STEPS).map(|node| Input::Control { channel: 0, node }).collect();

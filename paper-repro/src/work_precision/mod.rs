@@ -25,9 +25,9 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::files;
+use crate::table::Verdict;
 use convergence::{Convergence, Reading};
 use exactness::Exactness;
-use findings::{Finding, Verdict};
 use methods::Methods;
 use stopwatch::Repeats;
 
@@ -50,18 +50,7 @@ pub struct Measured {
     methods: Methods,
 }
 
-/// The contents of `work_precision.json`.
-#[derive(Serialize)]
-struct Report<'a> {
-    #[serde(flatten)]
-    measured: &'a Measured,
-    findings: &'a [Finding],
-}
-
 /// Measures, writes the files, prints the table; false if an order or an exactness is not as it must be.
-///
-/// # Errors
-/// A simulation without a solution, files that cannot be written.
 pub fn run(options: &Options) -> Result<bool, Error> {
     let folder = files::folder(options.out.as_deref())?;
     let measured = measure(options.short)?;
@@ -70,7 +59,9 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let tables = tables::all(&measured, &findings);
     let markdown: Vec<String> = tables.iter().map(|table| table.markdown.clone()).collect();
     files::write(&folder.join("work_precision.md"), markdown.join("\n"))?;
-    files::write_json(&folder.join("work_precision.json"), &Report { measured: &measured, findings: &findings })?;
+    let mut json = serde_json::json!(measured);
+    json["findings"] = serde_json::json!(findings::rows(&findings));
+    files::write_json(&folder.join("work_precision.json"), &json)?;
     let text: String = tables.iter().map(|table| table.text.clone() + "\n").collect();
     let place = folder.display();
     files::print(&format!("{text}figures, work_precision.md and work_precision.json are in {place}\n"))?;

@@ -23,9 +23,6 @@ pub struct Repeats {
 
 impl Repeats {
     /// The median over turns of the shortest call of each job, s.
-    ///
-    /// # Errors
-    /// The first error of a call.
     pub fn times(self, jobs: &mut [Job]) -> Result<Vec<f64>, Error> {
         let mut times = vec![Vec::new(); jobs.len()];
         for _ in 0..self.turns {

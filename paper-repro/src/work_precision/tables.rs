@@ -2,9 +2,8 @@
 
 use super::convergence::{Convergence, Reading};
 use super::exactness::Exactness;
-use super::findings::Finding;
-use super::{Measured, order};
-use crate::table;
+use super::{Measured, findings, order};
+use crate::table::{Row, aligned, bars};
 
 /// The errors for which times are looked up.
 const ERRORS: [f64; 5] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
@@ -18,24 +17,25 @@ pub struct Table {
 }
 
 /// All tables.
-pub fn all(measured: &Measured, findings: &[Finding]) -> [Table; 3] {
-    let findings: Vec<[String; 5]> = findings.iter().map(Finding::cells).collect();
+pub fn all(measured: &Measured, findings: &[Row]) -> [Table; 3] {
+    let findings = findings::rows(findings);
     let exactness: Vec<[String; 5]> = measured.exactness.iter().map(exactness).collect();
     let schemes: Vec<&Convergence> = measured.convergence.iter().filter(|it| it.reading == Reading::Piece).collect();
     let mut times = times("J", &schemes, Convergence::cost_over_time);
     times.extend(self::times("dJ/d(101 knots)", &schemes, Convergence::gradient_over_time));
     [
-        new("Orders and exactness", Finding::HEADS, &findings),
+        titled("Orders and exactness", findings.text(), findings.markdown()),
         new("Adjoint against complex step", ["Scheme", "Macro steps", "Steps", "dJ/du", "dJ/dΔt"], &exactness),
         new("Times to relative errors, only reported", ["Of", "Error", "Fastest first"], &times),
     ]
 }
 
 fn new<const C: usize>(title: &str, heads: [&str; C], rows: &[[String; C]]) -> Table {
-    Table {
-        text: format!("{title}\n\n{}", table::aligned(heads, rows)),
-        markdown: format!("### {title}\n\n{}", table::bars(heads, rows)),
-    }
+    titled(title, aligned(heads, rows), bars(heads, rows))
+}
+
+fn titled(title: &str, text: String, markdown: String) -> Table {
+    Table { text: format!("{title}\n\n{text}"), markdown: format!("### {title}\n\n{markdown}") }
 }
 
 /// The row of a grid.

@@ -88,6 +88,21 @@ impl Scene {
         Body { coordinates: q }
     }
 
+    /// The point of a body, or of the ground, that is at (x, y) of the inertial frame in the initial position.
+    pub fn at_world(&self, frame: impl Into<Frame>, x: f64, y: f64) -> Point {
+        let frame = frame.into();
+        let [along, across] = self.local(frame, [x, y]);
+        frame.at(along, across)
+    }
+
+    /// Its place in the frame: R(φ)ᵀ (p − r) with the initial position r and angle φ of the body, for p in the inertial frame.
+    pub fn local(&self, frame: impl Into<Frame>, [x, y]: [f64; 2]) -> [f64; 2] {
+        let Some(coordinates) = frame.into().coordinates() else { return [x, y] };
+        let [x0, y0, phi] = coordinates.map(|q| self.initial(q));
+        let (dx, dy, (sin, cos)) = (x - x0, y - y0, phi.sin_cos());
+        [cos * dx + sin * dy, cos * dy - sin * dx]
+    }
+
     /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added.
     pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
         self.set_gravity([x.into(), y.into()]);

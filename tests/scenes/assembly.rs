@@ -1,10 +1,10 @@
 //! Rods, joints and springs put together in any units, with the energy and the momenta of what comes out.
+#![allow(dead_code)]
 
 use hamiltonian_adjoint::planar::{Body, Frame, Point};
 use hamiltonian_adjoint::{Coordinate, Error, Scene, System};
 
-/// Gravity, m/s².
-pub const GRAVITY: f64 = 9.81;
+pub use crate::by_hand::GRAVITY;
 
 /// How many units a metre, a kilogram and a second are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +39,12 @@ pub type Part = Option<usize>;
 /// The ground.
 pub const GROUND: Part = None;
 
-/// A rigid body with its place (x, y, φ) at the start, all numbers in the units of the assembly.
+/// A rigid body, its numbers in the units of the assembly.
 #[derive(Clone, Copy)]
 pub struct Rigid {
     pub body: Body,
-    pub mass: f64,
-    pub inertia: f64,
-    place: [f64; 3],
+    mass: f64,
+    inertia: f64,
 }
 
 /// A spring between two points of parts, in the parts' frames.
@@ -79,7 +78,7 @@ impl Assembly {
         let Units { length: l, mass: m, .. } = self.units;
         let (mass, inertia, place) = (mass * m, inertia * m * l * l, [x * l, y * l, phi]);
         let body = self.scene.body(&format!("body {}", self.bodies.len()), mass, inertia, place);
-        self.bodies.push(Rigid { body, mass, inertia, place });
+        self.bodies.push(Rigid { body, mass, inertia });
         Some(self.bodies.len() - 1)
     }
 
@@ -102,17 +101,12 @@ impl Assembly {
 
     /// Where in the frame of a part this place is at the start.
     pub fn local(&self, part: Part, at: [f64; 2]) -> [f64; 2] {
-        let at = at.map(|x| x * self.units.length);
-        let Some(k) = part else { return at };
-        let [x, y, phi] = self.bodies[k].place;
-        let (dx, dy, (sin, cos)) = (at[0] - x, at[1] - y, phi.sin_cos());
-        [cos * dx + sin * dy, cos * dy - sin * dx]
+        self.scene.local(self.frame(part), at.map(|x| x * self.units.length))
     }
 
     /// The point of a part that is at this place at the start.
-    pub fn point(&self, part: Part, at: [f64; 2]) -> Point {
-        let [x, y] = self.local(part, at);
-        self.frame(part).at(x, y)
+    pub fn point(&self, part: Part, [x, y]: [f64; 2]) -> Point {
+        self.scene.at_world(self.frame(part), x * self.units.length, y * self.units.length)
     }
 
     /// A name that no joint or force had before.
@@ -129,7 +123,7 @@ impl Assembly {
 
     /// A weld at a place.
     pub fn weld(&mut self, a: Part, b: Part, at: [f64; 2]) {
-        let angle = |part: Part| part.map_or(0.0, |k| self.bodies[k].place[2]);
+        let angle = |part: Part| part.map_or(0.0, |k| self.scene.initial(self.bodies[k].body.coordinates[2]));
         let turn = angle(b) - angle(a);
         let (name, pa, pb) = (self.name("weld"), self.point(a, at), self.point(b, at));
         self.scene.weld(&name, pa, pb, turn);
@@ -151,9 +145,6 @@ impl Assembly {
     }
 
     /// Compiles it.
-    ///
-    /// # Errors
-    /// What the scene refuses.
     pub fn finish(self) -> Result<Mechanism, Error> {
         let Assembly { scene, bodies, springs, gravity, .. } = self;
         Ok(Mechanism { system: scene.compile()?, bodies, springs, gravity })

@@ -1,16 +1,16 @@
-//! The mechanisms under stress.
+//! Mechanisms that tests and the stress report try.
+#![allow(dead_code)]
 
 use std::f64::consts::FRAC_PI_2;
 
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Constraint, Error, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum, System};
-use nalgebra::SVector;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Sum, System};
 
-use super::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
-use crate::jacobians::mechanisms::DoublePendulum;
+use crate::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
+use crate::by_hand::{DoublePendulum, Ends, Gears, Quadratic, Runaway, SameAbscissa};
 
 /// A motor (N m) in the joint of two parts.
-fn motor(assembly: &mut Assembly, a: Part, b: Part) {
+pub fn motor(assembly: &mut Assembly, a: Part, b: Part) {
     let (name, a, b) = (assembly.name("motor"), assembly.frame(a), assembly.frame(b));
     let torque = assembly.scene.control(&name);
     assembly.scene.torque_actuator(&name, a, b, torque);
@@ -73,16 +73,6 @@ pub fn parallelogram(cranks: usize, angle: f64) -> Result<Mechanism, Error> {
 /// The same with three cranks, of which the middle one is joined to the coupler by half a hinge, and nothing is redundant.
 pub fn parallelogram_with_half_a_hinge(angle: f64) -> Result<Mechanism, Error> {
     cranks_on_coupler(3, 2, angle)
-}
-
-/// Half of a hinge: the abscissas of the points (along, across) of two bodies are the same.
-struct SameAbscissa;
-
-impl Constraint<6, 1, 4> for SameAbscissa {
-    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 4>, _: S) -> SVector<S, 1> {
-        let abscissa = |k: usize, along: S, across: S| q[k] + q[k + 2].cos() * along - q[k + 2].sin() * across;
-        SVector::from([abscissa(0, b[0], b[1]) - abscissa(3, b[2], b[3])])
-    }
 }
 
 /// Cranks of which the outer ones are hinged to the coupler; the others are too if that is asked for, else by half of a hinge.
@@ -183,16 +173,6 @@ pub enum Pull {
     Spring(f64),
 }
 
-/// V = ½ c (x − 1)², `b = [c]`.
-struct Quadratic;
-
-impl PotentialEnergy<1, 1> for Quadratic {
-    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 1>, _: S) -> S {
-        let stretch = q[0] - 1.0;
-        b[0] * stretch * stretch * 0.5
-    }
-}
-
 /// A body of 1 kg on a rail with a damper (N s/m), 0.1 m away from its rest at x = 1; a force pushes it.
 pub fn oscillator(pull: Pull, damping: f64) -> Result<Mechanism, Error> {
     let mut assembly = Assembly::new(Units::SI, 0.0);
@@ -266,20 +246,20 @@ pub fn coordinate_without_inertia() -> Result<System, Error> {
     scene.compile()
 }
 
-/// T = ½ v₁² + ½ v₃²: the middle coordinate has none.
-struct Ends;
-
-impl KineticEnergy<3> for Ends {
-    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 3>, v: &SVector<S, 3>, _: &SVector<S, 0>) -> S {
-        (v[0] * v[0] + v[2] * v[2]) * 0.5
+/// A sled driven by its own speed, costs summed in these ways: six easy steps, two that must be divided, and one more.
+pub fn sled(sums: &[Sum]) -> Result<(System, Inputs), Error> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    let (u, b) = (scene.control("push"), scene.design("gain", 1.0));
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("drive", Runaway, q, [u], [b.into()]);
+    for (k, sum) in sums.iter().enumerate() {
+        scene.cost(&format!("cost {k}"), Runaway, *sum, q, [], [u], []);
     }
-}
-
-/// q₂ = 2 q₁.
-struct Gears;
-
-impl Constraint<3, 1> for Gears {
-    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
-        SVector::from([q[1] - q[0] * 2.0])
-    }
+    let system = scene.compile()?;
+    let steps = vec![0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.5, 0.15, 0.01];
+    let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, steps));
+    inputs.start.rate_mut()[0] = 1.0;
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 0.01 * (i as f64).sin());
+    Ok((system, inputs))
 }
