@@ -22,7 +22,7 @@ use std::ops::Range;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{At, CostAt, Sums};
+use crate::system::{NodeView, Sums};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -275,14 +275,9 @@ impl<'a> PaperSystem<'a> {
             (&v - &velocity, &g - &rate, velocity, rate)
         };
         let mut sums = Sums::new(n, m);
-        let point = At {
-            q: q.as_slice(),
-            v: velocity.as_slice(),
-            sigma: sigma.as_slice(),
-            u: at.u.as_slice(),
-            t: R::from(self.trajectory.times[i]),
-            design: at.b.as_slice(),
-        };
+        let state = [q.as_slice(), velocity.as_slice(), sigma.as_slice()];
+        let time = R::from(self.trajectory.times[i]);
+        let point = NodeView::of_equations(state, (at.u.as_slice(), time, at.b.as_slice()));
         self.system.plain_sums(&point, &mut sums);
         for &(j, mu) in &self.trajectory.compliance {
             sums.phi_dot[j] -= (sigma[j] - before[j]) * mu;
@@ -320,7 +315,7 @@ impl<'a> PaperSystem<'a> {
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
-            let at = CostAt {
+            let at = NodeView {
                 v: &y[part(0, n, m)],
                 p_star_dot: &y[part(1, n, m)],
                 q: &y[part(2, n, m)],

@@ -23,7 +23,7 @@ use crate::adjoint::Sweep;
 use crate::forward::Forward;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
-use crate::system::{At, Covector, Within};
+use crate::system::{Covector, NodeView, Within};
 use crate::{System, Warning};
 
 /// An element bends if the derivatives at the ends of a step miss more than this part of what happens.
@@ -137,7 +137,7 @@ impl Resolution {
 
 impl End {
     /// A point, and the change from one to another.
-    fn load(&mut self, at: &At<f64>, from: &At<f64>, to: &At<f64>) {
+    fn load(&mut self, at: &NodeView<f64>, from: &NodeView<f64>, to: &NodeView<f64>) {
         let load = |into: &mut [Dual64], at: &[f64], from: &[f64], to: &[f64]| {
             let values = at.iter().zip(from.iter().zip(to));
             into.iter_mut().zip(values).for_each(|(x, (&at, (from, to)))| *x = Dual64::new(at, to - from));
@@ -149,8 +149,8 @@ impl End {
         self.t = Dual64::new(at.t, to.t - from.t);
     }
 
-    fn at<'a>(&'a self, design: &'a [Dual64]) -> At<'a, Dual64> {
-        At { q: &self.q, v: &self.v, sigma: &self.sigma, u: &self.u, t: self.t, design }
+    fn at<'a>(&'a self, design: &'a [Dual64]) -> NodeView<'a, Dual64> {
+        NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, design))
     }
 }
 
@@ -180,7 +180,7 @@ impl Sweep {
     #[cold]
     fn look_into_step(&mut self, system: &System, forward: &Forward, restart: Option<&Restart>, node: usize) {
         let (here, before) = (forward.at(node), forward.at(node - 1));
-        let end = restart.map_or(here, |end| At { q: end.q, v: end.v, sigma: end.sigma, ..here });
+        let end = restart.map_or(here, |end| NodeView { q: end.q, v: end.v, sigma: end.sigma, ..here });
         let (rates, k, steps) = (&forward.trajectory.p_star_dot, node - forward.first, &forward.inputs.grid.steps);
         let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
         let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };

@@ -6,7 +6,7 @@ use crate::forward::Forward;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::number::largest;
-use crate::system::{At, Covector, InputRows};
+use crate::system::{Covector, InputRows, NodeView};
 
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
 const MOST_CORRECTIONS: usize = 30;
@@ -50,7 +50,7 @@ impl Sweep {
             *j_sigma = now * *carried;
             *carried *= before;
         }
-        let at = At { v: restart.v, sigma: restart.begin, ..here };
+        let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
@@ -90,7 +90,7 @@ impl Sweep {
         let here = forward.at(node);
         // w in the place of d, which is no longer needed.
         self.node.d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
-        let at = At { v: &self.node.d, sigma: nu, ..here };
+        let at = NodeView { v: &self.node.d, sigma: nu, ..here };
         let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };

@@ -33,7 +33,7 @@ use crate::motion::{Report, column, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot, dot_of_two};
 use crate::scheme::{Carried, carried_part};
-use crate::system::{At, CostAt, CostRows, Covector, InputRows, Pair, Rows, Weights};
+use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, Rows, Weights};
 use crate::{Error, Scheme, Settings, Start, System};
 
 /// Adjoint variables of one node.
@@ -174,7 +174,7 @@ impl Sweep {
             let crossed = self.cross(system, forward, &restart, node);
             crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
             self.solve_stage(system, forward, (node, last), h, Some(restart.step_blocks))?;
-            let end = || At { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
+            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
             self.input_rows(system, &forward.newton, end, node)?;
         }
         self.refinement.add_controls(node, 1.0, &self.u, &mut self.gradient.controls);
@@ -214,7 +214,9 @@ impl Sweep {
             self.stage_cost_rows(system, forward, (node, s))?;
             self.solve_stage(system, forward, (node, s), dt * scheme.a(s, s), None)?;
             let stage_u = std::mem::take(&mut self.stage_u);
-            let at = || forward.trajectory.stage(node - forward.first, s).at((&stage_u, forward.inputs.design.as_slice()));
+            let at = || {
+                forward.trajectory.stage(node - forward.first, s).with_inputs((&stage_u, forward.inputs.design.as_slice()))
+            };
             let rows = self.input_rows(system, &forward.newton, at, node);
             self.stage_u = stage_u;
             rows?;
@@ -268,7 +270,7 @@ impl Sweep {
             return Ok(());
         }
         let weights = self.refinement.weights(scheme, steps, i);
-        self.add_cost(system, &forward.cost_at(i), &weights, i)?;
+        self.add_cost(system, &forward.at(i), &weights, i)?;
         if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
             self.gradient.steps[before] += self.cost.step_before;
         }
@@ -292,7 +294,7 @@ impl Sweep {
             return Ok(());
         }
         let (weight, stage_u) = (forward.trajectory.scheme.weight(s), std::mem::take(&mut self.stage_u));
-        let at = forward.trajectory.stage(node - forward.first, s).cost_at((&stage_u, forward.inputs.design.as_slice()));
+        let at = forward.trajectory.stage(node - forward.first, s).with_inputs((&stage_u, forward.inputs.design.as_slice()));
         let added = self.add_cost(system, &at, &Weights::between(weight * length(forward, node)), node);
         self.stage_u = stage_u;
         self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
@@ -308,7 +310,7 @@ impl Sweep {
     }
 
     /// Adds what the costs of a node or stage give to J and to the derivatives with respect to inputs.
-    fn add_cost(&mut self, system: &System, at: &CostAt<f64>, weights: &Weights<f64>, node: usize) -> Result<(), Error> {
+    fn add_cost(&mut self, system: &System, at: &NodeView<f64>, weights: &Weights<f64>, node: usize) -> Result<(), Error> {
         system.costs().iter().for_each(|costs| costs.gradient(at, weights, &mut self.cost));
         self.cost_is_zero = false;
         self.report.cost_evaluations += self.cost.evaluations;
@@ -391,7 +393,7 @@ impl Sweep {
         &mut self,
         system: &System,
         newton: &Newton,
-        at: impl Fn() -> At<'a, f64>,
+        at: impl Fn() -> NodeView<'a, f64>,
         node: usize,
     ) -> Result<(), Error> {
         newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);

@@ -26,7 +26,7 @@ use crate::node::Predictor;
 use crate::node::{StepFailure, Unknowns};
 use crate::number::largest;
 use crate::scheme::known_part;
-use crate::system::{At, CostAt};
+use crate::system::NodeView;
 use crate::system::{Given, KnownPart};
 use crate::{Error, Grid, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use restart::{LastEnd, Point, Restarts};
@@ -146,7 +146,7 @@ impl Forward {
         self.start_p.fill(0.0);
         self.start_sigma.fill(0.0);
         let (q, (u, design)) = (inputs.start.q().as_slice(), inputs.at(0));
-        let start = At { q, v: &self.start_p, sigma: &self.start_sigma, u, t: inputs.grid.start, design };
+        let start = NodeView::of_equations([q, &self.start_p, &self.start_sigma], (u, inputs.grid.start, design));
         self.newton.evaluation.set_start(system, &start)?;
         self.begin_again(system, settings)
     }
@@ -357,14 +357,9 @@ impl Forward {
         self.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.most_turn });
     }
 
-    /// What the costs of a node depend on.
-    pub(crate) fn cost_at(&self, node: usize) -> CostAt<'_, f64> {
-        self.trajectory.columns(node - self.first).cost_at(self.inputs.at(node))
-    }
-
-    /// What the equations of a node depend on.
-    pub(crate) fn at(&self, node: usize) -> At<'_, f64> {
-        self.trajectory.columns(node - self.first).at(self.inputs.at(node))
+    /// What equations and costs of a node depend on.
+    pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
+        self.trajectory.columns(node - self.first).with_inputs(self.inputs.at(node))
     }
 
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
@@ -456,10 +451,10 @@ impl Forward {
         if node == 0 {
             // What the iteration left of v₀ and σ₀ may be no numbers.
             let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
-            return system.find_not_finite(&At { q: &self.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
+            return system.find_not_finite(&NodeView { q: &self.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
         }
         let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
-        let at = At { q: &q, u, t: self.trajectory.times[node - self.first], ..last };
+        let at = NodeView { q: &q, u, t: self.trajectory.times[node - self.first], ..last };
         system.find_not_finite(&at, self.given_step(node))
     }
 
@@ -471,8 +466,10 @@ impl Forward {
         // An iteration that ran away says nothing of a formula.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
         let (u, design) = stage_inputs(&self.inputs, (node, self.stage == self.trajectory.last_stage()), &self.stage_u);
-        let at =
-            At { q: &q, v: &x.v, sigma: &x.sigma, u, t: self.trajectory.stage(node - self.first, self.stage).t, design };
+        let at = NodeView::of_equations(
+            [&q, &x.v, &x.sigma],
+            (u, self.trajectory.stage(node - self.first, self.stage).t, design),
+        );
         is_point.then(|| system.find_not_finite(&at, self.given_step(node))).flatten()
     }
 

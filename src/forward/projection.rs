@@ -16,7 +16,7 @@ use crate::forward::Forward;
 use crate::motion::column;
 use crate::node::StepFailure;
 use crate::number::{larger, largest};
-use crate::system::At;
+use crate::system::NodeView;
 
 /// A projection that has not converged after so many corrections does not.
 const MOST_CORRECTIONS: usize = 25;
@@ -73,8 +73,8 @@ fn violation(forward: &Forward, system: &System, node: usize, at: &mut Point) {
 }
 
 /// Where Φ is evaluated.
-fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> At<'a, f64> {
-    At { q, ..forward.at(node) }
+fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> NodeView<'a, f64> {
+    NodeView { q, ..forward.at(node) }
 }
 
 /// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.

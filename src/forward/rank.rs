@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
-use crate::system::{At, Sums};
+use crate::system::{NodeView, Sums};
 use crate::{Error, System};
 
 /// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
@@ -24,7 +24,7 @@ pub(crate) struct Scaled {
 
 impl Scaled {
     /// At one configuration; None if there are too many coordinates or anything is not finite.
-    pub(crate) fn at(system: &System, at: &At<f64>) -> Option<Self> {
+    pub(crate) fn at(system: &System, at: &NodeView<f64>) -> Option<Self> {
         let (n, m) = (system.n(), system.m());
         if n > MOST_COORDINATES {
             return None;
@@ -86,12 +86,12 @@ impl Scaled {
 }
 
 /// The equations that depend on each other, if there are any and they can be told.
-pub(crate) fn dependent(system: &System, at: &At<f64>) -> Option<Vec<String>> {
+pub(crate) fn dependent(system: &System, at: &NodeView<f64>) -> Option<Vec<String>> {
     Some(Scaled::at(system, at)?.dependent(system)?.1)
 }
 
 /// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
-pub(crate) fn is_singular(here: &Scaled, system: &System, at: &At<f64>) -> Option<Error> {
+pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
     let free = null_space(&here.phi_q, RANK);
     // Any direction: that of every coordinate counts.
@@ -102,7 +102,7 @@ pub(crate) fn is_singular(here: &Scaled, system: &System, at: &At<f64>) -> Optio
     let mut q = DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE));
     let mut nearby = None;
     for _ in 0..20 {
-        let there = At { q: q.as_slice(), ..*at };
+        let there = NodeView { q: q.as_slice(), ..*at };
         let scaled = Scaled::at(system, &there)?;
         let mut phi = vec![0.0; system.m()];
         system.phi(&there, &mut phi);
@@ -117,7 +117,7 @@ pub(crate) fn is_singular(here: &Scaled, system: &System, at: &At<f64>) -> Optio
 }
 
 /// What a step that failed can have met: Φ_q of nearly deficient rank.
-pub(crate) fn near_singular(system: &System, at: &At<f64>, step: usize, time: f64) -> Option<Error> {
+pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, time: f64) -> Option<Error> {
     let null = null_space(&Scaled::at(system, at)?.phi_q.transpose(), NEARLY_SINGULAR);
     let (rows, equations) = (system.m(), names_of_rows(&null, system));
     let rank = rows - null.ncols();
@@ -130,13 +130,13 @@ fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
 }
 
 /// M = 𝓛_vv, one column after the other by dual numbers.
-fn mass_matrix(system: &System, at: &At<f64>) -> DMatrix<f64> {
+fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
     let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
     let (q, mut v, sigma, u, design) = (lift(at.q), lift(at.v), lift(at.sigma), lift(at.u), lift(at.design));
     let mut sums = Sums::new(system.n(), system.m());
     DMatrix::from_columns(&Vec::from_iter((0..system.n()).map(|j| {
         v[j].eps = 1.0;
-        let there = At { q: &q, v: &v, sigma: &sigma, u: &u, t: Dual64::from_re(at.t), design: &design };
+        let there = NodeView::of_equations([&q, &v, &sigma], (&u, Dual64::from_re(at.t), &design));
         system.plain_sums(&there, &mut sums);
         v[j].eps = 0.0;
         DVector::from_iterator(system.n(), sums.l_v.iter().map(|l_v| l_v.eps))

@@ -13,7 +13,7 @@
 //! constraints are independent have none of this.
 
 use crate::forward::Forward;
-use crate::system::{At, Covector, Pair, Rows};
+use crate::system::{Covector, NodeView, Pair, Rows};
 use crate::{System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
@@ -26,7 +26,7 @@ const SHARE: f64 = 1e-5;
 /// Gives the loops a compliance if that makes K(0) at the start regular, and says which equations depend on each other.
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
-pub(crate) fn relax(forward: &mut Forward, system: &System, at: &At<f64>) -> Option<Warning> {
+pub(crate) fn relax(forward: &mut Forward, system: &System, at: &NodeView<f64>) -> Option<Warning> {
     let flexibility = flexibilities(forward, system, at);
     let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
     if compliance.is_empty() {
@@ -78,7 +78,7 @@ pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> 
 }
 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
-fn flexibilities(forward: &Forward, system: &System, at: &At<f64>) -> Vec<f64> {
+fn flexibilities(forward: &Forward, system: &System, at: &NodeView<f64>) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
     let evaluation = &forward.newton.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));

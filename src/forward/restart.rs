@@ -44,7 +44,7 @@ use crate::motion::{column, column_mut};
 use crate::node::StepFailure;
 use crate::number::Real;
 use crate::number::{larger, largest};
-use crate::system::{At, Pair};
+use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, System};
 
 /// So many times the largest range away from zero, σ is put in the middle of its range again.
@@ -307,6 +307,6 @@ impl Point {
 
 pub(super) fn l_v(forward: &mut Forward, system: &System, node: usize, at: &mut Point) {
     let (u, t) = (column(&forward.inputs.controls, node), forward.trajectory.times[node - forward.first]);
-    let point = At { q: &at.q, v: &at.x.v, sigma: &at.x.sigma, u, t, design: forward.inputs.design.as_slice() };
+    let point = NodeView::of_equations([&at.q, &at.x.v, &at.x.sigma], (u, t, forward.inputs.design.as_slice()));
     forward.newton.l_v(system, &point, &mut at.left.v, &mut forward.report);
 }

@@ -4,7 +4,7 @@ use super::redundancy;
 use crate::forward::Forward;
 use crate::forward::rank::{self, Scaled};
 use crate::motion::{column, column_mut};
-use crate::system::{At, Pair};
+use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, Start, System};
 
 /// A pivot ratio below this makes it worth looking at Φ_q and M in full.
@@ -29,7 +29,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
         let mut left = Pair::new(n, m);
         let (u, design) = forward.inputs.at(0);
         let sigma = column(&forward.trajectory.sigma, 0);
-        let at = At { q: &q, v: &p_star, sigma, u, t: forward.trajectory.times[0], design };
+        let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.trajectory.times[0], design));
         forward.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.report);
         check_velocity(forward, system, &q, &left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
@@ -55,15 +55,8 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     Ok(())
 }
 
-fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> At<'a, f64> {
-    At {
-        q,
-        v: column(&forward.trajectory.v, 0),
-        sigma: column(&forward.trajectory.sigma, 0),
-        u: column(&forward.inputs.controls, 0),
-        t: forward.trajectory.times[0],
-        design: forward.inputs.design.as_slice(),
-    }
+fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> NodeView<'a, f64> {
+    NodeView { q, ..forward.at(0) }
 }
 
 fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
@@ -132,7 +125,7 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
     let sigma = vec![0.0; system.m()];
     let design = forward.inputs.design.as_slice().to_vec();
     let u = column(&forward.inputs.controls, 0).to_vec();
-    let at = At { q, v: &v, sigma: &sigma, u: &u, t: time, design: &design };
+    let at = NodeView::of_equations([q, &v, &sigma], (&u, time, &design));
     let scaled = Scaled::at(system, &at);
     if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
         return Err(error);

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::trajectory::{column, column_mut};
 use crate::number::Real;
-use crate::system::{At, CostAt};
+use crate::system::NodeView;
 
 /// The states at the stages of all steps but the last ones, which are the nodes; for a scheme with S stages, stage s of the step into node i is
 /// column i (S − 1) + s − 1 (those of node 0 are zero).
@@ -24,17 +24,7 @@ pub struct Stages<R = f64> {
     pub sigma: DMatrix<R>,
 }
 
-/// The state of one node or stage.
-pub(crate) struct Columns<'a, R> {
-    pub(crate) t: R,
-    pub(crate) q: &'a [R],
-    pub(crate) v: &'a [R],
-    pub(crate) p_star: &'a [R],
-    pub(crate) p_star_dot: &'a [R],
-    pub(crate) sigma: &'a [R],
-}
-
-/// The same, to be written.
+/// The state of one node or stage, to be written.
 pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) time: &'a mut R,
     pub(crate) q: &'a mut [R],
@@ -42,24 +32,6 @@ pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) p_star: &'a mut [R],
     pub(crate) p_star_dot: &'a mut [R],
     pub(crate) sigma: &'a mut [R],
-}
-
-impl<'a, R: Real> Columns<'a, R> {
-    /// ẋ = (v, ṗ*).
-    pub(crate) fn rates(self) -> (&'a [R], &'a [R]) {
-        (self.v, self.p_star_dot)
-    }
-
-    /// What the equations depend on, with controls and design variables.
-    pub(crate) fn at(self, (u, design): (&'a [R], &'a [R])) -> At<'a, R> {
-        At { q: self.q, v: self.v, sigma: self.sigma, u, t: self.t, design }
-    }
-
-    /// What the costs depend on.
-    pub(crate) fn cost_at(self, (u, design): (&'a [R], &'a [R])) -> CostAt<'a, R> {
-        let Columns { q, v, p_star, p_star_dot, sigma, t } = self;
-        CostAt { q, v, p_star, p_star_dot, sigma, u, t, design }
-    }
 }
 
 impl<R: Real> Stages<R> {
@@ -82,14 +54,16 @@ impl<R: Real> Stages<R> {
         }
     }
 
-    pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
-        Columns {
+    pub(crate) fn columns(&self, i: usize) -> NodeView<'_, R> {
+        NodeView {
             t: self.times[i],
             q: column(&self.q, i),
             v: column(&self.v, i),
             p_star: column(&self.p_star, i),
             p_star_dot: column(&self.p_star_dot, i),
             sigma: column(&self.sigma, i),
+            u: &[],
+            design: &[],
         }
     }
 

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::stages::{Columns, ColumnsMut};
+use super::stages::ColumnsMut;
 use super::{Refinement, Stages};
 use crate::number::Real;
-use crate::system::{At, CostAt, CostRows, Sums, Weights};
+use crate::system::{CostRows, NodeView, Sums, Weights};
 use crate::{Error, Inputs, Scheme, System};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
@@ -76,20 +76,22 @@ impl<R: Real> Trajectory<R> {
     }
 
     #[inline]
-    pub(crate) fn columns(&self, i: usize) -> Columns<'_, R> {
-        Columns {
+    pub(crate) fn columns(&self, i: usize) -> NodeView<'_, R> {
+        NodeView {
             t: self.times[i],
             q: column(&self.q, i),
             v: column(&self.v, i),
             p_star: column(&self.p_star, i),
             p_star_dot: column(&self.p_star_dot, i),
             sigma: column(&self.sigma, i),
+            u: &[],
+            design: &[],
         }
     }
 
     /// Stage s of the step into column `k`; the last one is the node itself.
     #[inline]
-    pub(crate) fn stage(&self, k: usize, s: usize) -> Columns<'_, R> {
+    pub(crate) fn stage(&self, k: usize, s: usize) -> NodeView<'_, R> {
         if s > self.scheme.inner() { self.columns(k) } else { self.stages.columns(k * self.scheme.inner() + s - 1) }
     }
 
@@ -125,12 +127,8 @@ impl<R: Real> Trajectory<R> {
         self.scheme.stages()
     }
 
-    pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> At<'a, R> {
-        self.columns(i).at(inputs.at(i))
-    }
-
-    pub(crate) fn cost_at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> CostAt<'a, R> {
-        self.columns(i).cost_at(inputs.at(i))
+    pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> NodeView<'a, R> {
+        self.columns(i).with_inputs(inputs.at(i))
     }
 
     /// Refuses a motion that does not reach the end of its grid.
@@ -168,21 +166,22 @@ impl<R: Real> Trajectory<R> {
             let mut u = vec![R::zero(); system.k()];
             for s in 1..self.last_stage() {
                 inputs.controls_within(i, self.scheme.c(s), &mut u);
-                let at = self.stage(i, s).cost_at((&u, inputs.design.as_slice()));
+                let at = self.stage(i, s).with_inputs((&u, inputs.design.as_slice()));
                 sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)));
             }
         }
-        sum + system.cost(&self.cost_at(inputs, i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
+        sum + system.cost(&self.at(inputs, i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
     }
 
     /// Which cost of a node is not finite.
     fn bad_cost(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, node: usize) -> Error {
         let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
-        let at = self.cost_at(inputs, node);
+        let at = self.at(inputs, node);
         let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
         let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
         let t = at.t.part(0);
-        let at = CostAt { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
+        let at =
+            NodeView { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
         let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
         let weights = refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))

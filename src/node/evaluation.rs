@@ -5,7 +5,7 @@
 
 use crate::linear::{BlockLu, Breakdown};
 use crate::motion::Report;
-use crate::system::{At, Constants, Covector, Pair, Rows, Sines, Sums};
+use crate::system::{Constants, Covector, NodeView, Pair, Rows, Sines, Sums};
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
@@ -64,7 +64,7 @@ impl Evaluation {
     }
 
     /// Takes over the design variables of a start, and the formulas as they are now.
-    pub(crate) fn set_start(&mut self, system: &System, start: &At<f64>) -> Result<(), Error> {
+    pub(crate) fn set_start(&mut self, system: &System, start: &NodeView<f64>) -> Result<(), Error> {
         let fingerprint = system.fingerprint();
         if self.fingerprint == Some(fingerprint) && self.design == start.design {
             return Ok(());
@@ -141,7 +141,7 @@ impl Evaluation {
         elements.load(system, from, x);
         let Elements { q, x, sums, .. } = elements;
         sums.clear();
-        let at = At { q, v: &x.v, sigma: &x.sigma, u: given.u, t: given.t, design: given.design };
+        let at = NodeView::of_equations([q, &x.v, &x.sigma], (given.u, given.t, given.design));
         for (batch, len) in system.differentiated() {
             let (own, after) = rest.split_at_mut(len);
             batch.evaluate(&at, sums, own);
@@ -157,7 +157,7 @@ impl Evaluation {
     }
 
     /// Adds 𝓛_q + Q at the point that was evaluated last; `at` is that point in the scene's order.
-    pub(crate) fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
+    pub(crate) fn add_force(&self, at: &NodeView<f64>, force: &mut [f64]) {
         self.constants.add_force(at, force);
         self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
         if let Some(elements) = &self.elements {

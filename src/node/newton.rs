@@ -30,8 +30,8 @@ use crate::motion::Report;
 use crate::node::Evaluation;
 use crate::node::{StepFailure, Unknowns};
 use crate::number::{all_finite, larger};
-use crate::system::{At, Pair};
 use crate::system::{Given, KnownPart};
+use crate::system::{NodeView, Pair};
 use crate::{Settings, System};
 
 /// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
@@ -155,7 +155,7 @@ impl Newton {
     }
 
     /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
-    pub(crate) fn l_v(&mut self, system: &System, at: &At<f64>, l_v: &mut [f64], report: &mut Report) {
+    pub(crate) fn l_v(&mut self, system: &System, at: &NodeView<f64>, l_v: &mut [f64], report: &mut Report) {
         self.load(system, at.v, at.sigma);
         let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
         self.delta.fill(0.0);
@@ -166,7 +166,7 @@ impl Newton {
     }
 
     /// 𝓛_v and dΦ/dt likewise.
-    pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &At<f64>, left: &mut Pair, report: &mut Report) {
+    pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &NodeView<f64>, left: &mut Pair, report: &mut Report) {
         self.l_v(system, at, &mut left.v, report);
         self.evaluation.constants.phi_dot(at, &mut left.sigma);
         let positions = &system.positions().sigma;
@@ -328,7 +328,7 @@ impl Newton {
         }
         y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
         y.p_star_dot.fill(0.0);
-        let at = At { q: y.q, v: y.v, sigma: y.sigma, u: given.u, t: given.t, design: given.design };
+        let at = NodeView::of_equations([y.q, y.v, y.sigma], (given.u, given.t, given.design));
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }

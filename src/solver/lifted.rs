@@ -12,7 +12,7 @@ use crate::motion::{column, column_mut};
 use crate::node::{NOISE, SMALL};
 use crate::number::Real;
 use crate::scheme::known_part;
-use crate::system::{At, Pair, Sums};
+use crate::system::{NodeView, Pair, Sums};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory, memory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
@@ -189,14 +189,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.start_sigma.fill(R::zero());
         if let Start::Velocity { q, v } = &self.inputs.start {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
-            let at = At {
-                q: q.as_slice(),
-                v: v.as_slice(),
-                sigma: &sigma,
-                u: column(&self.inputs.controls, 0),
-                t: self.trajectory.times[0],
-                design: self.inputs.design.as_slice(),
-            };
+            let (u, design) = self.inputs.at(0);
+            let at = NodeView::of_equations([q.as_slice(), v.as_slice(), &sigma], (u, self.trajectory.times[0], design));
             self.real.system().plain_sums(&at, &mut self.sums);
             self.start_p.copy_from_slice(&self.sums.l_v);
         }
@@ -266,7 +260,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let real = self.real.trajectory();
         let now = self.trajectory.stage(i, s);
         let sigma = now.sigma;
-        self.real.system().plain_sums(&now.at((&self.u, self.inputs.design.as_slice())), &mut self.sums);
+        self.real.system().plain_sums(&now.with_inputs((&self.u, self.inputs.design.as_slice())), &mut self.sums);
         for &(j, mu) in &real.compliance {
             self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
@@ -310,7 +304,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.start_q.copy_from_slice(column(&self.trajectory.q, i));
         let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
         let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
-        let at = At { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
+        let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
         self.real.system().plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(&self.sums.l_v);
         self.start_sigma.copy_from_slice(&s);
@@ -332,7 +326,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
         let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
-            let at = At { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
+            let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
             system.plain_sums(&at, &mut self.sums);
             system.phi(&at, &mut phi);
             for &(j, mu) in &self.trajectory.compliance {

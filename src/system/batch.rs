@@ -10,22 +10,11 @@ use super::constants::{Constants, Entry};
 use super::item::Item;
 use super::jet::{Form, Jet, Local};
 use super::tangent;
+use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
 use crate::number::Fingerprint;
 use crate::number::Real;
-
-/// The state of all coordinates at one node, in the scene's numbering.
-#[derive(Clone, Copy)]
-pub struct At<'a, R> {
-    pub q: &'a [R],
-    pub v: &'a [R],
-    pub sigma: &'a [R],
-    pub u: &'a [R],
-    pub t: R,
-    /// The values of the design variables.
-    pub design: &'a [R],
-}
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements.
 #[derive(Clone, Debug, Default)]
@@ -139,21 +128,21 @@ pub struct Footprint<'a> {
 /// A batch on numbers of type R: the plain formulas.
 pub trait PlainBatch<R: Real>: Send + Sync {
     /// Adds the contributions of all elements.
-    fn add(&self, at: &At<R>, sums: &mut Sums<R>);
+    fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>);
     /// Writes Φ of all constraints.
-    fn phi(&self, at: &At<R>, phi: &mut [R]);
+    fn phi(&self, at: &NodeView<R>, phi: &mut [R]);
 }
 
 /// A batch in real numbers: second derivatives, the tangent matrix, and adjoints.
 pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
     /// Resolves the parameters of every element, traces its formula and decides what is constant; `at` is for formulas that look at values.
-    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>);
+    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>);
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first element from whose formula other things would be concluded now.
-    fn find_changed(&self, at: &At<f64>) -> Option<&str>;
+    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
     /// Appends the entries of K that constant derivatives can have.
-    fn constant_entries(&self, at: &At<f64>, n: usize, entries: &mut Vec<(usize, usize)>);
+    fn constant_entries(&self, at: &NodeView<f64>, n: usize, entries: &mut Vec<(usize, usize)>);
     /// What kind of element it holds.
     fn form(&self) -> Form;
     /// What each element touches.
@@ -161,11 +150,11 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// Fixes where each varying entry of K is stored.
     fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize, n: usize);
     /// Adds the blocks of the elements that are constant, for the design variables of a start.
-    fn constants(&self, start: &At<f64>, into: &mut Constants);
+    fn constants(&self, start: &NodeView<f64>, into: &mut Constants);
     /// The first element that has a constant for which `has_place` knows no place.
-    fn find_misplaced(&self, start: &At<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str>;
+    fn find_misplaced(&self, start: &NodeView<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str>;
     /// Appends the entries of Φ_q at a point.
-    fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>);
+    fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>);
     /// The number of stored derivatives of all varying elements at one node.
     fn block_len(&self) -> usize;
     /// The number of elements evaluated by `evaluate`.
@@ -173,23 +162,23 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// Whether `pull_back_inputs` has anything to add.
     fn is_sensitive(&self) -> bool;
     /// Adds what the varying elements contribute and writes their second derivatives.
-    fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
+    fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
     /// Adds the varying entries of K(h), made from blocks, to its values.
     fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]);
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
     fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
-    fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows);
+    fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows);
     /// Adds the derivatives of e·Φ with respect to design variables and time.
-    fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows);
+    fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows);
     /// The names of the elements whose derivatives vary other than as sines.
     fn bending(&self) -> Vec<&str>;
     /// Shows what happens to each of them between the ends of a step; derivatives there are along the step.
-    fn look_within(&self, ends: &[At<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within));
+    fn look_within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within));
     /// The first element whose contributions or their derivatives are not finite.
-    fn find_not_finite(&self, at: &At<f64>) -> Option<Suspect<'_>>;
+    fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Suspect<'_>>;
     /// The first element with a derivative with respect to an input that is not finite.
-    fn find_bad_input(&self, at: &At<f64>) -> Option<Suspect<'_>>;
+    fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Suspect<'_>>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -219,14 +208,14 @@ where
     J: Jet<N, M, K, P>,
     R: Real,
 {
-    fn add(&self, at: &At<R>, sums: &mut Sums<R>) {
+    fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         for item in &self.items {
             let first = item.jet.first(&item.local(at), &item.b(at.design));
             item.scatter_first(&first, sums);
         }
     }
 
-    fn phi(&self, at: &At<R>, phi: &mut [R]) {
+    fn phi(&self, at: &NodeView<R>, phi: &mut [R]) {
         for item in self.items.iter().filter(|_| M > 0) {
             let local: Local<R, N, M, K> = item.local(at);
             let values = item.jet.phi(&local.q, &item.b(at.design), at.t);
@@ -236,7 +225,7 @@ where
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyBatch for Batch<J, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>) {
+    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
             item.plan = item.traced_plan(at);
@@ -272,11 +261,11 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.items.iter().for_each(|item| item.fingerprint(sum));
     }
 
-    fn find_changed(&self, at: &At<f64>) -> Option<&str> {
+    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
         self.items.iter().find(|item| !item.plan.agrees(&item.traced_plan(at))).map(|item| item.name.as_str())
     }
 
-    fn constant_entries(&self, at: &At<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
+    fn constant_entries(&self, at: &NodeView<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
         self.items.iter().for_each(|item| item.constant_entries(at, n, entries));
     }
 
@@ -296,11 +285,11 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    fn constants(&self, start: &At<f64>, into: &mut Constants) {
+    fn constants(&self, start: &NodeView<f64>, into: &mut Constants) {
         self.items.iter().for_each(|item| item.add_constants(start, into));
     }
 
-    fn find_misplaced(&self, start: &At<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str> {
+    fn find_misplaced(&self, start: &NodeView<f64>, has_place: &dyn Fn(&Constants) -> bool) -> Option<&str> {
         let mut own = Constants::new(start.q.len());
         let bad = self.items.iter().find(|item| {
             own.clear();
@@ -310,7 +299,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         bad.map(|item| item.name.as_str())
     }
 
-    fn phi_q(&self, at: &At<f64>, entries: &mut Vec<Entry>) {
+    fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
         for item in self.items.iter().filter(|_| M > 0) {
             let local: Local<f64, N, M, K> = item.local(at);
             (0..N).for_each(|i| item.phi_q_column(i, &local.q, at.t, at.design, &mut |e| entries.push(e)));
@@ -329,7 +318,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         !self.sensitive.is_empty()
     }
 
-    fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, mut blocks: &mut [f64]) {
+    fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, mut blocks: &mut [f64]) {
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at_mut(item.block_len());
             item.evaluate(at, sums, own);
@@ -355,13 +344,13 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
+    fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         for &i in &self.sensitive {
             self.items[i].pull_back_inputs(at, with, rows);
         }
     }
 
-    fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows) {
+    fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
         for &i in self.sensitive.iter().filter(|_| M > 0) {
             self.items[i].pull_back_phi(at, e, rows);
         }
@@ -371,15 +360,15 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.items.iter().filter(|item| item.may_bend()).map(|item| item.name.as_str()).collect()
     }
 
-    fn look_within(&self, ends: &[At<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within)) {
+    fn look_within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within)) {
         self.items.iter().filter(|item| item.may_bend()).for_each(|item| show(item.within(ends, with)));
     }
 
-    fn find_bad_input(&self, at: &At<f64>) -> Option<Suspect<'_>> {
+    fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Suspect<'_>> {
         self.items.iter().find_map(|item| Some(Suspect { element: &item.name, arguments: vec![item.find_bad_input(at)?] }))
     }
 
-    fn find_not_finite(&self, at: &At<f64>) -> Option<Suspect<'_>> {
+    fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Suspect<'_>> {
         self.items.iter().find_map(|item| {
             let arguments = item.find_not_finite(at)?;
             Some(Suspect { element: &item.name, arguments })

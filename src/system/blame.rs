@@ -1,7 +1,7 @@
 //! Which formula is no number, and for which of its arguments.
 
-use super::batch::At;
-use super::cost::CostAt;
+use super::view::NodeView;
+
 use super::names::Names;
 use crate::Error;
 use crate::error::quoted;
@@ -30,7 +30,7 @@ const MOST: usize = 4;
 
 impl Suspect<'_> {
     /// The error that says so; a value that `at` does not have is left out.
-    pub(super) fn explain(&self, names: &Names, at: &CostAt<f64>, node: usize) -> Error {
+    pub(super) fn explain(&self, names: &Names, at: &NodeView<f64>, node: usize) -> Error {
         let mut list: Vec<String> = self.arguments.iter().take(MOST).map(|argument| argument.describe(names, at)).collect();
         if self.arguments.len() > MOST {
             list.push("…".into());
@@ -40,7 +40,7 @@ impl Suspect<'_> {
 }
 
 impl Argument {
-    fn describe(self, names: &Names, at: &CostAt<f64>) -> String {
+    fn describe(self, names: &Names, at: &NodeView<f64>) -> String {
         let (what, list, i): (String, &[f64], usize) = match self {
             Argument::Coordinate(i) => (quoted(&names.coordinates[i]), at.q, i),
             Argument::Velocity(i) => (format!("the velocity of {}", quoted(&names.coordinates[i])), at.v, i),
@@ -59,12 +59,4 @@ impl Argument {
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")
-}
-
-impl<'a> CostAt<'a, f64> {
-    /// A point without momenta.
-    pub(super) fn of(at: &At<'a, f64>) -> Self {
-        let At { q, v, sigma, u, t, design } = *at;
-        CostAt { q, v, p_star: &[], p_star_dot: &[], sigma, u, t, design }
-    }
 }

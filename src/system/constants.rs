@@ -6,9 +6,10 @@
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
 //! ```
 
-use super::batch::{At, Covector, Positions, Rows};
+use super::batch::{Covector, Positions, Rows};
 use super::jet::Form;
 use super::sines::Wave;
+use super::view::NodeView;
 use crate::linear::Symbolic;
 use crate::system::{Given, KnownPart};
 
@@ -113,7 +114,7 @@ impl Constants {
     }
 
     /// Writes the constant part of 𝓛_v.
-    pub fn l_v(&self, at: &At<f64>, l_v: &mut [f64]) {
+    pub fn l_v(&self, at: &NodeView<f64>, l_v: &mut [f64]) {
         l_v.copy_from_slice(&self.l_v);
         multiply(&self.vv, at.v, l_v);
         multiply(&self.vq, at.q, l_v);
@@ -121,13 +122,13 @@ impl Constants {
     }
 
     /// Writes the constant part of dΦ/dt.
-    pub fn phi_dot(&self, at: &At<f64>, phi_dot: &mut [f64]) {
+    pub fn phi_dot(&self, at: &NodeView<f64>, phi_dot: &mut [f64]) {
         phi_dot.fill(0.0);
         multiply(&self.phi_q, at.v, phi_dot);
     }
 
     /// Adds the constant part of 𝓛_q + Q.
-    pub fn add_force(&self, at: &At<f64>, force: &mut [f64]) {
+    pub fn add_force(&self, at: &NodeView<f64>, force: &mut [f64]) {
         force.iter_mut().zip(&self.force).for_each(|(sum, constant)| *sum += constant);
         multiply(&self.qv, at.v, force);
         multiply(&self.qq, at.q, force);

@@ -4,28 +4,15 @@ use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64, gradient};
 use std::any::Any;
 
-use super::batch::At;
 use super::blame::{Argument, Suspect};
 use super::jet::{Slope, slope};
+use super::view::NodeView;
 use crate::model::Param;
 use crate::model::element::{CostPoint, Sum};
 use crate::number::Fingerprint;
 use crate::number::Real;
 use crate::number::trace::{Structure, Trace};
 use crate::{Cost, Cx, Scalar};
-
-/// The paper's y, with u and t, at one node.
-#[derive(Clone, Copy)]
-pub struct CostAt<'a, R> {
-    pub q: &'a [R],
-    pub v: &'a [R],
-    pub p_star: &'a [R],
-    pub p_star_dot: &'a [R],
-    pub sigma: &'a [R],
-    pub u: &'a [R],
-    pub t: R,
-    pub design: &'a [R],
-}
 
 /// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
@@ -148,25 +135,25 @@ impl CostRows {
 /// Costs on numbers of type R.
 pub trait PlainCosts<R: Real>: Send + Sync {
     /// The weighted sum of all costs of the batch at one node.
-    fn value(&self, at: &CostAt<R>, weights: &Weights<R>) -> R;
+    fn value(&self, at: &NodeView<R>, weights: &Weights<R>) -> R;
 }
 
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
     /// Traces every cost and resolves its parameters.
-    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>);
+    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>);
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
-    fn find_changed(&self, at: &At<f64>) -> Option<&str>;
+    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
     /// Whether any of its costs has a value before the last node.
     fn is_running(&self) -> bool;
     /// Whether any of its costs is summed with the weights of the scheme.
     fn has_integral(&self) -> bool;
     /// Adds value and derivatives.
-    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows);
+    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
-    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>>;
+    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -236,7 +223,7 @@ fn lift<S: Scalar, const N: usize, const M: usize, const K: usize>(at: &Point<f6
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
-    fn local<R: Real>(&self, at: &CostAt<R>) -> Point<R, N, M, K> {
+    fn local<R: Real>(&self, at: &NodeView<R>) -> Point<R, N, M, K> {
         let gather = |from: &[R]| SVector::from_fn(|i, _| from[self.q[i]]);
         CostPoint {
             q: gather(at.q),
@@ -254,7 +241,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
     }
 
     /// What the formula depends on; the values are for one that looks at them.
-    fn traced(&self, at: &At<f64>) -> Structure {
+    fn traced(&self, at: &NodeView<f64>) -> Structure {
         if input::t(N, M, K) >= Structure::MOST_INPUTS {
             return Structure::UNKNOWN;
         }
@@ -308,7 +295,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         gradient
     }
 
-    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         // A weight of adjacent steps may vanish between a step forth and a step back; its derivatives do not.
         let is_of_both_steps = matches!(self.sum, Sum::Trapezoidal | Sum::Integral);
         let Some(weight) = weights.of(self.sum).filter(|weight| *weight != 0.0 || is_of_both_steps) else { return };
@@ -382,7 +369,7 @@ where
     C: Cost<N, M, K, P>,
     R: Real,
 {
-    fn value(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
+    fn value(&self, at: &NodeView<R>, weights: &Weights<R>) -> R {
         let mut sum = R::zero();
         for item in &self.items {
             let Some(weight) = weights.of(item.sum) else { continue };
@@ -395,7 +382,7 @@ where
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2], at: &At<f64>) {
+    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
             item.uses = item.traced(at);
@@ -406,7 +393,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         self.items.iter().for_each(|item| item.fingerprint(sum));
     }
 
-    fn find_changed(&self, at: &At<f64>) -> Option<&str> {
+    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
         self.items.iter().find(|item| item.traced(at) != item.uses).map(|item| item.name.as_str())
     }
 
@@ -418,13 +405,13 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         self.items.iter().any(|item| item.sum == Sum::Integral)
     }
 
-    fn gradient(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         for item in &self.items {
             item.gradient(at, weights, rows);
         }
     }
 
-    fn find_not_finite(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
+    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
         let bad = self.items.iter().find(|item| {
             rows.clear();
             item.gradient(at, weights, rows);

@@ -6,17 +6,17 @@
 
 use nalgebra::SVector;
 
-use super::batch::At;
 use super::blame::Argument;
 use super::item::Item;
 use super::jet::{Form, Jet, Local, time_input};
 use super::plan::Plan;
+use super::view::NodeView;
 use crate::number::Fingerprint;
 use crate::number::trace::{Structure, Trace};
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
     /// Its arguments as inputs of a trace, numbered q, v, u, t; their values are for formulas that look at them.
-    fn traced(&self, at: &At<f64>) -> Local<Trace, N, M, K> {
+    fn traced(&self, at: &NodeView<f64>) -> Local<Trace, N, M, K> {
         let real: Local<f64, N, M, K> = self.local(at);
         Local {
             q: SVector::from_fn(|i, _| Trace::input(real.q[i], i)),
@@ -48,7 +48,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// How its derivatives are to be evaluated.
-    pub fn traced_plan(&self, at: &At<f64>) -> Plan<N> {
+    pub fn traced_plan(&self, at: &NodeView<f64>) -> Plan<N> {
         let (local, b) = (self.traced(at), self.traced_constants(at.design));
         let structure = self.structure(&local, &b);
         let bound = self.b.iter().any(|b| b.constant().is_none());
@@ -56,7 +56,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// All arguments that the formula depends on, as far as its trace tells.
-    pub fn arguments(&self, at: &At<f64>) -> Vec<Argument> {
+    pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
         let structure = self.structure(&self.traced(at), &self.traced_constants(at.design));
         let used = |i: usize| structure.depends_on(i);
         let q = (0..N).filter(|&i| used(i)).map(|i| Argument::Coordinate(self.q[i]));
@@ -78,7 +78,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Appends the entries of K that constant derivatives can have: of all it has, or of the columns in which a constraint is linear.
-    pub fn constant_entries(&self, at: &At<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
+    pub fn constant_entries(&self, at: &NodeView<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
         let (local, b) = (self.traced(at), self.traced_constants(at.design));
         let has = |inputs: u128, i: usize| (inputs >> i | inputs >> (N + i)) & 1 == 1;
         match J::FORM {

@@ -11,9 +11,10 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
 
-use super::batch::{AnyBatch, At};
+use super::batch::AnyBatch;
 use super::constants::Entry;
 use super::jet::Form;
+use super::view::NodeView;
 use crate::linear::equilibrate;
 use crate::linear::{Branch, Group};
 use crate::number::trace::guarded;
@@ -44,7 +45,7 @@ pub(super) fn groups(
     batches: &[Box<dyn AnyBatch>],
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
-    at: &At<f64>,
+    at: &NodeView<f64>,
 ) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
     let joints = joints(batches, &block_of);
@@ -188,7 +189,7 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
 }
 
 /// Φ_q by rows.
-fn jacobian(batches: &[Box<dyn AnyBatch>], m: usize, at: &At<f64>) -> Vec<Vec<Entry>> {
+fn jacobian(batches: &[Box<dyn AnyBatch>], m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
     for batch in batches {
         // Rows that are missing belong to nobody.

@@ -4,12 +4,13 @@ use nalgebra::SVector;
 use num_dual::Dual64;
 use std::f64::consts::FRAC_PI_2;
 
-use super::batch::{At, Covector, InputRows, Sums, Within};
+use super::batch::{Covector, InputRows, Sums, Within};
 use super::blame::Argument;
 use super::constants::{Constants, Entry};
 use super::jet::{First, Form, Jet, Local, Number, Slope, slope};
 use super::plan::{MOST_SEEDS, Plan};
 use super::sines::Wave;
+use super::view::NodeView;
 use crate::model::Param;
 use crate::number::Real;
 
@@ -26,7 +27,7 @@ pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usiz
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
-    pub fn local<R: Real>(&self, at: &At<R>) -> Local<R, N, M, K> {
+    pub fn local<R: Real>(&self, at: &NodeView<R>) -> Local<R, N, M, K> {
         Local {
             q: SVector::from_fn(|i, _| at.q[self.q[i]]),
             v: SVector::from_fn(|i, _| at.v[self.q[i]]),
@@ -41,7 +42,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Derivatives with `A` seeded coordinates.
-    fn blocks<const A: usize>(&self, at: &At<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
+    fn blocks<const A: usize>(&self, at: &NodeView<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
         let seeds = self.plan.seeds();
         let mut local = self.local(at);
         if J::FORM == Form::Holonomic {
@@ -52,7 +53,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// The arguments by which its derivatives are not finite, if anything of it is not.
-    pub fn find_not_finite(&self, at: &At<f64>) -> Option<Vec<Argument>> {
+    pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let (local, b) = (self.local(at), self.b(at.design));
         let mut blocks = vec![0.0; J::FORM.length(N, M)];
         self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &b, &mut First::zero(), &mut blocks);
@@ -75,7 +76,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Value and derivatives: the number of seeds selects the size of the dual numbers.
-    pub fn evaluate(&self, at: &At<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
+    pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
         let mut first = First::zero();
         match self.plan.seeded {
             seeded if seeded == N => self.blocks::<N>(at, &mut first, blocks),
@@ -119,7 +120,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     #[inline]
     fn differentiate(
         &self,
-        at: &At<f64>,
+        at: &NodeView<f64>,
         seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
     ) -> First<Slope, N, M> {
         let real: Local<f64, N, M, K> = self.local(at);
@@ -138,7 +139,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one input, seeded by `seed`.
     fn directional(
         &self,
-        at: &At<f64>,
+        at: &NodeView<f64>,
         with: &Covector,
         seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
     ) -> f64 {
@@ -158,14 +159,14 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// What happens to that sum between the ends of a step, where derivatives are along it.
-    pub fn within(&self, ends: &[At<Dual64>; 2], with: &Covector) -> Within {
+    pub fn within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector) -> Within {
         let [begin, end] = ends.map(|at| self.pair(&self.jet.first(&self.local(&at), &self.b(at.design)), with));
         let (change, told) = (end.re - begin.re, 0.5 * (begin.eps + end.eps));
         Within { missed: change - told, change: change.abs().max(told.abs()) }
     }
 
     /// The first input with respect to which the derivatives are not finite.
-    pub fn find_bad_input(&self, at: &At<f64>) -> Option<Argument> {
+    pub fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Argument> {
         let is_bad = |first: First<Slope, N, M>| {
             let mut slopes = first.l_v.iter().chain(&first.force).chain(&first.phi_dot).map(slope);
             slopes.any(|slope| !slope.is_finite())
@@ -178,7 +179,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         of_control.or_else(|| (self.plan.timed && time()).then_some(Argument::Time)).or_else(of_design)
     }
 
-    pub fn pull_back_inputs(&self, at: &At<f64>, with: &Covector, rows: &mut InputRows) {
+    pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         if !self.plan.constant {
             *rows.evaluations += K;
             for (k, &channel) in self.u.iter().enumerate() {
@@ -200,7 +201,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Adds the derivatives of e·Φ with respect to design variables and time.
-    pub fn pull_back_phi(&self, at: &At<f64>, e: &[f64], rows: &mut InputRows) {
+    pub fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
         let q = SVector::from_fn(|i, _| Slope::from_re(at.q[self.q[i]]));
         let directional = |t: Slope, b: &SVector<Slope, P>| -> f64 {
             let phi = self.jet.phi(&q, b, t);
@@ -224,7 +225,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     /// Blocks of an element with constant second derivatives, and the constant columns of Φ_q of any constraint.
     ///
     /// The former is a polynomial, which has its constants at zero; the latter may be defined only where a motion can start.
-    pub fn add_constants(&self, start: &At<f64>, into: &mut Constants) {
+    pub fn add_constants(&self, start: &NodeView<f64>, into: &mut Constants) {
         if J::FORM == Form::Holonomic {
             self.add_linear_columns(start, into);
             return;
@@ -249,7 +250,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// The columns of Φ_q that belong to coordinates in which Φ is linear.
-    fn add_linear_columns(&self, start: &At<f64>, into: &mut Constants) {
+    fn add_linear_columns(&self, start: &NodeView<f64>, into: &mut Constants) {
         let q = SVector::from_fn(|i, _| start.q[self.q[i]]);
         for i in self.plan.linear_columns() {
             self.phi_q_column(i, &q, start.t, start.design, &mut |e| into.add_phi_q(e));
@@ -260,7 +261,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
-    fn add_waves(&self, i: usize, start: &At<f64>, into: &mut Constants) {
+    fn add_waves(&self, i: usize, start: &NodeView<f64>, into: &mut Constants) {
         let mut q = SVector::zeros();
         let mut slopes = [SVector::<f64, M>::zeros(); 3];
         for (quarter, slope) in slopes.iter_mut().enumerate() {

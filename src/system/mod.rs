@@ -21,14 +21,15 @@ mod sines;
 mod size;
 mod structure;
 mod tangent;
+mod view;
 
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{AnyBatch, At, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
+pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostAt, CostRows, Costs, GivenWeights, Item as CostItem, Weights};
+pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, Item as CostItem, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::Item;
@@ -37,6 +38,7 @@ pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
 pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
+pub(crate) use view::NodeView;
 
 pub use size::{Elimination, EliminationNode};
 
@@ -92,7 +94,7 @@ impl System {
         check_positive(&scene.positive, &design)?;
         let zeros = vec![0.0; n.max(m).max(k)];
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
-        let at = At { q: &scene.initial, v, sigma, u, t: 0.0, design: &design };
+        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &design));
         batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at));
         costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at));
         check_inertia(&batches, &names, n)?;
@@ -256,7 +258,7 @@ impl System {
     }
 
     /// Appends the entries of Φ_q.
-    pub(crate) fn phi_q(&self, at: &At<f64>) -> Vec<Entry> {
+    pub(crate) fn phi_q(&self, at: &NodeView<f64>) -> Vec<Entry> {
         let mut entries = Vec::new();
         self.batches.iter().for_each(|batch| batch.phi_q(at, &mut entries));
         entries
@@ -316,7 +318,7 @@ impl System {
     }
 
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.
-    pub(crate) fn plain_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
+    pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
         for batch in &self.batches {
             plain::<R>(batch.as_ref()).add(at, sums);
@@ -324,7 +326,7 @@ impl System {
     }
 
     /// What the kinetic energies alone contribute: T_v and T_q.
-    pub(crate) fn kinetic_sums<R: Real>(&self, at: &At<R>, sums: &mut Sums<R>) {
+    pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
         for batch in self.batches.iter().filter(|batch| batch.form() == jet::Form::Kinetic) {
             plain::<R>(batch.as_ref()).add(at, sums);
@@ -332,14 +334,14 @@ impl System {
     }
 
     /// Φ(q, t).
-    pub(crate) fn phi<R: Real>(&self, at: &At<R>, phi: &mut [R]) {
+    pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
         for batch in &self.batches {
             plain::<R>(batch.as_ref()).phi(at, phi);
         }
     }
 
     /// The weighted sum of all costs at one node.
-    pub(crate) fn cost<R: Real>(&self, at: &CostAt<R>, weights: &Weights<R>) -> R {
+    pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>) -> R {
         let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights));
         values.fold(R::zero(), |sum, value| sum + value)
     }
@@ -353,7 +355,7 @@ impl System {
     ///
     /// # Errors
     /// A formula that is another one than was compiled, so that other derivatives are constant, or zero.
-    pub(crate) fn constants(&self, start: &At<f64>, fingerprint: u64, into: &mut Constants) -> Result<(), Error> {
+    pub(crate) fn constants(&self, start: &NodeView<f64>, fingerprint: u64, into: &mut Constants) -> Result<(), Error> {
         let changed = |element: &str| Err(Error::Changed { element: element.to_string() });
         if fingerprint != self.fingerprint {
             let element = self.batches.iter().find_map(|batch| batch.find_changed(start));
@@ -370,21 +372,21 @@ impl System {
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
-    pub(crate) fn bad_cost(&self, at: &CostAt<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
+    pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
         let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
         suspect.unwrap_or(Suspect { element: "the cost", arguments: Vec::new() }).explain(&self.names, at, node)
     }
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
-    pub(crate) fn find_bad_input(&self, at: &At<f64>, node: usize) -> Option<Error> {
+    pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let suspect = self.sensitive().find_map(|batch| batch.find_bad_input(at))?;
-        Some(suspect.explain(&self.names, &CostAt::of(at), node))
+        Some(suspect.explain(&self.names, &at.without_momenta(), node))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
-    pub(crate) fn find_not_finite(&self, at: &At<f64>, node: usize) -> Option<Error> {
+    pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let suspect = self.batches.iter().find_map(|batch| batch.find_not_finite(at))?;
-        Some(suspect.explain(&self.names, &CostAt::of(at), node))
+        Some(suspect.explain(&self.names, &at.without_momenta(), node))
     }
 }
 

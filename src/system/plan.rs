@@ -235,7 +235,7 @@ mod tests {
     use crate::scene::planar::{Actuator, Damper, Distance, LinearSpring, Prismatic};
     use crate::system::item::Item;
     use crate::system::jet::Jet;
-    use crate::system::{Applied, At, Holonomic, Potential, Sums};
+    use crate::system::{Applied, Holonomic, NodeView, Potential, Sums};
     use crate::{Constraint, Force, ForcePoint, Scalar};
 
     /// Everything that `evaluate` gives, with few seeds and with all.
@@ -248,7 +248,7 @@ mod tests {
         let number = |k: usize| (12.9898 * (k + 1) as f64).sin();
         let numbers = |from: usize, len: usize| (from..from + len).map(number).collect::<Vec<_>>();
         let (q, v, sigma, u) = (numbers(0, N), numbers(20, N), numbers(40, M), numbers(50, K));
-        let at = At { q: &q, v: &v, sigma: &sigma, u: &u, t: 0.3, design: &[0.37] };
+        let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.3, &[0.37]));
         let evaluate = |item: &Item<J, N, M, K, P>| {
             let (mut sums, mut blocks) = (Sums::new(N, M), vec![f64::NAN; item.block_len()]);
             item.evaluate(&at, &mut sums, &mut blocks);

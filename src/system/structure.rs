@@ -4,17 +4,18 @@
 
 use std::ops::Range;
 
-use super::batch::{AnyBatch, At};
+use super::batch::AnyBatch;
 use super::constants::Constants;
 use super::groups::{self, Groups};
 use super::jet::Form;
 use super::sines::{Places, Sines};
+use super::view::NodeView;
 use crate::linear::{Pattern, Symbolic};
 
 type Batches = [Box<dyn AnyBatch>];
 
 /// The constant derivatives of all elements for a start.
-pub(super) fn constants(batches: &Batches, start: &At<f64>, into: &mut Constants) {
+pub(super) fn constants(batches: &Batches, start: &NodeView<f64>, into: &mut Constants) {
     into.clear();
     batches.iter().for_each(|batch| batch.constants(start, into));
     into.compress();
@@ -29,7 +30,12 @@ pub(super) struct Analysis {
 }
 
 /// Analyses K and tells every varying element where its entries are stored.
-pub(super) fn analyse(batches: &mut Batches, blocks: &[Range<usize>], (n, m): (usize, usize), at: &At<f64>) -> Analysis {
+pub(super) fn analyse(
+    batches: &mut Batches,
+    blocks: &[Range<usize>],
+    (n, m): (usize, usize),
+    at: &NodeView<f64>,
+) -> Analysis {
     let (mut entries, mut constant) = entries(batches, (n, m), at);
     let Groups { groups, closing } = groups::groups(batches, blocks, (n, m), at);
     // Room for a compliance, should the loops depend on each other.
@@ -49,7 +55,7 @@ pub(super) fn analyse(batches: &mut Batches, blocks: &[Range<usize>], (n, m): (u
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
-fn entries(batches: &Batches, (n, m): (usize, usize), at: &At<f64>) -> (Vec<(usize, usize)>, Vec<bool>) {
+fn entries(batches: &Batches, (n, m): (usize, usize), at: &NodeView<f64>) -> (Vec<(usize, usize)>, Vec<bool>) {
     let mut entries = Vec::new();
     batches.iter().for_each(|batch| batch.constant_entries(at, n, &mut entries));
     let mut constant = vec![true; n + m];

@@ -8,7 +8,7 @@ use super::By;
 use super::point::{State, StepPoint};
 use crate::System;
 use crate::paper_system::{Equation, PaperSystem, Variable};
-use crate::system::{At, Sums};
+use crate::system::{NodeView, Sums};
 
 /// M, Φ_q and the other terms of Eq. (10), each by dual numbers.
 ///
@@ -154,7 +154,7 @@ impl Terms {
 }
 
 /// The sums of some elements.
-type Elements = fn(&System, &At<Dual64>, &mut Sums<Dual64>);
+type Elements = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
 
 fn columns(system: &System, elements: Elements, arguments: &[DVector<Dual64>; 5], which: usize, time: f64) -> Columns {
     let (n, m, count) = (system.n(), system.m(), arguments[which].len());
@@ -165,7 +165,7 @@ fn columns(system: &System, elements: Elements, arguments: &[DVector<Dual64>; 5]
     for k in 0..count {
         seeded[which][k].eps = 1.0;
         let [q, v, sigma, u, design] = [0, 1, 2, 3, 4].map(|i| seeded[i].as_slice());
-        elements(system, &At { q, v, sigma, u, t: Dual64::from_re(time), design }, &mut sums);
+        elements(system, &NodeView::of_equations([q, v, sigma], (u, Dual64::from_re(time), design)), &mut sums);
         for (matrix, values) in
             [(&mut found.l_v, &sums.l_v), (&mut found.force, &sums.force), (&mut found.phi_dot, &sums.phi_dot)]
         {
