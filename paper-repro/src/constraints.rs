@@ -16,7 +16,6 @@ pub struct Violations {
 }
 
 impl Violations {
-    /// Those of a motion.
     pub fn of(system: &System, inputs: &Inputs, motion: &Trajectory) -> Result<Self, Error> {
         let at_start = consistent_acceleration(system, inputs, motion, 0)?;
         let accelerations = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &at_start);

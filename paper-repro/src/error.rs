@@ -11,13 +11,10 @@ pub enum Error {
     Drawing(String),
     /// Flags that are unknown, or make no sense.
     Usage(String),
-    /// What was to be printed is lost.
     Output(io::Error),
     /// A file or folder could not be written.
     File {
-        /// Its path.
         path: PathBuf,
-        /// Why.
         source: io::Error,
     },
 }
@@ -39,7 +36,6 @@ impl fmt::Display for Error {
 impl error::Error for Error {}
 
 impl Error {
-    /// What the drawing library says.
     pub fn drawing(reason: impl fmt::Display) -> Self {
         Error::Drawing(reason.to_string())
     }

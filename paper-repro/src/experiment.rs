@@ -15,9 +15,7 @@ use crate::timing::{self, Timing};
 
 /// The example with its runs.
 pub struct Experiment {
-    /// The flags.
     pub settings: Settings,
-    /// The mechanism.
     pub system: System,
     /// The inputs of the starting iteration.
     pub inputs: Inputs,
@@ -30,7 +28,6 @@ pub struct Experiment {
 
 /// dJ/du at the start, by two methods.
 pub struct Gradients {
-    /// By the discrete adjoint.
     pub adjoint: Vec<f64>,
     /// By complex step, one simulation for each control.
     pub complex_step: Vec<f64>,
@@ -45,7 +42,6 @@ pub struct Optimum {
 }
 
 impl Experiment {
-    /// The example, nothing run yet.
     pub fn new(settings: Settings) -> Result<Self, Error> {
         let system = settings.example().scene().compile()?;
         Ok(Experiment {
@@ -60,7 +56,6 @@ impl Experiment {
         })
     }
 
-    /// Times of the nodes, s.
     pub fn times(&self) -> Vec<f64> {
         self.inputs.grid.times()
     }
@@ -163,14 +158,12 @@ impl Gradients {
         largest(&self.differences()) / self.largest_component()
     }
 
-    /// ‖dJ/du‖∞.
     pub fn largest_component(&self) -> f64 {
         largest(&self.complex_step.iter().map(|c| c.abs()).collect::<Vec<_>>())
     }
 }
 
 impl Optimum {
-    /// The last iterate.
     pub fn end(&self) -> &Iterate {
         &self.history[self.history.len() - 1]
     }

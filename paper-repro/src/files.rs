@@ -23,13 +23,11 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     replace(path, contents.as_ref()).map_err(|source| Error::File { path: path.to_owned(), source })
 }
 
-/// Writes a value as JSON.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let json = serde_json::to_string_pretty(value).map_err(io::Error::from);
     write(path, json.map_err(|source| Error::File { path: path.to_owned(), source })? + "\n")
 }
 
-/// Prints to the end.
 pub fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Output)

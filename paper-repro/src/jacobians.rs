@@ -7,7 +7,7 @@ pub mod mechanisms;
 use hamiltonian_adjoint::Error;
 use std::fmt;
 
-use crate::table::{Verdict, bars};
+use crate::table::{Table, Verdict};
 
 /// One printed formula.
 #[derive(Clone, Debug)]
@@ -24,6 +24,17 @@ pub struct Finding {
     pub corrected_error: Option<[f64; 2]>,
     /// What the difference looks like.
     pub words: String,
+}
+
+/// Relative errors on both mechanisms, as printed and as corrected.
+type Errors = (Option<[f64; 2]>, Option<[f64; 2]>);
+
+impl Finding {
+    fn new(place: &str, status: Verdict, printed: &str, corrected: &str, errors: Errors, words: &str) -> Self {
+        let corrected = if status == Verdict::Holds { "" } else { corrected };
+        let [place, printed, corrected, words] = [place, printed, corrected, words].map(str::to_owned);
+        Finding { place, printed, status, corrected, printed_error: errors.0, corrected_error: errors.1, words }
+    }
 }
 
 /// All findings, for people (`Display`) and for the README ([`Findings::markdown`]).
@@ -76,9 +87,8 @@ impl Findings {
         )
     }
 
-    /// A table in Markdown.
     pub fn markdown(&self) -> String {
-        let heads = [
+        let heads = vec![
             "formula",
             "printed",
             "verdict",
@@ -90,10 +100,10 @@ impl Findings {
         let row = |finding: &Finding| {
             let errors = |of| errors(of).join(" / ");
             let Finding { place, printed, status, corrected, printed_error, corrected_error, words } = finding.clone();
-            [place, printed, status.to_string(), corrected, errors(&printed_error), errors(&corrected_error), words]
+            vec![place, printed, status.to_string(), corrected, errors(&printed_error), errors(&corrected_error), words]
         };
-        let rows: Vec<_> = self.findings.iter().map(row).collect();
-        format!("# The paper's equations, formula by formula\n\n{HEADING}\n\n{}\n\n{}", self.summary(), bars(heads, &rows))
+        let table = Table { heads, rows: self.findings.iter().map(row).collect() };
+        format!("# The paper's equations, formula by formula\n\n{HEADING}\n\n{}\n\n{}", self.summary(), table.markdown())
     }
 }
 

@@ -17,6 +17,7 @@ mod plot;
 mod settings;
 mod statistics;
 mod steepest_descent;
+mod stopwatch;
 mod stress;
 mod summary;
 mod table;
@@ -113,7 +114,7 @@ fn run(cli: Cli) -> Result<Vec<Row>, Error> {
     experiment.warnings().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
     files::print(&format!(
         "{}\nfigures, data and summary.json are in {}\n",
-        summary::rows(&claims).text(),
+        summary::rows(&claims).table().text(),
         folder.display()
     ))?;
     Ok(claims)

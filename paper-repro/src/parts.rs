@@ -33,7 +33,6 @@ impl Part {
     /// Everything in section 4 of the paper.
     pub const PAPER: [Part; 7] = [Part::Fig1, Part::Fig2, Part::Fig3, Part::Fig4, Part::Fig5, Part::Fig6, Part::Timing];
 
-    /// Makes it, its files in the folder.
     pub fn make(self, experiment: &Experiment, folder: &Path) -> Result<Vec<Row>, Error> {
         match self {
             Part::Fig1 => fig1::draw(experiment, &folder.join("fig1")),

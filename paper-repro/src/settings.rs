@@ -47,7 +47,6 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The mechanism.
     pub fn example(&self) -> CartPendulum {
         CartPendulum {
             links: self.links.into(),
@@ -65,7 +64,6 @@ impl Settings {
         inputs
     }
 
-    /// The line search.
     pub fn line_search(&self) -> LineSearch {
         LineSearch { first: self.alpha, armijo: self.armijo, shorten: self.backtrack }
     }

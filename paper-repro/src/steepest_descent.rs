@@ -22,7 +22,6 @@ pub trait Objective {
     /// Why a value could not be had.
     type Error;
 
-    /// J(u).
     fn value(&mut self, u: &DMatrix<f64>) -> Result<f64, Self::Error>;
 
     /// ∇J at the u whose value was asked for last.
@@ -54,11 +53,8 @@ impl Objective for ControlObjective<'_, '_> {
 /// One point of the descent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
-    /// u.
     pub u: DMatrix<f64>,
-    /// J(u).
     pub cost: f64,
-    /// ‖∇J(u)‖∞.
     pub gradient: f64,
     /// The step length that led here, 0 at the start.
     pub step: f64,

@@ -44,16 +44,17 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let curves = curves.concat();
     figures::draw(&curves, &folder)?;
     let (keys, heads) = (["group", "tried", "expected", "got"], ["Group", "Tried", "Expected", "Got"]);
-    let table = Rows { keys, heads, rows: &rows };
+    let rows = Rows { keys, heads, rows: &rows };
+    let table = rows.table();
     let verdicts = [Verdict::Holds, Verdict::Refused, Verdict::Warned, Verdict::Failed];
-    let [hold, refused, warned, failed] = verdicts.map(|verdict| table.count(verdict));
+    let [hold, refused, warned, failed] = verdicts.map(|verdict| rows.count(verdict));
     let summary = format!(
         "{} rows: {hold} hold, {refused} refused with an error (where a typed error is an answer), {warned} warned \
          (where a warning of just that is one), {failed} failed.",
-        rows.len()
+        rows.rows.len()
     );
     files::write(&folder.join("stress.md"), format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table.markdown()))?;
-    files::write_json(&folder.join("stress.json"), &json!({"short": options.short, "rows": table, "curves": curves}))?;
+    files::write_json(&folder.join("stress.json"), &json!({"short": options.short, "rows": rows, "curves": curves}))?;
     let place = folder.display();
     files::print(&format!("{}\n{summary}\nfigures, stress.md and stress.json are in {place}\n", table.text()))?;
     Ok(failed == 0)

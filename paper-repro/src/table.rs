@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use serde::ser::{Serialize, SerializeMap, Serializer};
-use serde_json::Value;
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value};
 
 /// How what was found compares with what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,9 +16,7 @@ pub enum Verdict {
     NotStated,
     /// The paper leaves this open, and ours rests on an assumption.
     Assumed,
-    /// It is as theory says.
     Confirmed,
-    /// Nothing was expected.
     Reported,
     /// All numbers are within their bounds; a formula is right.
     Holds,
@@ -30,7 +28,6 @@ pub enum Verdict {
     Refused,
     /// Numbers are out of their bounds, and the library's report warns of just that.
     Warned,
-    /// It is not as it must be.
     Failed,
 }
 
@@ -86,12 +83,6 @@ impl Row {
     ) -> Self {
         Row { cells: [of.into(), what.into(), expected.into(), found.into()], verdict, more: Vec::new() }
     }
-
-    /// The row with the word for its verdict.
-    fn words(&self) -> [String; 5] {
-        let [of, what, expected, found] = self.cells.clone();
-        [of, what, expected, found, self.verdict.to_string()]
-    }
 }
 
 /// Rows and what their cells are called, in JSON and at the head of a table.
@@ -102,103 +93,82 @@ pub struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Aligned columns, wrapped to the line.
-    pub fn text(&self) -> String {
-        aligned(self.heads(), &self.words())
-    }
-
-    /// A table of Markdown.
-    pub fn markdown(&self) -> String {
-        bars(self.heads(), &self.words())
+    pub fn table(&self) -> Table {
+        let heads = [&self.heads[..], &["Verdict"]].concat();
+        let words = |row: &Row| [&row.cells[..], &[row.verdict.to_string()]].concat();
+        Table { heads, rows: self.rows.iter().map(words).collect() }
     }
 
     /// How many rows have this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.rows.iter().filter(|row| row.verdict == verdict).count()
     }
-
-    fn heads(&self) -> [&'static str; 5] {
-        let [of, what, expected, found] = self.heads;
-        [of, what, expected, found, "Verdict"]
-    }
-
-    fn words(&self) -> Vec<[String; 5]> {
-        self.rows.iter().map(Row::words).collect()
-    }
 }
 
 impl Serialize for Rows<'_> {
     fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
-        out.collect_seq(self.rows.iter().map(|row| KeyedRow { keys: self.keys, row }))
+        let object = |row: &Row| -> Map<String, Value> {
+            let cells = self.keys.iter().copied().zip(row.cells.iter().cloned().map(Value::from));
+            let verdict = ("verdict", Value::from(row.verdict.words().1));
+            let more = row.more.iter().cloned();
+            cells.chain([verdict]).chain(more).map(|(key, value)| (key.to_owned(), value)).collect()
+        };
+        out.collect_seq(self.rows.iter().map(object))
     }
 }
 
-struct KeyedRow<'a> {
-    keys: [&'static str; 4],
-    row: &'a Row,
+/// Cells in rows and columns.
+pub struct Table {
+    pub heads: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
 }
 
-impl Serialize for KeyedRow<'_> {
-    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
-        let mut map = out.serialize_map(None)?;
-        self.keys.iter().zip(&self.row.cells).try_for_each(|(key, cell)| map.serialize_entry(key, cell))?;
-        map.serialize_entry("verdict", self.row.verdict.words().1)?;
-        self.row.more.iter().try_for_each(|(key, value)| map.serialize_entry(key, value))?;
-        map.end()
-    }
-}
-
-/// Characters to a line of the text table.
+/// Characters to a line of a text.
 const LINE: usize = 110;
-/// Between columns of the text table.
+/// Between columns of a text.
 const GAP: &str = "  ";
 
-/// Rows in aligned columns, wrapped to the line, with a rule where the first column changes.
-pub fn aligned<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
-    let widths = widths(heads, rows);
-    let rule = "─".repeat(widths.iter().sum::<usize>() + GAP.len() * (C - 1)) + "\n";
-    let mut out = row(&heads.map(str::to_owned), &widths);
-    for (index, cells) in rows.iter().enumerate() {
-        if index == 0 || rows[index - 1][0] != cells[0] {
-            out += &rule;
+impl Table {
+    /// Aligned columns, wrapped to the line, with a rule where the first column changes.
+    pub fn text(&self) -> String {
+        let widths = self.widths();
+        let rule = "─".repeat(widths.iter().sum::<usize>() + GAP.len() * (widths.len() - 1)) + "\n";
+        let mut out = row(&self.heads, &widths);
+        for (index, cells) in self.rows.iter().enumerate() {
+            if index == 0 || self.rows[index - 1][0] != cells[0] {
+                out += &rule;
+            }
+            out += &row(cells, &widths);
         }
-        out += &row(cells, &widths);
+        out
     }
-    out
-}
 
-/// Rows as a table of Markdown.
-pub fn bars<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> String {
-    let line = |cells: [String; C]| format!("| {} |\n", cells.map(|cell| escaped(&cell)).join(" | "));
-    let head = line(heads.map(str::to_owned)) + &"|---".repeat(C) + "|\n";
-    std::iter::once(head).chain(rows.iter().map(|cells| line(cells.clone()))).collect()
-}
+    /// A table of Markdown: cells on one line, their bars not mistaken for those between cells.
+    pub fn markdown(&self) -> String {
+        let escaped = |cell: &str| cell.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|");
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let head = line(self.heads.iter().map(|&head| head.to_owned()).collect()) + &"|---".repeat(self.heads.len()) + "|\n";
+        let rows = self.rows.iter().map(|cells| line(cells.iter().map(|cell| escaped(cell)).collect()));
+        std::iter::once(head).chain(rows).collect()
+    }
 
-/// The text on one line, its bars not mistaken for those between cells.
-fn escaped(cell: &str) -> String {
-    cell.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
-}
-
-/// Widths of the columns, the widest narrowed until a row fits the line.
-fn widths<const C: usize>(heads: [&str; C], rows: &[[String; C]]) -> [usize; C] {
-    let mut widths = heads.map(length);
-    for row in rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = length(cell).max(*width);
+    /// Widths of the columns, the widest narrowed until a row fits the line.
+    fn widths(&self) -> Vec<usize> {
+        let column = |c: usize| self.rows.iter().map(|cells| length(&cells[c])).fold(length(self.heads[c]), usize::max);
+        let mut widths: Vec<usize> = (0..self.heads.len()).map(column).collect();
+        let room = LINE - GAP.len() * (widths.len() - 1);
+        while widths.iter().sum::<usize>() > room {
+            if let Some(widest) = widths.iter_mut().max() {
+                *widest -= 1;
+            }
         }
+        widths
     }
-    let room = LINE - GAP.len() * (C - 1);
-    while widths.iter().sum::<usize>() > room {
-        if let Some(widest) = widths.iter_mut().max() {
-            *widest -= 1;
-        }
-    }
-    widths
 }
 
 /// One row, of as many lines as its longest cell needs.
-fn row<const C: usize>(cells: &[String; C], widths: &[usize; C]) -> String {
-    let columns: Vec<Vec<String>> = cells.iter().zip(widths).map(|(cell, width)| wrapped(cell, *width)).collect();
+fn row(cells: &[impl AsRef<str>], widths: &[usize]) -> String {
+    let columns: Vec<Vec<String>> = cells.iter().zip(widths).map(|(cell, width)| wrapped(cell.as_ref(), *width)).collect();
     let height = columns.iter().map(Vec::len).max().unwrap_or(0);
     let line = |index: usize| {
         let cells = columns.iter().zip(widths).map(|(lines, width)| {
@@ -244,7 +214,7 @@ mod tests {
 
     #[test]
     fn text_fits_the_line() {
-        let table = rows(&[row("Fig. 3", &"x".repeat(150)), row("Fig. 4", "‖Φ‖ at the end")]).text();
+        let table = rows(&[row("Fig. 3", &"x".repeat(150)), row("Fig. 4", "‖Φ‖ at the end")]).table().text();
         assert!(table.lines().all(|line| length(line) <= LINE), "{table}");
         assert_eq!(table.matches("word").count(), 80);
         assert_eq!(table.lines().filter(|line| line.starts_with('─')).count(), 2);
@@ -252,7 +222,7 @@ mod tests {
 
     #[test]
     fn markdown_keeps_one_line_to_a_row() {
-        let table = rows(&[row("Fig. 3", "two\nlines")]).markdown();
+        let table = rows(&[row("Fig. 3", "two\nlines")]).table().markdown();
         assert_eq!(table.lines().count(), 3);
         assert!(table.contains("| two lines | 9 \\| 10 |"));
     }

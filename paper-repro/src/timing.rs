@@ -1,11 +1,11 @@
 //! How long a simulation, a gradient by the adjoint and one by complex step take.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System};
 
-use crate::statistics::median;
+use crate::stopwatch::{Job, Repeats};
 use crate::table::{Row, Verdict};
 
 /// T_adjoint of the paper, s.
@@ -13,10 +13,9 @@ const PAPER_ADJOINT: f64 = 0.35;
 /// T_complex of the paper, s.
 const PAPER_COMPLEX: f64 = 150.0;
 
-/// Medians over repeats, s.
+/// Times by the stopwatch, s.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
-    /// One simulation.
     pub forward: f64,
     /// One simulation and the gradient with respect to all controls by the adjoint.
     pub value_and_gradient: f64,
@@ -27,29 +26,18 @@ pub struct Timing {
 /// Measures on one thread, memory allocated and caches warm.
 pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<Timing, Error> {
     let settings = Settings::default();
-    let mut solver = Solver::new(system, settings);
-    solver.simulate(inputs)?;
-    solver.gradient()?;
-    Ok(Timing {
-        forward: median_time(|| solver.simulate(inputs).map(|_| ()))?,
-        value_and_gradient: median_time(|| {
-            solver.simulate(inputs)?;
-            solver.gradient().map(|_| ())
-        })?,
-        complex_step: median_time(|| complex_step(system, inputs, settings, controls).map(|_| ()))?,
-    })
-}
-
-/// The median time of a call, s, over at least five calls and half a second.
-fn median_time(mut run: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
-    const ENOUGH: (usize, Duration) = (5, Duration::from_millis(500));
-    let (begin, mut times) = (Instant::now(), Vec::new());
-    while times.len() < ENOUGH.0 || begin.elapsed() < ENOUGH.1 {
-        let start = Instant::now();
-        run()?;
-        times.push(start.elapsed().as_secs_f64());
-    }
-    Ok(median(&times))
+    let (mut forward, mut both) = (Solver::new(system, settings), Solver::new(system, settings));
+    let mut jobs: [Job; 3] = [
+        Box::new(|| forward.simulate(inputs).map(|_| ())),
+        Box::new(|| {
+            both.simulate(inputs)?;
+            both.gradient().map(|_| ())
+        }),
+        Box::new(|| complex_step(system, inputs, settings, controls).map(|_| ())),
+    ];
+    let repeats = Repeats { turns: 5, turn: Duration::from_millis(100) };
+    let [forward, value_and_gradient, complex_step] = repeats.times(&mut jobs)?[..] else { unreachable!("three jobs") };
+    Ok(Timing { forward, value_and_gradient, complex_step })
 }
 
 /// The times beside those of the paper, which no claim can fail: they are another computer's.

@@ -221,6 +221,21 @@ pub fn cart(units: Units, links: usize) -> CartPendulum {
     }
 }
 
+/// The system of the paper's cart with so many links.
+pub fn paper_cart(links: usize) -> Result<System, Error> {
+    cart(Units::SI, links).scene().compile()
+}
+
+/// The slider-crank that most rows are about.
+pub fn crank() -> Result<Mechanism, Error> {
+    slider_crank(Units::SI, 0.4, 0.9, 1.0)
+}
+
+/// A chain of three rods that swings a little, which is quasi-periodic.
+pub fn swinging_chain() -> Result<Mechanism, Error> {
+    chain(Units::SI, &[1.0, 0.8, 0.6], -1.2, 0.0)
+}
+
 /// The double pendulum in its angles, which start at 0.9 rad and 0.6 rad.
 pub fn minimal() -> Result<System, Error> {
     let mut scene = Scene::new();

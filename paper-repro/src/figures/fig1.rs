@@ -21,7 +21,6 @@ const LOWEST_NOTE: f64 = -2.2;
 /// The link that carries the dimension, or the only one.
 const DIMENSIONED: usize = 1;
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let links = usize::from(experiment.settings.links);
     let mut shapes = cart();

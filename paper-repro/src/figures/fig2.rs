@@ -13,7 +13,6 @@ const FRAMES: usize = 4;
 /// When that is in the paper, s.
 const PAPER_RIGHTMOST: f64 = 1.26;
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let optimum = experiment.optimum()?;
     let scenes = frames(optimum).map(|node| scene(experiment, optimum, node)).collect();

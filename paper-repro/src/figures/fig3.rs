@@ -17,7 +17,6 @@ const ZERO: f64 = 1e-3;
 /// Iterations after which the paper's cost is there.
 const PAPER_ITERATIONS: u32 = 300;
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let optimum = experiment.optimum()?;
     let points = |value: fn(&Iterate) -> f64| -> Vec<(f64, f64)> {

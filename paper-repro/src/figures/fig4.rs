@@ -9,7 +9,6 @@ use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::statistics::{largest, median};
 use crate::table::{Row, Verdict};
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (violations, times) = (experiment.violations()?, experiment.times());
     let series = |name: &str, values: &[f64], colour| {

@@ -7,7 +7,6 @@ use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::table::{Row, Verdict};
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (optimum, times) = (experiment.optimum()?, experiment.times());
     let colours = [colour::GREY, colour::GREEN, colour::RED, colour::BLUE];

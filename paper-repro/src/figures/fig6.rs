@@ -7,7 +7,6 @@ use crate::experiment::{Experiment, Gradients};
 use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
 use crate::table::{Row, Verdict};
 
-/// Draws the figure.
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (gradients, times) = (experiment.gradients()?, experiment.times());
     let series = |name: &str, values: &[f64], colour, style| {

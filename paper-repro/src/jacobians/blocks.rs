@@ -177,12 +177,10 @@ impl Block {
     fn check(&self, right: bool, on: &Moving, value: Formula) -> Result<Report, Error> {
         let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
         let step = check::step(&paper);
-        let step = if right {
-            step.f_y_previous(self.equation, self.variable, value)
-        } else {
-            step.f_y(self.equation, self.variable, value)
-        };
-        Ok(step.run())
+        Ok(match right {
+            true => step.f_y_previous(self.equation, self.variable, value).run(),
+            false => step.f_y(self.equation, self.variable, value).run(),
+        })
     }
 
     fn finding(&self, right: bool, mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
@@ -208,17 +206,9 @@ impl Block {
         };
         let note = self.note(right);
         let words = if note.is_empty() || words.is_empty() { words } else { note.to_string() };
-        Ok(Finding {
-            place: self.place(right),
-            printed: self.printed.into(),
-            status,
-            corrected: if status == Verdict::Holds { String::new() } else { self.correct.into() },
-            printed_error: printed.map(|reports| reports.each_ref().map(error)),
-            corrected_error: Some(
-                corrected.each_ref().map(|report| if passes(report) { error(report) } else { f64::INFINITY }),
-            ),
-            words,
-        })
+        let corrected_error = |report: &Report| if passes(report) { error(report) } else { f64::INFINITY };
+        let errors = (printed.map(|both| both.each_ref().map(error)), Some(corrected.each_ref().map(corrected_error)));
+        Ok(Finding::new(&self.place(right), status, self.printed, self.correct, errors, &words))
     }
 }
 
@@ -252,13 +242,6 @@ fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Block; 12]) -> Result
     }
     let status = if worst == [0.0; 2] { Verdict::Holds } else { Verdict::Misprinted };
     let side = if right { "right" } else { "left" };
-    Ok(Finding {
-        place: format!("(10) {side}: the other {count} blocks"),
-        printed: "0".into(),
-        status,
-        corrected: String::new(),
-        printed_error: Some(worst),
-        corrected_error: Some(worst),
-        words: String::new(),
-    })
+    let place = format!("(10) {side}: the other {count} blocks");
+    Ok(Finding::new(&place, status, "0", "", (Some(worst), Some(worst)), ""))
 }

@@ -16,28 +16,12 @@ fn finding(place: &str, printed: &str, corrected: &str, errors: [[f64; 2]; 2], w
     let [printed_error, corrected_error] = errors;
     let fails = |x: &f64| *x > 1e-6;
     let status = if printed_error.iter().any(fails) { Verdict::Misprinted } else { Verdict::Holds };
-    Finding {
-        place: place.into(),
-        printed: printed.into(),
-        status,
-        corrected: if status == Verdict::Holds { String::new() } else { corrected.into() },
-        printed_error: Some(printed_error),
-        corrected_error: Some(corrected_error),
-        words: words.into(),
-    }
+    Finding::new(place, status, printed, corrected, (Some(printed_error), Some(corrected_error)), words)
 }
 
 /// A slip in a sentence or an index: nothing to evaluate.
 fn slip(place: &str, printed: &str, corrected: &str, words: &str) -> Finding {
-    Finding {
-        place: place.into(),
-        printed: printed.into(),
-        status: Verdict::Misprinted,
-        corrected: corrected.into(),
-        printed_error: None,
-        corrected_error: None,
-        words: words.into(),
-    }
+    Finding::new(place, Verdict::Misprinted, printed, corrected, (None, None), words)
 }
 
 /// Eq. (1)–(4).

@@ -15,13 +15,9 @@ use crate::error::Error;
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// A continuous line.
     Line,
-    /// A dashed line.
     Dashed,
-    /// An open circle at each point.
     Circles,
-    /// A cross at each point.
     Crosses,
     /// A line with open circles, thinned where they would touch.
     LineAndCircles,
@@ -46,13 +42,11 @@ pub struct Chart {
     /// Over the chart, if not empty.
     pub title: String,
     pub x: Axis,
-    /// The vertical axis on the left.
     pub y: Axis,
     /// A second vertical axis on the right.
     pub right: Option<Axis>,
     /// Where the names are, if there are several; at the top they stand above the data, the axis being longer by their height.
     pub legend: SeriesLabelPosition,
-    /// The series, later over earlier.
     pub series: Vec<Series>,
     /// Width and height in points.
     pub size: (f64, f64),

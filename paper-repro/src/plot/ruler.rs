@@ -56,7 +56,6 @@ pub struct Ruler {
 }
 
 impl Ruler {
-    /// A linear one.
     pub fn linear(low: f64, high: f64) -> Self {
         Self { floor: None, low, high }
     }

@@ -70,12 +70,10 @@ impl Shape {
         Self::new("rectangle", points, colour, if filled { Look::Area } else { Look::Line(1.25) })
     }
 
-    /// A filled circle.
     pub fn disc(centre: Point, radius: f64, colour: Colour) -> Self {
         Self::new("circle", arc(centre, radius, TAU), colour, Look::Area)
     }
 
-    /// A joint.
     pub fn hinge(at: Point, colour: Colour) -> Self {
         Self::new("hinge", vec![at], colour, Look::Dot)
     }
@@ -99,7 +97,6 @@ impl Shape {
         Self::new("dimension", vec![from, to], BLACK, Look::Arrow(0.75, 2))
     }
 
-    /// Words, centred.
     pub fn text(at: Point, words: &str) -> Self {
         let label = Some(Label { words: words.to_owned(), at, away: (0.0, 0.0), side: HPos::Center });
         Shape { label, ..Self::new("text", vec![at], BLACK, Look::Nothing) }
@@ -195,7 +192,6 @@ pub struct SceneChart {
     pub labels: Option<[&'static str; 2]>,
     /// What the colours mean, in a row above the pictures.
     pub key: Vec<(&'static str, Colour)>,
-    /// The pictures, row by row.
     pub scenes: Vec<Scene>,
     pub columns: usize,
     /// The least and the greatest corner shown, found from the shapes if not given.
@@ -237,7 +233,6 @@ impl SceneChart {
         })
     }
 
-    /// Draws one picture.
     fn draw(&self, scene: &Scene, page: &Area, cell: &Area, [x, y]: [Ruler; 2]) -> Result<(), Error> {
         let mut builder = ChartBuilder::on(cell);
         let title = font(LARGE, FontStyle::Bold).into_text_style(cell).pos(Pos::new(HPos::Center, VPos::Center));

@@ -41,7 +41,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
     }
     for (how, settings, _) in ways() {
         let what = named("momenta of free hinged pairs on springs", how);
-        trials.push(trial(what, Box::new(move |steps| momenta(steps, settings))));
+        trials.push(trial(what, Box::new(move |steps| Ok(momenta(steps, settings)?.into()))));
     }
     trials.push(Trial::new(GROUP, "work of motor and friction against the energy of a chain", power));
     trials.push(Trial::new(GROUP, "energy of three scenes over Δt", energy_over_step));
@@ -50,7 +50,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
 
 type Build = fn() -> Result<Mechanism, Error>;
 
-const SWINGING: [(&str, Build); 2] = [("chain of three", swinging_chain), ("slider-crank", crank)];
+const SWINGING: [(&str, Build); 2] = [("chain of three", scenes::swinging_chain), ("slider-crank", scenes::crank)];
 
 /// What is done at nodes, the settings that ask for it, and a step length at which energies are judged. A slider-crank that is rebased
 /// once in a second is judged at 5 ms: at 10 ms ¼ Δt² σ Φ_qqq v is a tenth of M, the middle of σ and the motion disturb each other chaotically, and
@@ -103,15 +103,6 @@ fn energy(name: &str, (growth, order): (f64, Measured), run: impl Fn(usize) -> R
     })
 }
 
-/// A small swing, which is quasi-periodic.
-fn swinging_chain() -> Result<Mechanism, Error> {
-    scenes::chain(Units::SI, &[1.0, 0.8, 0.6], -1.2, 0.0)
-}
-
-fn crank() -> Result<Mechanism, Error> {
-    scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)
-}
-
 fn energies(mechanism: &Mechanism, steps: usize, dt: f64, settings: Settings) -> Record {
     March { settings, ..March::new(&mechanism.system, steps, dt) }.record(|at| mechanism.energy(at.q, at.v))
 }
@@ -129,7 +120,7 @@ fn minimal(steps: usize) -> Result<Found, Error> {
 
 /// Linear momentum is linear in the state, and kept to rounding. Angular momentum is quadratic, which the trapezoidal rule, other than the
 /// midpoint rule, keeps to O(Δt²) only: its order is judged, over 1 s, for the pairs on their springs do not repeat themselves.
-fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
+fn momenta(steps: usize, settings: Settings) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::free_pairs()?;
     let n = mechanism.system.n();
     let p_star = DVector::from_fn(n, |i, _| 0.4 * (12.9 * (i + 1) as f64).sin());
@@ -152,12 +143,11 @@ fn momenta(steps: usize, settings: Settings) -> Result<Found, Error> {
         Measure::between("order of the angular, a quadratic invariant kept to O(Δt²) only, over 1 s", order, SECOND),
         Measure::told("angular over 1 s at 1 ms [N m s]", most(&coarse[2])),
         Measure::told("over all steps at 10 ms", most(&all[2])),
-    ]
-    .into())
+    ])
 }
 
 /// E − E_0 = ∫ (u φ̇ − c φ̇²) dt, the integral by the trapezoidal rule.
-fn power() -> Result<Found, Error> {
+fn power() -> Result<Vec<Measure>, Error> {
     const FRICTION: f64 = 0.3;
     let torque = |t: f64| 4.0 * (3.0 * t).sin();
     let mechanism = scenes::chain(Units::SI, &[1.0, 0.8, 0.6], -1.2, FRICTION)?;
@@ -176,12 +166,11 @@ fn power() -> Result<Found, Error> {
         Ok(worst)
     };
     let (coarse, fine) = (imbalance(1000)?, imbalance(2000)?);
-    Ok(vec![Measure::told("imbalance at 5 ms [J]", coarse), Measure::between("order", (coarse / fine).log2(), SECOND)]
-        .into())
+    Ok(vec![Measure::told("imbalance at 5 ms [J]", coarse), Measure::between("order", (coarse / fine).log2(), SECOND)])
 }
 
 fn energy_over_step() -> Result<Found, Error> {
-    let (chain, crank, angles) = (swinging_chain()?, crank()?, scenes::minimal()?);
+    let (chain, crank, angles) = (scenes::swinging_chain()?, scenes::crank()?, scenes::minimal()?);
     let lengths = [0.04, 0.02, 0.01, 0.005, 0.0025];
     let over = |run: &dyn Fn(usize, f64) -> Record| -> Result<Vec<(f64, f64)>, Error> {
         let error = |dt: f64| Ok((dt, deviation(&run((20.0 / dt) as usize, dt).complete()?, (0.0, 1.0)) / 9.81));

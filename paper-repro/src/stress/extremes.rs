@@ -54,7 +54,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
     trials
 }
 
-fn mass_ratio(ratio: f64) -> Result<Found, Error> {
+fn mass_ratio(ratio: f64) -> Result<Vec<Measure>, Error> {
     let of = |masses: [f64; 5]| -> Result<f64, Error> {
         let chain = scenes::chain(Units::SI, &masses, -1.0, 0.0)?;
         gradient_error(&chain.system, &shaken(&chain.system, 100, 0.01, 5.0), Settings::default(), 12)
@@ -62,35 +62,35 @@ fn mass_ratio(ratio: f64) -> Result<Found, Error> {
     let (light_inside, light_outside) = (of([1.0, ratio, 1.0, ratio, 1.0])?, of([ratio, 1.0, ratio, 1.0, ratio])?);
     // Velocities are eliminated before multipliers, so as many digits go as the ratio has.
     let bound = 100.0 * f64::EPSILON * ratio.max(1.0 / ratio);
-    Ok(vec![Measure::at_most("gradient error", light_inside.max(light_outside), bound)].into())
+    Ok(vec![Measure::at_most("gradient error", light_inside.max(light_outside), bound)])
 }
 
-fn light_middle(share: f64) -> Result<Found, Error> {
+fn light_middle(share: f64) -> Result<Vec<Measure>, Error> {
     let chain = scenes::light_middle(share)?;
     let inputs = shaken(&chain.system, 100, 0.01, 5.0);
     let error = gradient_error(&chain.system, &inputs, Settings::default(), 12)?;
-    Ok(vec![Measure::at_most("gradient error", error, 100.0 * f64::EPSILON / share)].into())
+    Ok(vec![Measure::at_most("gradient error", error, 100.0 * f64::EPSILON / share)])
 }
 
-fn massless_coordinate() -> Result<Found, Error> {
+fn massless_coordinate() -> Result<Vec<Measure>, Error> {
     let system = scenes::coordinate_without_inertia()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.01));
     let error = gradient_error(&system, &inputs, Settings::default(), 12)?;
-    Ok(vec![Measure::at_most("gradient error", error, EXACT)].into())
+    Ok(vec![Measure::at_most("gradient error", error, EXACT)])
 }
 
 /// The rule keeps the energy of a linear oscillator exactly, whatever the step.
-fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Found, Error> {
+fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::oscillator(pull, 0.0)?;
     let energy = |at: &State| mechanism.energy(at.q, at.v) + 0.5 * potential * (at.q[0] - 1.0) * (at.q[0] - 1.0);
     let record = March::new(&mechanism.system, 1000, 0.01).record(energy).complete()?;
     let energy = deviation(&record, (0.0, 1.0)) / record[0].1;
     let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 200, 0.01, 5.0), Settings::default(), 12)?;
-    Ok(vec![Measure::at_most("energy error", energy, 1e-8), Measure::at_most("gradient error", error, 1e-9)].into())
+    Ok(vec![Measure::at_most("energy error", energy, 1e-8), Measure::at_most("gradient error", error, 1e-9)])
 }
 
 /// The spring starts without stretch, so that all its oscillation is what the weight excites.
-fn stiff_pendulum(stiffness: f64, dt: f64) -> Result<Found, Error> {
+fn stiff_pendulum(stiffness: f64, dt: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::spring_pendulum(stiffness)?;
     let steps = (10.0 / dt) as usize;
     let record = March::new(&mechanism.system, steps, dt).record(|at| mechanism.energy(at.q, at.v)).complete()?;
@@ -99,14 +99,13 @@ fn stiff_pendulum(stiffness: f64, dt: f64) -> Result<Found, Error> {
     let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 100, dt, 1.0), Settings::default(), 12)?;
     // The spring's length of 1 m has an ulp in each of 100 steps, and its force is what it is stretched by under the weight.
     let rounding = f64::EPSILON * stiffness / 9.81;
-    Ok(vec![Measure::at_most("energy error", energy, 0.1), Measure::at_most("gradient error", error, 100.0 * rounding)]
-        .into())
+    Ok(vec![Measure::at_most("energy error", energy, 0.1), Measure::at_most("gradient error", error, 100.0 * rounding)])
 }
 
 /// Beyond Δt ω = 2 the spring's force changes its sign at each node, and what is left of its oscillation is a beat of 4/(Δt² ω). Here that is
 /// 0.4 rad/s, slower than the rod, which turns the spring and so feeds the oscillation; at Δt = 0.002 s it is 10 rad/s, and does not.
 /// The energy must be kept until the report says that steps are rough, and it must say so.
-fn too_stiff_pendulum() -> Result<Found, Error> {
+fn too_stiff_pendulum() -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::spring_pendulum(1e10)?;
     let mut record = Vec::new();
     let report = March::new(&mechanism.system, 1000, 0.01).run(|at| record.push((at.time, mechanism.energy(at.q, at.v))))?;
@@ -116,12 +115,11 @@ fn too_stiff_pendulum() -> Result<Found, Error> {
         Measure::at_most("energy error until told", deviation(&record[..told], (0.0, 1.0)) / 9.81, 0.1),
         Measure::between("first step told to be rough", first, (1.0, 1000.0)),
         Measure::told("energy error at the end", deviation(&record, (0.0, 1.0)) / 9.81),
-    ]
-    .into())
+    ])
 }
 
 /// v_i = v_0 ((1 − x/2)/(1 + x/2))^i with x = c Δt/m.
-fn damped(exponent: i32) -> Result<Found, Error> {
+fn damped(exponent: i32) -> Result<Vec<Measure>, Error> {
     let (dt, steps) = (0.01, 20);
     let x = 10f64.powi(exponent);
     let mechanism = scenes::oscillator(Pull::None, x / dt)?;
@@ -141,12 +139,11 @@ fn damped(exponent: i32) -> Result<Found, Error> {
         Measure::at_most("error of dJ/du, dJ/dq₀", largest(&[controls, start]), EXACT),
         // The derivative itself vanishes, as a difference of numbers that do not.
         Measure::told("of dJ/dv₀", rate),
-    ]
-    .into())
+    ])
 }
 
 fn cart_error(dt: f64, steps: usize) -> Result<f64, Error> {
-    let system = scenes::cart(Units::SI, 3).scene().compile()?;
+    let system = scenes::paper_cart(3)?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
     inputs.controls.fill(10.0);
     gradient_error(&system, &inputs, Settings::default(), 12)
@@ -168,7 +165,7 @@ fn step_lengths(short: bool) -> Result<Found, Error> {
 }
 
 /// The same motion, but for the rounding of angles: 1e6 rad have an ulp of 1e-10 rad.
-fn large_angles() -> Result<Found, Error> {
+fn large_angles() -> Result<Vec<Measure>, Error> {
     let revolutions = 159_155.0 * TAU;
     let run = |turned: f64| {
         let mechanism = scenes::cart(Units::SI, 3);
@@ -190,6 +187,5 @@ fn large_angles() -> Result<Found, Error> {
         Measure::at_most("change of J", ((far.value - near.value) / near.value).abs(), 1e-8),
         Measure::at_most("of dJ/du", relative_difference(far.controls.as_slice(), near.controls.as_slice()), 1e-8),
         Measure::at_most("of dJ/dΔt", relative_difference(&far.steps, &near.steps), 1e-8),
-    ]
-    .into())
+    ])
 }

@@ -3,8 +3,7 @@
 use hamiltonian_adjoint::{Error, Grid, Inputs, Report, Settings, Solver, Sum, System, Warning};
 
 use super::motion::{March, amplification, gradient_error};
-use super::row::{Found, Measure, Trial};
-use crate::assembly::Units;
+use super::row::{Measure, Trial};
 use crate::mechanisms as scenes;
 
 const GROUP: &str = "hard starts";
@@ -13,14 +12,14 @@ const TOO_LONG: &str = "Newton's iteration has no solution for this step";
 pub fn trials() -> Vec<Trial> {
     let swing_up = |dt: f64| {
         Trial::new(GROUP, format!("cart, u = 10 N, Δt = {dt} s for 2 s"), move || {
-            let system = cart(3)?;
+            let system = scenes::paper_cart(3)?;
             judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, |_| 10.0), 20)
         })
         .or_refused(TOO_LONG, motion_has_no_solution)
     };
     let jumps = |force: f64, dt: f64| {
         Trial::new(GROUP, format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), move || {
-            let system = cart(3)?;
+            let system = scenes::paper_cart(3)?;
             let turns = move |i: usize| if (i / 5).is_multiple_of(2) { force } else { -force };
             judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, turns), 20)
         })
@@ -28,7 +27,7 @@ pub fn trials() -> Vec<Trial> {
     };
     let links = |links: usize, dt: f64| {
         Trial::new(GROUP, format!("cart with {links} links, u = 10 N, Δt = {dt} s, 100 steps"), move || {
-            let system = cart(links)?;
+            let system = scenes::paper_cart(links)?;
             judged(&system, &pushed(&system, 100, dt, |_| 10.0), 3)
         })
         .or_refused(TOO_LONG, motion_has_no_solution)
@@ -53,7 +52,7 @@ pub fn trials() -> Vec<Trial> {
 }
 
 /// Six easy steps, two that must be halved, and one more: the warning says where, and the gradient is that of the grid that was taken.
-fn halved() -> Result<Found, Error> {
+fn halved() -> Result<Vec<Measure>, Error> {
     let (system, inputs) = scenes::sled(&[Sum::Trapezoidal])?;
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
@@ -68,17 +67,12 @@ fn halved() -> Result<Found, Error> {
         Measure::between("first halved step", step, (7.0, 7.0)),
         Measure::between("inserted nodes", inserted, (2.0, 100.0)),
         Measure::told("shortest part [s]", shortest),
-    ]
-    .into())
+    ])
 }
 
 /// Of the motion, not of a complex step through it.
 fn motion_has_no_solution(error: &Error) -> bool {
     matches!(error, Error::Newton { equation, .. } if !equation.contains("complex"))
-}
-
-fn cart(links: usize) -> Result<System, Error> {
-    scenes::cart(Units::SI, links).scene().compile()
 }
 
 fn pushed(system: &System, steps: usize, dt: f64, force: impl Fn(usize) -> f64) -> Inputs {
@@ -87,7 +81,7 @@ fn pushed(system: &System, steps: usize, dt: f64, force: impl Fn(usize) -> f64) 
     inputs
 }
 
-fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Found, Error> {
+fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Vec<Measure>, Error> {
     let mut solver = Solver::new(system, Settings::default());
     solver.simulate(inputs)?;
     let (motion, report) = (solver.trajectory(), solver.report());
@@ -103,15 +97,14 @@ fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Found, Err
         Measure::told("largest v", speed),
         Measure::told("most iterations", report.most_iterations as f64),
         Measure::told("nodes inserted by halving", motion.inserted.len() as f64),
-    ]
-    .into())
+    ])
 }
 
 /// From 1.9 s on the first guess is none, and the equations of a step have other solutions than the motion, with other energies; the error of the
 /// one that is meant falls with the order of the rule.
-fn spun_up() -> Result<Found, Error> {
+fn spun_up() -> Result<Vec<Measure>, Error> {
     const TORQUE: f64 = 3.0;
-    let mechanism = scenes::slider_crank(Units::SI, 0.4, 0.9, 1.0)?;
+    let mechanism = scenes::crank()?;
     let phi = mechanism.angle(0);
     let imbalance = |steps: usize| -> Result<(f64, f64), Error> {
         let (mut first, mut imbalance, mut work) = (None, 0.0f64, 0.0f64);
@@ -129,8 +122,7 @@ fn spun_up() -> Result<Found, Error> {
         Measure::told("imbalance over the work done", long),
         Measure::between("order in Δt", (long / short).log2(), (1.7, 2.3)),
         Measure::between("first step told to be rough", rough, (90.0, 100.0)),
-    ]
-    .into())
+    ])
 }
 
 /// The first step that the report says to be rough.
@@ -144,8 +136,8 @@ pub fn rough_step(report: &Report) -> f64 {
 
 /// A force that adds 200 m/s in each step, in turns: after 2 s angles turn by 1e6 rad and more in each, whose sines have few digits, and no
 /// derivative has any. The report must say so, if it is not an error.
-fn far_too_long() -> Result<Found, Error> {
-    let system = cart(3)?;
+fn far_too_long() -> Result<Vec<Measure>, Error> {
+    let system = scenes::paper_cart(3)?;
     let inputs = pushed(&system, 100, 0.02, |i| if (i / 5).is_multiple_of(2) { 1e4 } else { -1e4 });
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
@@ -156,13 +148,12 @@ fn far_too_long() -> Result<Found, Error> {
     Ok(vec![
         Measure::between("turn in one step, told by the report [rad]", turn.unwrap_or(0.0), (Warning::TURN, f64::MAX)),
         Measure::told("largest v", solver.trajectory().v.amax()),
-    ]
-    .into())
+    ])
 }
 
 /// The links at the top carry 3.9 kN: Δt² λ = m L there, and multipliers and links jump from node to node. The report must say so.
-fn heavy_chain() -> Result<Found, Error> {
-    let system = cart(1000)?;
+fn heavy_chain() -> Result<Vec<Measure>, Error> {
+    let system = scenes::paper_cart(1000)?;
     let inputs = pushed(&system, 100, 0.01, |_| 10.0);
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
@@ -174,6 +165,5 @@ fn heavy_chain() -> Result<Found, Error> {
         Measure::between("first halved step", halved.unwrap_or(f64::NAN), (1.0, 50.0)),
         Measure::told("first rough step", rough_step(solver.report())),
         Measure::told("largest v", solver.trajectory().v.amax()),
-    ]
-    .into())
+    ])
 }

@@ -6,7 +6,6 @@ use hamiltonian_adjoint::{Error, LongSolver, Settings, Solver, System};
 
 use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, Node, WANDERS, deviation, no_solution, projected, rebased};
 use super::row::{Found, Measure, Trial};
-use crate::assembly::{Mechanism, Units};
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
@@ -44,8 +43,8 @@ fn hanging(system: &System, steps: usize) -> March<'_> {
 /// Momenta hold what the weight has done since the last restart only, and a million steps later velocities have the digits that they had: of
 /// M v = p* − Φ_qᵀσ the right side is rounded to ε |σ|, whatever v is, so that dΦ/dt is zero to some ε |σ| (1/m + l²/(4 J)), what an impulse
 /// does to the end of a link: there are two links in an equation and two impulses on each.
-fn cart(steps: usize) -> Result<Found, Error> {
-    let system = scenes::cart(Units::SI, 3).scene().compile()?;
+fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
+    let system = scenes::paper_cart(3)?;
     let (march, mut node) = (hanging(&system, steps), Node::new(&system));
     let (mut sigma, mut p_star, mut speed, mut swing) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     let mut rates = [0.0f64; 10];
@@ -66,12 +65,11 @@ fn cart(steps: usize) -> Result<Found, Error> {
         Measure::told("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed),
         Measure::at_most("its last tenth over its first", rates[9] / rates[0], 1.5),
         Measure::between("largest swing [rad]", swing, (1e-3, 0.5)),
-    ]
-    .into())
+    ])
 }
 
 fn gradient(steps: usize) -> Result<Found, Error> {
-    let system = scenes::cart(Units::SI, 3).scene().compile()?;
+    let system = scenes::paper_cart(3)?;
     let march = hanging(&system, steps);
     let inputs = march.inputs();
     let mut solver = LongSolver::new(&system, march.settings, BYTES);
@@ -99,8 +97,8 @@ fn peak() -> Option<f64> {
     Some(kibibytes * 1024.0 / 1e6)
 }
 
-fn against_stored() -> Result<Found, Error> {
-    let system = scenes::cart(Units::SI, 3).scene().compile()?;
+fn against_stored() -> Result<Vec<Measure>, Error> {
+    let system = scenes::paper_cart(3)?;
     let march = hanging(&system, 20_000);
     let inputs = march.inputs();
     let mut stored = Solver::new(&system, march.settings);
@@ -118,17 +116,12 @@ fn against_stored() -> Result<Found, Error> {
         Measure::at_most("dJ/du", difference[0], 1e-13),
         Measure::at_most("dJ/dΔt", difference[1], 1e-13),
         Measure::between("work of the forward sweep, in simulations", work, (1.5, 3.0)),
-    ]
-    .into())
-}
-
-fn chain() -> Result<Mechanism, Error> {
-    scenes::chain(Units::SI, &[1.0, 0.8, 0.6], -1.2, 0.0)
+    ])
 }
 
 /// |σ| grows as the weight that the hinges carry, g t (1 + 0.8 + 0.6), and nothing else grows with it.
-fn multipliers(steps: usize) -> Result<Found, Error> {
-    let mechanism = chain()?;
+fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
+    let mechanism = scenes::swinging_chain()?;
     let (march, mut node) = (March::new(&mechanism.system, steps, 0.01), Node::new(&mechanism.system));
     let (mut sigma, mut rate, mut early, mut speed) = (0.0f64, 0.0f64, 0.0, 0.0f64);
     march.run(|at| {
@@ -141,13 +134,12 @@ fn multipliers(steps: usize) -> Result<Found, Error> {
         Measure::between("|σ| over the impulse of the weight", sigma / (9.81 * 2.4 * 0.01 * steps as f64), (0.9, 1.2)),
         Measure::at_most("‖dΦ/dt‖/‖v‖", rate / speed, 1e-10),
         Measure::told("the same in the first 2000 steps", early / speed),
-    ]
-    .into())
+    ])
 }
 
 /// What remains when multipliers do not grow; by how much it may grow follows from how symmetric restarts are.
-fn energy(steps: usize, settings: Settings, most: f64) -> Result<Found, Error> {
-    let mechanism = chain()?;
+fn energy(steps: usize, settings: Settings, most: f64) -> Result<Vec<Measure>, Error> {
+    let mechanism = scenes::swinging_chain()?;
     let march = March { settings, ..March::new(&mechanism.system, steps, 0.01) };
     let (mut node, mut drift) = (Node::new(&mechanism.system), 0.0f64);
     let energies = march.record(|at| {
@@ -160,6 +152,5 @@ fn energy(steps: usize, settings: Settings, most: f64) -> Result<Found, Error> {
         Measure::told("energy error [J]", first.max(last)),
         Measure::at_most("last tenth over first", last / first, most),
         Measure::at_most("‖Φ‖ [m]", drift, if settings.drift_bound == 0.0 { 1e-12 } else { 1e-3 }),
-    ]
-    .into())
+    ])
 }

@@ -85,7 +85,6 @@ impl<'a> March<'a> {
         inputs
     }
 
-    /// Simulates and shows each node.
     pub fn run(&self, see: impl FnMut(&State)) -> Result<Report, Error> {
         let (report, result) = self.attempt(see);
         result.map(|()| report)
@@ -152,7 +151,6 @@ pub struct Record {
 }
 
 impl Record {
-    /// All of it.
     pub fn complete(self) -> Result<Vec<(f64, f64)>, Error> {
         self.stopped.map_or(Ok(self.points), Err)
     }

@@ -4,7 +4,7 @@ use hamiltonian_adjoint::planar::Harmonic;
 use hamiltonian_adjoint::{Error, Settings, Solver, Warning};
 
 use super::motion::{gradient_error_on_constraints, shaken};
-use super::row::{Found, Measure, Trial};
+use super::row::{Measure, Trial};
 use crate::assembly::{GROUND, Mechanism};
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
@@ -78,7 +78,7 @@ fn run(mechanism: &Mechanism) -> Result<Run, Error> {
 }
 
 /// Both have the same coordinates, controls and cost.
-fn compare(redundant: &Mechanism, independent: &Mechanism, named: f64) -> Result<Found, Error> {
+fn compare(redundant: &Mechanism, independent: &Mechanism, named: f64) -> Result<Vec<Measure>, Error> {
     let (expected, found) = (run(independent)?, run(redundant)?);
     let error = gradient_error_on_constraints(&redundant.system, &shaken(&redundant.system, 40, 0.005, 5.0), 12)?;
     Ok(vec![
@@ -88,6 +88,5 @@ fn compare(redundant: &Mechanism, independent: &Mechanism, named: f64) -> Result
         Measure::at_most("|σ| over that without", found.multiplier / expected.multiplier, 3.0),
         Measure::between("equations that the warning names", found.named as f64, (named, named)),
         Measure::at_most("without redundancy", expected.named as f64, 0.0),
-    ]
-    .into())
+    ])
 }

@@ -19,17 +19,14 @@ pub struct Measure {
 }
 
 impl Measure {
-    /// Must not be above a bound.
     pub fn at_most(what: impl Into<String>, value: f64, most: f64) -> Self {
         Measure { what: what.into(), value, least: None, most: Some(most) }
     }
 
-    /// Must lie between two bounds.
     pub fn between(what: impl Into<String>, value: f64, (least, most): (f64, f64)) -> Self {
         Measure { what: what.into(), value, least: Some(least), most: Some(most) }
     }
 
-    /// Must not be below a bound.
     pub fn at_least(what: impl Into<String>, value: f64, least: f64) -> Self {
         Measure { what: what.into(), value, least: Some(least), most: None }
     }
@@ -122,8 +119,13 @@ pub struct Trial {
 }
 
 impl Trial {
-    pub fn new(group: &'static str, tried: impl Into<String>, run: impl Fn() -> Result<Found, Error> + 'static) -> Self {
-        Trial { group, tried: tried.into(), refusal: None, warning: None, run: Box::new(run) }
+    /// What `run` finds is judged, be it with curves for the figures ([`Found`]) or measures alone.
+    pub fn new<F: Into<Found>>(
+        group: &'static str,
+        tried: impl Into<String>,
+        run: impl Fn() -> Result<F, Error> + 'static,
+    ) -> Self {
+        Trial { group, tried: tried.into(), refusal: None, warning: None, run: Box::new(move || run().map(F::into)) }
     }
 
     /// Such an error of the library is an answer too, for this reason.
@@ -218,7 +220,7 @@ mod tests {
 
     fn with(measures: &[Measure]) -> Trial {
         let measures = measures.to_vec();
-        Trial::new("group", "tried", move || Ok(measures.clone().into()))
+        Trial::new("group", "tried", move || Ok(measures.clone()))
     }
 
     #[test]
@@ -235,7 +237,7 @@ mod tests {
 
     #[test]
     fn an_error_fails_unless_it_is_an_answer_and_a_panic_always() {
-        let stops = || Trial::new("group", "tried", || Err(Error::EmptyScene));
+        let stops = || Trial::new("group", "tried", || Err::<Found, _>(Error::EmptyScene));
         assert_eq!(verdict(stops()), Verdict::Failed);
         let row = stops().or_refused("nothing there", |_| true).judge().0;
         assert_eq!(row.verdict, Verdict::Refused);
@@ -245,7 +247,7 @@ mod tests {
         assert_eq!(only(|error| *error != Error::EmptyScene), Verdict::Failed, "another error");
         assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).must_refuse("why", |_| true)), Verdict::Failed);
         let out_of_range: Vec<f64> = Vec::new();
-        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])].into()));
+        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])]));
         assert_eq!(verdict(panics.or_refused("any", |_| true)), Verdict::Failed);
     }
 

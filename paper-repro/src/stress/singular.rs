@@ -6,7 +6,7 @@ use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, simulate};
 use nalgebra::DVector;
 
 use super::motion::{March, Node, deviation, gradient_error_on_constraints};
-use super::row::{Found, Measure, Trial};
+use super::row::{Measure, Trial};
 use crate::assembly::{Mechanism, Units};
 use crate::mechanisms as scenes;
 
@@ -87,7 +87,7 @@ fn march_in(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
 
 /// The rule is of order two, and where the motion is determined a singular configuration does not change that: the energy that is gone beside it
 /// falls as Δt², whatever it is, and most of it comes back.
-fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Found, Error> {
+fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure>, Error> {
     let energies = |steps: usize| -> Result<[f64; 2], Error> {
         let of = march_in(steps, mechanism, start.clone()).record(|at| mechanism.energy(at.q, at.v)).complete()?;
         Ok([deviation(&of, (0.0, 1.0)), (of[steps].1 - of[0].1).abs()])
@@ -98,12 +98,11 @@ fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Found, Erro
         Measure::between("from shorter steps", (middle[0] / short[0]).log2(), (1.9, 2.1)),
         Measure::told("energy error [J] at Δt = 5 ms", long[0]),
         Measure::told("after 3 s", long[1]),
-    ]
-    .into())
+    ])
 }
 
 /// Energy kept, constraints kept.
-fn passes(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
+fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     let (mut node, mut drift, mut record) = (Node::new(&mechanism.system), 0.0f64, Vec::new());
     let (phi, mut least, mut most) = (mechanism.angle(0), f64::INFINITY, f64::NEG_INFINITY);
     let report = march(mechanism, start).run(|at| {
@@ -116,14 +115,13 @@ fn passes(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
         Measure::at_most("‖Φ‖ [m]", drift, 1e-2),
         Measure::told("turned by [rad]", most - least),
         Measure::told("smallest pivot", report.worst_pivot),
-    ]
-    .into())
+    ])
 }
 
 /// A solve loses the digits of a pivot, and a derivative is the product of two.
-fn is_exact(mechanism: &Mechanism, start: Start) -> Result<Found, Error> {
+fn is_exact(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     let march = march(mechanism, start);
     let pivot = march.run(|_| ())?.worst_pivot;
     let error = gradient_error_on_constraints(&mechanism.system, &march.inputs(), 6)?;
-    Ok(vec![Measure::at_most("gradient error", error, (1e-13 / pivot.powi(2)).min(1e-4))].into())
+    Ok(vec![Measure::at_most("gradient error", error, (1e-13 / pivot.powi(2)).min(1e-4))])
 }

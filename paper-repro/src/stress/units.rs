@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System};
 
-use super::row::{Found, Measure, Trial};
+use super::row::{Measure, Trial};
 use crate::assembly::Units;
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
@@ -24,19 +24,19 @@ pub fn trials() -> Vec<Trial> {
         ("lengths and masses × 1e-6", unit(1e-6, 1e-6, 1.0)),
         ("lengths × 1e-12, masses × 1e-20, times × 1e6", unit(1e-12, 1e-20, 1e6)),
     ];
-    let of = |name: &'static str, run: fn(Units) -> Result<Found, Error>| {
+    let of = |name: &'static str, run: fn(Units) -> Result<Vec<Measure>, Error>| {
         systems.map(|(words, units)| Trial::new(GROUP, format!("{name}, {words}"), move || run(units)))
     };
     let scenes = [of("cart with three links", cart), of("slider-crank with a closed loop", slider_crank)];
     scenes.into_iter().flatten().collect()
 }
 
-fn cart(units: Units) -> Result<Found, Error> {
+fn cart(units: Units) -> Result<Vec<Measure>, Error> {
     let build = |units| scenes::cart(units, 3).scene().compile();
     compare((&build(Units::SI)?, 10.0), (&build(units)?, 10.0 * units.force()), units)
 }
 
-fn slider_crank(units: Units) -> Result<Found, Error> {
+fn slider_crank(units: Units) -> Result<Vec<Measure>, Error> {
     let build = |units| scenes::slider_crank(units, 0.4, 0.9, 1.0);
     compare((&build(Units::SI)?.system, 3.0), (&build(units)?.system, 3.0 * units.torque()), units)
 }
@@ -59,13 +59,12 @@ fn numbers((system, control): (&System, f64), units: Units) -> Result<(Vec<f64>,
     Ok((q, gradient, solver.report().worst_pivot))
 }
 
-fn compare(of_si: (&System, f64), of_units: (&System, f64), units: Units) -> Result<Found, Error> {
+fn compare(of_si: (&System, f64), of_units: (&System, f64), units: Units) -> Result<Vec<Measure>, Error> {
     let ((q, gradient, pivot), (other_q, other_gradient, other_pivot)) =
         (numbers(of_si, Units::SI)?, numbers(of_units, units)?);
     Ok(vec![
         Measure::at_most("motion", relative_difference(&other_q, &q), SAME),
         Measure::at_most("gradient", relative_difference(&other_gradient, &gradient), SAME),
         Measure::between("ratio of the smallest pivots", other_pivot / pivot, (0.5, 2.0)),
-    ]
-    .into())
+    ])
 }

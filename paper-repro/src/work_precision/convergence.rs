@@ -2,13 +2,14 @@
 
 use std::hint::black_box;
 
-use hamiltonian_adjoint::{Composition, Error, Grid, Inputs, Settings, Solver, System, gradient};
+use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System, gradient};
 use serde::Serialize;
 
 use super::knots::Interpolation;
-use super::order;
-use super::reference::{END, FORCE, Reference};
-use super::stopwatch::{Job, Repeats};
+use super::reference::Reference;
+use super::{Method, order};
+use crate::plot::Colour;
+use crate::stopwatch::{Job, Repeats};
 
 /// Intervals between the knots of the control.
 const INTERVALS: usize = 100;
@@ -25,20 +26,19 @@ pub enum Reading {
     Time,
 }
 
-/// A composition over numbers of macro steps.
+/// A method over numbers of macro steps.
 #[derive(Clone, Debug, Serialize)]
 pub struct Convergence {
-    /// Its name.
     pub scheme: &'static str,
-    /// Steps of the rule to a macro step.
+    /// Implicit stages to a macro step.
     pub stages: usize,
     /// The order that theory promises for J and its gradient.
     pub order: usize,
+    #[serde(skip)]
+    pub colour: Colour,
     /// How the control is read at inner nodes, which J of a constant control does not depend on.
     pub reading: Reading,
-    /// The order that J shows.
     pub order_of_cost: Option<f64>,
-    /// The order that the gradient shows.
     pub order_of_gradient: Option<f64>,
     /// The runs, coarse to fine.
     pub runs: Vec<Run>,
@@ -47,9 +47,7 @@ pub struct Convergence {
 /// One grid.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Run {
-    /// Macro steps.
     pub macro_steps: usize,
-    /// Relative error of J.
     pub cost_error: f64,
     /// Time of a simulation and its J, s.
     pub cost_time_s: f64,
@@ -69,11 +67,12 @@ impl Convergence {
     }
 
     /// Finds the orders that the runs show.
-    pub fn new(composition: Composition, reading: Reading, runs: Vec<Run>) -> Self {
+    pub fn new(method: &Method, reading: Reading, runs: Vec<Run>) -> Self {
         let mut convergence = Convergence {
-            scheme: super::name(composition),
-            stages: composition.stages(),
-            order: composition.order(),
+            scheme: method.name,
+            stages: method.stages(),
+            order: method.order(),
+            colour: method.colour,
             reading,
             order_of_cost: None,
             order_of_gradient: None,
@@ -84,7 +83,7 @@ impl Convergence {
         convergence
     }
 
-    /// (steps of the rule, error of J).
+    /// (stages, error of J).
     pub fn cost_over_steps(&self) -> Vec<(f64, f64)> {
         self.runs.iter().map(|run| (run.steps(self.stages), run.cost_error)).collect()
     }
@@ -94,7 +93,7 @@ impl Convergence {
         self.runs.iter().map(|run| (run.cost_time_s, run.cost_error)).collect()
     }
 
-    /// (steps of the rule, error of the gradient).
+    /// (stages, error of the gradient).
     pub fn gradient_over_steps(&self) -> Vec<(f64, f64)> {
         self.runs.iter().filter_map(|run| Some((run.steps(self.stages), run.gradient_error?))).collect()
     }
@@ -106,79 +105,75 @@ impl Convergence {
 }
 
 impl Run {
-    /// Steps of the trapezoidal rule.
+    /// Implicit stages in all.
     fn steps(&self, stages: usize) -> f64 {
         (self.macro_steps * stages) as f64
     }
 }
 
 /// The macro steps to be tried: 25, 50, … up to where rounding begins.
-fn macro_steps(composition: Composition, short: bool) -> Vec<usize> {
-    let (full, few) = match composition {
-        Composition::Trapezoidal => (3200, 800),
-        Composition::Suzuki4 => (1600, 400),
-        Composition::Yoshida6 | Composition::KahanLi6 => (800, 400),
-    };
-    let most = if short { few } else { full };
+fn macro_steps(method: &Method, short: bool) -> Vec<usize> {
+    let most = if short { method.finest_short } else { method.finest };
     std::iter::successors(Some(25), |steps| Some(2 * steps)).take_while(|steps| *steps <= most).collect()
 }
 
-/// Runs compositions on all their grids.
+/// Runs methods on all their grids.
 pub fn measure(
     system: &System,
-    cases: &[(Composition, Reading)],
+    cases: &[(Method, Reading)],
     short: bool,
     repeats: Repeats,
 ) -> Result<Vec<Convergence>, Error> {
     let reference = Reference::continuous();
-    let grids = |&(composition, reading): &(Composition, Reading)| -> Vec<GridOfCase> {
-        let of = |macro_steps| GridOfCase::new(system, composition, reading, macro_steps);
-        macro_steps(composition, short).into_iter().map(of).collect()
+    let grids = |(method, reading): &(Method, Reading)| -> Vec<GridOfCase> {
+        let of = |macro_steps| GridOfCase::new(system, method, *reading, macro_steps);
+        macro_steps(method, short).into_iter().map(of).collect()
     };
     let grids: Vec<Vec<GridOfCase>> = cases.iter().map(grids).collect();
     let mut jobs: Vec<Job> = grids.iter().flatten().flat_map(|grid| grid.jobs(system)).collect();
     let mut times = repeats.times(&mut jobs)?.into_iter();
-    let mut all = Vec::new();
-    for (&(composition, reading), grids) in cases.iter().zip(&grids) {
+    let converge = |((method, reading), grids): (&(Method, Reading), &Vec<GridOfCase>)| {
         let runs = grids.iter().map(|grid| grid.run(system, &reference, &mut times)).collect::<Result<_, _>>()?;
-        all.push(Convergence::new(composition, reading, runs));
-    }
-    Ok(all)
+        Ok(Convergence::new(method, *reading, runs))
+    };
+    cases.iter().zip(&grids).map(converge).collect()
 }
 
 /// A grid and what the control on it is made of.
 struct GridOfCase {
     macro_steps: usize,
     inputs: Inputs,
+    settings: Settings,
     /// Where macro steps fit between knots.
     knots: Option<Interpolation>,
 }
 
 impl GridOfCase {
-    fn new(system: &System, composition: Composition, reading: Reading, macro_steps: usize) -> Self {
+    fn new(system: &System, method: &Method, reading: Reading, macro_steps: usize) -> Self {
         let interpolate = match reading {
             Reading::Piece => Interpolation::by_pieces,
             Reading::Time => Interpolation::by_time,
         };
         GridOfCase {
             macro_steps,
-            inputs: constant_force(system, macro_steps, composition),
+            inputs: method.constant_force(system, macro_steps),
+            settings: method.settings(),
             knots: macro_steps
                 .is_multiple_of(INTERVALS)
-                .then(|| interpolate(INTERVALS, macro_steps / INTERVALS, composition)),
+                .then(|| interpolate(INTERVALS, macro_steps / INTERVALS, method.composition)),
         }
     }
 
     /// What is timed: J and, where there is one, the gradient; each with a solver of its own.
     fn jobs<'a>(&'a self, system: &'a System) -> Vec<Job<'a>> {
-        let mut solver = Solver::new(system, Settings::default());
+        let mut solver = Solver::new(system, self.settings);
         let cost: Job = Box::new(move || {
             solver.simulate(&self.inputs)?;
             let _ = black_box(solver.cost());
             Ok(())
         });
         let gradient = self.knots.as_ref().map(|knots| -> Job {
-            let mut solver = Solver::new(system, Settings::default());
+            let mut solver = Solver::new(system, self.settings);
             Box::new(move || {
                 solver.simulate(&self.inputs)?;
                 black_box(knots.pull_back(&solver.gradient()?.controls));
@@ -190,7 +185,7 @@ impl GridOfCase {
 
     /// The errors, with the times of the jobs.
     fn run(&self, system: &System, reference: &Reference, times: &mut impl Iterator<Item = f64>) -> Result<Run, Error> {
-        let gradient = gradient(system, &self.inputs, Settings::default())?;
+        let gradient = gradient(system, &self.inputs, self.settings)?;
         let knots = self.knots.as_ref().map(|knots| knots.pull_back(&gradient.controls));
         Ok(Run {
             macro_steps: self.macro_steps,
@@ -200,13 +195,6 @@ impl GridOfCase {
             gradient_time_s: if knots.is_some() { times.next() } else { None },
         })
     }
-}
-
-/// The motion of the references on a composed grid.
-pub fn constant_force(system: &System, macro_steps: usize, composition: Composition) -> Inputs {
-    let mut inputs = Inputs::at_rest(system, Grid::composed(macro_steps, END / macro_steps as f64, composition));
-    inputs.controls.fill(FORCE);
-    inputs
 }
 
 #[cfg(test)]
@@ -219,7 +207,7 @@ mod tests {
     fn kinks_lower_the_order_only_where_they_lie_inside_macro_steps() {
         let system = CartPendulum::default().scene().compile().unwrap();
         let repeats = Repeats { turns: 1, turn: Duration::ZERO };
-        let cases = [Reading::Piece, Reading::Time].map(|reading| (Composition::Yoshida6, reading));
+        let cases = [Reading::Piece, Reading::Time].map(|reading| (crate::work_precision::YOSHIDA, reading));
         let [piece, time] = &measure(&system, &cases, true, repeats).unwrap()[..] else { panic!("two cases") };
         assert!((piece.order_of_cost.unwrap() - 6.0).abs() < 0.2, "{:?}", piece.order_of_cost);
         assert!((piece.order_of_gradient.unwrap() - 6.0).abs() < 0.2, "{:?}", piece.order_of_gradient);

@@ -1,10 +1,10 @@
 //! How far the adjoint on composed grids is from complex step on the same grids: only rounding.
 
 use hamiltonian_adjoint::check::{Input, complex_step};
-use hamiltonian_adjoint::{Composition, Error, Settings, System, gradient};
+use hamiltonian_adjoint::{Error, System, gradient};
 use serde::Serialize;
 
-use super::convergence::constant_force;
+use super::{METHODS, Method};
 use crate::statistics::relative_difference;
 
 /// Controls and as many step lengths that are compared on each grid.
@@ -13,37 +13,31 @@ const SAMPLES: usize = 24;
 /// The differences on one grid, in the maximum norm, relative to the largest derivative of that kind.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Exactness {
-    /// The name of the composition.
     pub scheme: &'static str,
-    /// Macro steps.
     pub macro_steps: usize,
     /// Steps of the rule to a macro step.
     pub stages: usize,
-    /// Of dJ/du_i.
     pub controls: f64,
-    /// Of dJ/dΔt_i.
     pub steps: f64,
 }
 
-/// Compares on all grids.
 pub fn measure(system: &System, all_macro_steps: &[usize]) -> Result<Vec<Exactness>, Error> {
-    let grids = Composition::ALL.into_iter().flat_map(|composition| all_macro_steps.iter().map(move |&n| (composition, n)));
-    grids.map(|(composition, macro_steps)| compare(system, composition, macro_steps)).collect()
+    let grids = METHODS.iter().flat_map(|method| all_macro_steps.iter().map(move |&n| (method, n)));
+    grids.map(|(method, macro_steps)| compare(system, method, macro_steps)).collect()
 }
 
-/// Compares on one grid.
-fn compare(system: &System, composition: Composition, macro_steps: usize) -> Result<Exactness, Error> {
-    let inputs = constant_force(system, macro_steps, composition);
-    let adjoint = gradient(system, &inputs, Settings::default())?;
+fn compare(system: &System, method: &Method, macro_steps: usize) -> Result<Exactness, Error> {
+    let (inputs, settings) = (method.constant_force(system, macro_steps), method.settings());
+    let adjoint = gradient(system, &inputs, settings)?;
     let difference = |sample: Vec<Input>| {
         let ours: Vec<f64> = sample.iter().map(|input| input.in_gradient(&adjoint)).collect();
-        complex_step(system, &inputs, Settings::default(), &sample).map(|theirs| relative_difference(&ours, &theirs))
+        complex_step(system, &inputs, settings, &sample).map(|theirs| relative_difference(&ours, &theirs))
     };
     let last = inputs.grid.steps.len();
     Ok(Exactness {
-        scheme: super::name(composition),
+        scheme: method.name,
         macro_steps,
-        stages: composition.stages(),
+        stages: method.stages(),
         controls: difference(sample(0, last).map(|node| Input::Control { channel: 0, node }).collect())?,
         steps: difference(sample(1, last).map(Input::Step).collect())?,
     })
@@ -61,11 +55,11 @@ mod tests {
 
     #[test]
     fn samples_have_both_ends_and_every_stage() {
-        for composition in Composition::ALL {
-            let (stages, last) = (composition.stages(), 50 * composition.stages());
+        for method in METHODS {
+            let (stages, last) = (method.composition.stages(), 50 * method.composition.stages());
             let nodes: Vec<usize> = sample(0, last).collect();
             assert_eq!((nodes[0], nodes[SAMPLES - 1]), (0, last));
-            assert!((0..stages).all(|stage| nodes.iter().any(|node| node % stages == stage)), "{composition:?}");
+            assert!((0..stages).all(|stage| nodes.iter().any(|node| node % stages == stage)), "{}", method.name);
         }
         assert!(sample(1, 3).eq([1, 2, 3]));
     }

@@ -38,20 +38,12 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
     methods(&measured.methods).save(&folder.join("gradient_methods"))
 }
 
-/// The errors of a scheme.
 fn series(scheme: &Convergence, name: String, points: Vec<Point>) -> Series {
     let smooth = scheme.reading == Reading::Piece;
-    let colour = match (scheme.order, scheme.stages) {
-        (2, _) => colour::BLUE,
-        (4, _) => colour::RED,
-        (_, 7) => colour::GREEN,
-        _ => colour::PURPLE,
-    };
     let style = if smooth { Style::LineAndCircles } else { Style::Dashed };
-    Series::new(name, points, colour, style)
+    Series::new(name, points, scheme.colour, style)
 }
 
-/// A panel of errors.
 fn chart(title: &str, series: impl Iterator<Item = Series>) -> Chart {
     Chart {
         title: title.to_owned(),

@@ -85,11 +85,11 @@ fn exact(difference: f64) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hamiltonian_adjoint::Composition;
+    use crate::work_precision::METHODS;
 
     /// Orders as they would be found.
     fn scheme(reading: Reading, order: Option<f64>) -> Convergence {
-        let mut scheme = Convergence::new(Composition::Suzuki4, reading, Vec::new());
+        let mut scheme = Convergence::new(&METHODS[1], reading, Vec::new());
         (scheme.order_of_cost, scheme.order_of_gradient) = (order, order);
         scheme
     }

@@ -1,13 +1,13 @@
 //! The gradient with respect to 101 controls by different methods, against 128-bit floats: errors and costs.
 
 use hamiltonian_adjoint::check::Input;
-use hamiltonian_adjoint::{Composition, Cx, Error, Inputs, LiftedSolver, Real, Settings, Solver, System, gradient};
+use hamiltonian_adjoint::{Cx, Error, Inputs, LiftedSolver, Real, Settings, Solver, System, gradient};
 use num_dual::Dual64;
 use serde::Serialize;
 
-use super::convergence::constant_force;
+use super::METHODS;
 use super::reference::{FORCE, Reference};
-use super::stopwatch::{Job, Repeats};
+use crate::stopwatch::{Job, Repeats};
 
 /// Steps of the trapezoidal rule, as in the paper.
 const STEPS: usize = 100;
@@ -24,16 +24,13 @@ type Derivative<'a> = Box<dyn FnMut(Input, f64) -> Result<f64, Error> + 'a>;
 pub struct Methods {
     /// Time of one simulation, s: the unit of costs.
     pub simulation_s: f64,
-    /// Methods without a step size.
     pub exact: Vec<Exact>,
-    /// Methods with a step size.
     pub stepped: Vec<Stepped>,
 }
 
 /// A method without a step size to choose.
 #[derive(Clone, Debug, Serialize)]
 pub struct Exact {
-    /// Its name.
     pub name: &'static str,
     /// Relative error of the gradient, in the maximum norm.
     pub error: f64,
@@ -44,7 +41,6 @@ pub struct Exact {
 /// A method with a step size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stepped {
-    /// Its name.
     pub name: &'static str,
     /// (step size in N, relative error of the gradient), large to small.
     pub errors: Vec<(f64, f64)>,
@@ -68,7 +64,7 @@ struct Example<'s> {
 
 /// Measures all methods, those with a step size at the given ones in N.
 pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Methods, Error> {
-    let inputs = constant_force(system, STEPS, Composition::Trapezoidal);
+    let inputs = METHODS[0].constant_force(system, STEPS);
     let controls = (0..=STEPS).map(|node| Input::Control { channel: 0, node }).collect();
     let example = Example { system, inputs, controls };
     let mut direct = example.lifted(|_| Dual64::new(0.0, 1.0), |j, _| j.eps)?;

@@ -11,9 +11,7 @@ pub const FORCE: f64 = 10.0;
 
 /// J and a gradient.
 pub struct Reference {
-    /// J.
     pub cost: f64,
-    /// The derivatives of J.
     pub gradient: Vec<f64>,
 }
 

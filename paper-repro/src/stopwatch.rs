@@ -15,7 +15,6 @@ pub type Job<'a> = Box<dyn FnMut() -> Result<(), Error> + 'a>;
 /// interrupted by other programs, if any was.
 #[derive(Clone, Copy, Debug)]
 pub struct Repeats {
-    /// Turns of each job.
     pub turns: usize,
     /// A turn is one call that is not counted, then calls until this time is over, at least one.
     pub turn: Duration,
