@@ -9,7 +9,7 @@
 //!
 //! Free flight keeps them; a cost that is small because its aim is reached is small in both.
 
-use crate::forward::Forward;
+use crate::forward::Motion;
 use crate::motion::Report;
 use crate::node::UnitWeights;
 use crate::system::CostRows;
@@ -28,19 +28,26 @@ impl Growth {
     /// Nodes are looked at whose numbers are multiples of this.
     pub(crate) const LOOK_EVERY: usize = 64;
 
-    pub(crate) fn begin(&mut self, forward: &Forward) {
-        let last = forward.trajectory.times[forward.trajectory.computed - 1];
-        *self = Growth { duration: (last - forward.inputs.grid.start).abs(), source: 0.0, most: 1.0 };
+    pub(crate) fn begin(&mut self, motion: &Motion) {
+        let last = motion.trajectory.times[motion.trajectory.computed - 1];
+        *self = Growth { duration: (last - motion.inputs.grid.start).abs(), source: 0.0, most: 1.0 };
     }
 
     /// Adds what the costs of a node put in, at the last node and at those looked at, which stand for those between.
-    pub(crate) fn add_source(&mut self, system: &System, forward: &Forward, cost: &CostRows, node: usize) {
-        let steps = &forward.inputs.grid.steps;
+    pub(crate) fn add_source(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        weights: &UnitWeights,
+        cost: &CostRows,
+        node: usize,
+    ) {
+        let steps = &motion.inputs.grid.steps;
         let is_last = node == steps.len();
         if !is_last && !node.is_multiple_of(Self::LOOK_EVERY) {
             return;
         }
-        let (positions, weights) = (system.positions(), &forward.newton.weights);
+        let positions = system.positions();
         let step = steps[node.saturating_sub(1)..].first().map_or(1.0, |dt| dt.abs());
         let of_rates = |rates: &[f64]| weights.of_velocities(positions, rates.iter().copied());
         let sizes = [

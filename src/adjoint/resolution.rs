@@ -20,7 +20,7 @@ use num_dual::Dual64;
 use num_traits::Zero;
 
 use crate::adjoint::Sweep;
-use crate::forward::Forward;
+use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
 use crate::system::{Covector, NodeView, Within};
@@ -156,15 +156,15 @@ impl End {
 
 impl Sweep {
     /// Looks whether elements bend within the step into a node, if it is worth it; its adjoint equations have just been solved.
-    pub(crate) fn watch_resolution(&mut self, system: &System, forward: &Forward, restart: Option<&Restart>, node: usize) {
-        let (event, stages) = (&mut self.resolution, forward.inputs.grid.stages);
+    pub(crate) fn watch_resolution(&mut self, system: &System, motion: &Motion, restart: Option<&Restart>, node: usize) {
+        let (event, stages) = (&mut self.resolution, motion.inputs.grid.stages);
         if stages > 1 {
             // What is missed in one stage is made good by others.
             if self.refinement.given_node(node).is_some_and(|given| given.is_multiple_of(stages)) {
                 event.end_event();
             }
             event.quiet = Some(0);
-        } else if forward.is_surprising(node) {
+        } else if motion.is_surprising(node) {
             event.quiet = Some(0);
         } else if let Some(quiet) = &mut event.quiet {
             *quiet += 1;
@@ -173,15 +173,15 @@ impl Sweep {
             }
         }
         if self.resolution.quiet.is_some() {
-            self.look_into_step(system, forward, restart, node);
+            self.look_into_step(system, motion, restart, node);
         }
     }
 
     #[cold]
-    fn look_into_step(&mut self, system: &System, forward: &Forward, restart: Option<&Restart>, node: usize) {
-        let (here, before) = (forward.at(node), forward.at(node - 1));
+    fn look_into_step(&mut self, system: &System, motion: &Motion, restart: Option<&Restart>, node: usize) {
+        let (here, before) = (motion.at(node), motion.at(node - 1));
         let end = restart.map_or(here, |end| NodeView { q: end.q, v: end.v, sigma: end.sigma, ..here });
-        let (rates, k, steps) = (&forward.trajectory.p_star_dot, node - forward.first, &forward.inputs.grid.steps);
+        let (rates, k, steps) = (&motion.trajectory.p_star_dot, node - motion.first, &motion.inputs.grid.steps);
         let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
         let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
         let both = 0.5 * (steps[node - 1] + after);

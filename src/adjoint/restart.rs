@@ -2,9 +2,10 @@
 
 use super::Sweep;
 use crate::System;
-use crate::forward::Forward;
+use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
+use crate::node::Newton;
 use crate::number::largest;
 use crate::system::{Covector, InputRows, NodeView};
 
@@ -16,7 +17,8 @@ impl Sweep {
     pub(crate) fn cross(
         &mut self,
         system: &System,
-        forward: &mut Forward,
+        motion: &Motion,
+        newton: &mut Newton,
         restart: &Restart,
         node: usize,
     ) -> Result<(), Breakdown> {
@@ -24,25 +26,25 @@ impl Sweep {
         self.cost_is_zero = false;
         self.cost.q.iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
         self.node.b.iter_mut().for_each(|b| *b = -*b);
-        self.cross_momentum(system, forward, restart, node);
+        self.cross_momentum(system, motion, newton, restart, node);
         if let Some(projection) = restart.projection {
-            self.cross_projection(system, forward, (restart.q, projection), node)?;
+            self.cross_projection(system, motion, newton, (restart.q, projection), node)?;
         }
         self.carried.clear();
         Ok(())
     }
 
     /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
-    fn cross_momentum(&mut self, system: &System, forward: &Forward, restart: &Restart, node: usize) {
+    fn cross_momentum(&mut self, system: &System, motion: &Motion, newton: &Newton, restart: &Restart, node: usize) {
         let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
-        forward.newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
+        newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
-        let here = forward.at(node);
+        let here = motion.at(node);
         // dJ/ds in the place of what goes to σ₋.
         self.sigma_before.copy_from_slice(&self.rows.sigma);
         self.sigma_before_at = Some(restart.before);
-        for &(j, mu) in &forward.trajectory.compliance {
+        for &(j, mu) in &motion.trajectory.compliance {
             self.sigma_before[j] += mu * self.node.e[j];
         }
         let [now, before] = restart.weights;
@@ -60,7 +62,8 @@ impl Sweep {
     fn cross_projection(
         &mut self,
         system: &System,
-        forward: &mut Forward,
+        motion: &Motion,
+        newton: &mut Newton,
         (q_before, (nu, blocks)): (&[f64], (&[f64], &[f64])),
         node: usize,
     ) -> Result<(), Breakdown> {
@@ -73,11 +76,11 @@ impl Sweep {
             let terms = self.cost.q.iter().zip(&self.rows.q);
             positions.v.iter().zip(terms).for_each(|(&position, (j_q, row))| right[position] = -(j_q + row));
             positions.sigma.iter().for_each(|&position| right[position] = 0.0);
-            forward.newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
+            newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
             self.node.c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
             self.node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
             let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
-            forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             self.node.d.iter_mut().zip(&self.node.c).for_each(|(d, c)| *d -= c);
             let change = largest(&self.node.d);
             if change <= 1e-16 * largest(&self.node.c) || change >= 0.5 * last {
@@ -87,7 +90,7 @@ impl Sweep {
         }
         self.cost.q.iter_mut().zip(&self.rows.v).for_each(|(q, row)| *q = -row);
 
-        let here = forward.at(node);
+        let here = motion.at(node);
         // w in the place of d, which is no longer needed.
         self.node.d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
         let at = NodeView { v: &self.node.d, sigma: nu, ..here };

@@ -25,8 +25,8 @@ use std::ops::Range;
 use crate::adjoint::growth::Growth;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
-use crate::forward::Forward;
 use crate::forward::restart::Restart;
+use crate::forward::{Forward, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column, column_mut};
@@ -51,11 +51,6 @@ impl Node {
     fn parts(&self) -> (&[f64], &[f64], &[f64]) {
         (&self.a, &self.b, &self.e)
     }
-}
-
-/// Δt of the step into a node; 0 for the first.
-fn length(forward: &Forward, node: usize) -> f64 {
-    node.checked_sub(1).map_or(0.0, |before| forward.inputs.grid.steps[before])
 }
 
 /// The backward sweep and its memory.
@@ -128,38 +123,43 @@ impl Sweep {
     }
 
     pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
-        forward.trajectory.check_complete(&forward.inputs)?;
-        let nodes = forward.inputs.grid.nodes();
-        self.begin(system, forward, settings);
-        self.back(system, forward, 0..nodes)?;
-        self.finish(system, forward)
+        let Forward { motion, stepper, monitor, .. } = forward;
+        motion.trajectory.check_complete(&motion.inputs)?;
+        let nodes = motion.inputs.grid.nodes();
+        self.begin(system, motion, settings);
+        self.back(system, motion, &mut stepper.newton, 0..nodes)?;
+        self.finish(system, &monitor.report)
     }
 
     /// Goes back through these nodes.
-    pub(crate) fn back(&mut self, system: &System, forward: &mut Forward, nodes: Range<usize>) -> Result<(), Error> {
-        let restarts = std::mem::take(&mut forward.restarts);
-        let done = nodes.rev().try_for_each(|node| self.visit(system, forward, restarts.at(node), node));
-        forward.restarts = restarts;
-        done
+    pub(crate) fn back(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        nodes: Range<usize>,
+    ) -> Result<(), Error> {
+        nodes.rev().try_for_each(|node| self.visit(system, motion, newton, node))
     }
 
     /// Refuses sums that overflowed, and says how far the gradient can be trusted.
-    pub(crate) fn finish(&mut self, system: &System, forward: &Forward) -> Result<&Gradient, Error> {
+    pub(crate) fn finish(&mut self, system: &System, forward: &Report) -> Result<&Gradient, Error> {
         self.growth.tell(&mut self.report);
         self.resolution.tell(system, &mut self.report);
         self.gradient.warnings.clear();
-        self.gradient.warnings.extend(forward.report.warnings.iter().chain(&self.report.warnings).cloned());
+        self.gradient.warnings.extend(forward.warnings.iter().chain(&self.report.warnings).cloned());
         self.gradient.check_finite(system)?;
         Ok(&self.gradient)
     }
 
     /// Goes back through one node, and through the step into it.
-    fn visit(&mut self, system: &System, forward: &mut Forward, restart: Option<Restart>, node: usize) -> Result<(), Error> {
-        let (last, dt) = (forward.trajectory.last_stage(), length(forward, node));
-        let h = dt * forward.trajectory.scheme.a(last, last);
-        self.cost_rows(system, forward, node)?;
+    fn visit(&mut self, system: &System, motion: &Motion, newton: &mut Newton, node: usize) -> Result<(), Error> {
+        let restart = motion.restarts.at(node);
+        let (last, dt) = (motion.trajectory.last_stage(), motion.length(node));
+        let h = dt * motion.trajectory.scheme.a(last, last);
+        self.cost_rows(system, motion, node)?;
         if !self.cost_is_zero {
-            self.growth.add_source(system, forward, &self.cost, node);
+            self.growth.add_source(system, motion, &newton.weights, &self.cost, node);
         }
         if self.sigma_before_at == Some(node) {
             self.sigma_before_at = None;
@@ -168,56 +168,55 @@ impl Sweep {
             self.cost_is_zero = false;
         }
         let begins = restart.is_some() || node == 0;
-        self.solve_stage(system, forward, (node, last), if begins { 0.0 } else { h }, None)?;
-        self.input_rows(system, &forward.newton, || forward.at(node), node)?;
+        self.solve_stage(system, motion, newton, (node, last), if begins { 0.0 } else { h }, None)?;
+        self.input_rows(system, newton, || motion.at(node), node)?;
         if let Some(restart) = restart {
-            let crossed = self.cross(system, forward, &restart, node);
-            crossed.map_err(|breakdown| self.singular(system, forward, node, &breakdown))?;
-            self.solve_stage(system, forward, (node, last), h, Some(restart.step_blocks))?;
-            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..forward.at(node) };
-            self.input_rows(system, &forward.newton, end, node)?;
+            let crossed = self.cross(system, motion, newton, &restart, node);
+            crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))?;
+            self.solve_stage(system, motion, newton, (node, last), h, Some(restart.step_blocks))?;
+            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
+            self.input_rows(system, newton, end, node)?;
         }
         self.refinement.add_controls(node, 1.0, &self.u, &mut self.gradient.controls);
         self.store(node);
         if node == 0 {
-            self.start_rows(system, forward);
-            self.growth.watch(system, &forward.newton.weights, (&self.node.a, &self.node.b));
+            self.start_rows(system, motion, newton);
+            self.growth.watch(system, &newton.weights, (&self.node.a, &self.node.b));
             return Ok(());
         }
-        if system.may_bend() && forward.trajectory.scheme.is_trapezoidal() {
-            self.watch_resolution(system, forward, restart.as_ref(), node);
+        if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
+            self.watch_resolution(system, motion, restart.as_ref(), node);
         }
         std::mem::swap(&mut self.node, &mut self.step[last - 1]);
         if last > 1 {
-            self.inner_stages(system, forward, node)?;
+            self.inner_stages(system, motion, newton, node)?;
         }
-        self.step_row(forward, restart, node);
+        self.step_row(motion, restart, node);
         let done = &self.step;
-        carried_part((&forward.trajectory.scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
+        carried_part((&motion.trajectory.scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
         }
         if node.is_multiple_of(Growth::LOOK_EVERY) {
-            self.growth.watch(system, &forward.newton.weights, (&self.carried.a, &self.carried.b));
+            self.growth.watch(system, &newton.weights, (&self.carried.a, &self.carried.b));
         }
         Ok(())
     }
 
     /// Goes back through the stages between a node and the one before it.
-    fn inner_stages(&mut self, system: &System, forward: &mut Forward, node: usize) -> Result<(), Error> {
-        let (scheme, dt) = (forward.trajectory.scheme, length(forward, node));
+    fn inner_stages(&mut self, system: &System, motion: &Motion, newton: &mut Newton, node: usize) -> Result<(), Error> {
+        let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
         for s in (1..scheme.stages()).rev() {
             let before = std::mem::take(&mut self.time);
             let done = &self.step;
             carried_part((&scheme, s), dt, |r| done[r - 1].parts(), &mut self.carried);
-            forward.inputs.controls_within(node, scheme.c(s), &mut self.stage_u);
-            self.stage_cost_rows(system, forward, (node, s))?;
-            self.solve_stage(system, forward, (node, s), dt * scheme.a(s, s), None)?;
+            motion.inputs.controls_within(node, scheme.c(s), &mut self.stage_u);
+            self.stage_cost_rows(system, motion, (node, s))?;
+            self.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
             let stage_u = std::mem::take(&mut self.stage_u);
-            let at = || {
-                forward.trajectory.stage(node - forward.first, s).with_inputs((&stage_u, forward.inputs.design.as_slice()))
-            };
-            let rows = self.input_rows(system, &forward.newton, at, node);
+            let at =
+                || motion.trajectory.stage(node - motion.first, s).with_inputs((&stage_u, motion.inputs.design.as_slice()));
+            let rows = self.input_rows(system, newton, at, node);
             self.stage_u = stage_u;
             rows?;
             // Controls are linear between nodes.
@@ -233,14 +232,14 @@ impl Sweep {
     }
 
     /// Makes room for the gradient with respect to the given inputs and sets it to zero.
-    pub(crate) fn begin(&mut self, system: &System, forward: &Forward, settings: &Settings) {
-        let inputs = &forward.inputs;
-        self.refinement = forward.refinement();
+    pub(crate) fn begin(&mut self, system: &System, motion: &Motion, settings: &Settings) {
+        let inputs = &motion.inputs;
+        self.refinement = motion.refinement();
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;
-        self.growth.begin(forward);
+        self.growth.begin(motion);
         self.resolution.begin();
-        let nodes = inputs.grid.nodes() - forward.trajectory.inserted.len();
+        let nodes = inputs.grid.nodes() - motion.trajectory.inserted.len();
         let gradient = &mut self.gradient;
         if gradient.controls.ncols() != nodes {
             gradient.controls = DMatrix::zeros(system.k(), nodes);
@@ -256,21 +255,21 @@ impl Sweep {
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
-        self.carried.with_compliance = settings.keep_adjoint || !forward.trajectory.compliance.is_empty();
+        self.carried.with_compliance = settings.keep_adjoint || !motion.trajectory.compliance.is_empty();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
     /// J's terms at node `i`, their partials and their weights' derivatives.
-    fn cost_rows(&mut self, system: &System, forward: &Forward, i: usize) -> Result<(), Error> {
+    fn cost_rows(&mut self, system: &System, motion: &Motion, i: usize) -> Result<(), Error> {
         self.clear_cost();
-        let (scheme, steps) = (&forward.trajectory.scheme, &forward.inputs.grid.steps);
+        let (scheme, steps) = (&motion.trajectory.scheme, &motion.inputs.grid.steps);
         let given = self.refinement.given_node(i);
         let is_skipped = i < steps.len() && !system.has_running_cost() || given.is_none() && !system.has_integral();
         if is_skipped {
             return Ok(());
         }
         let weights = self.refinement.weights(scheme, steps, i);
-        self.add_cost(system, &forward.at(i), &weights, i)?;
+        self.add_cost(system, &motion.at(i), &weights, i)?;
         if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
             self.gradient.steps[before] += self.cost.step_before;
         }
@@ -288,14 +287,14 @@ impl Sweep {
     }
 
     /// The same at a stage between nodes.
-    fn stage_cost_rows(&mut self, system: &System, forward: &Forward, (node, s): (usize, usize)) -> Result<(), Error> {
+    fn stage_cost_rows(&mut self, system: &System, motion: &Motion, (node, s): (usize, usize)) -> Result<(), Error> {
         self.clear_cost();
         if !system.has_integral() {
             return Ok(());
         }
-        let (weight, stage_u) = (forward.trajectory.scheme.weight(s), std::mem::take(&mut self.stage_u));
-        let at = forward.trajectory.stage(node - forward.first, s).with_inputs((&stage_u, forward.inputs.design.as_slice()));
-        let added = self.add_cost(system, &at, &Weights::between(weight * length(forward, node)), node);
+        let (weight, stage_u) = (motion.trajectory.scheme.weight(s), std::mem::take(&mut self.stage_u));
+        let at = motion.trajectory.stage(node - motion.first, s).with_inputs((&stage_u, motion.inputs.design.as_slice()));
+        let added = self.add_cost(system, &at, &Weights::between(weight * motion.length(node)), node);
         self.stage_u = stage_u;
         self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
         added
@@ -324,15 +323,16 @@ impl Sweep {
         Err(system.bad_cost(at, weights, &mut self.cost, self.refinement.given_step(node)))
     }
 
-    fn singular(&self, system: &System, forward: &Forward, node: usize, breakdown: &Breakdown) -> Error {
-        system.singular_step(breakdown, self.refinement.given_step(node), forward.at(node).t)
+    fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {
+        system.singular_step(breakdown, self.refinement.given_step(node), motion.at(node).t)
     }
 
     /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others.
     fn solve_stage(
         &mut self,
         system: &System,
-        forward: &mut Forward,
+        motion: &Motion,
+        newton: &mut Newton,
         (i, s): (usize, usize),
         h: f64,
         blocks: Option<&[f64]>,
@@ -340,9 +340,8 @@ impl Sweep {
         let n = system.n();
         let (node, carried) = (&mut self.node, &self.carried);
         let cost = (!self.cost_is_zero).then_some(&self.cost);
-        let at = forward.block_column(i - forward.first, s);
-        let blocks = blocks.unwrap_or_else(|| column(&forward.blocks, at));
-        let newton = &mut forward.newton;
+        let at = motion.block_column(i - motion.first, s);
+        let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
         let positions = system.positions();
         let right = &mut self.right[..];
         // Of equal length, so that the loops below need no checks.
@@ -363,13 +362,13 @@ impl Sweep {
             }
             positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
         }
-        for &(j, mu) in &forward.trajectory.compliance {
+        for &(j, mu) in &motion.trajectory.compliance {
             right[positions.sigma[j]] -= mu * carried.e[j];
         }
         newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
 
         if let Err(breakdown) = newton.factor_and_solve_transposed(system, h, blocks, right, &mut self.report) {
-            return Err(self.singular(system, forward, i, &breakdown));
+            return Err(self.singular(system, motion, i, &breakdown));
         }
 
         let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
@@ -410,8 +409,8 @@ impl Sweep {
     }
 
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
-    fn step_row(&mut self, forward: &Forward, restart: Option<Restart>, i: usize) {
-        let (trajectory, k) = (&forward.trajectory, i - forward.first);
+    fn step_row(&mut self, motion: &Motion, restart: Option<Restart>, i: usize) {
+        let (trajectory, k) = (&motion.trajectory, i - motion.first);
         let (scheme, last) = (&trajectory.scheme, trajectory.last_stage());
         let rates = |j: usize| match (j, restart) {
             (j, Some(end)) if j == last => (end.v, end.p_star_dot),
@@ -454,7 +453,7 @@ impl Sweep {
     }
 
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
-    fn start_rows(&mut self, system: &System, forward: &Forward) {
+    fn start_rows(&mut self, system: &System, motion: &Motion, newton: &Newton) {
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
         self.gradient.start.q_mut().iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
         self.gradient.start.rate_mut().iter_mut().zip(&self.node.b).for_each(|(p, b)| *p = -b);
@@ -462,9 +461,9 @@ impl Sweep {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
-            let at = forward.at(0);
-            let blocks = forward.node_blocks(0);
-            forward.newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            let at = motion.at(0);
+            let blocks = motion.node_blocks(0);
+            newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };

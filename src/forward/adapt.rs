@@ -96,10 +96,10 @@ impl Forward {
         let mut delta_q = vec![0.0; system.n()];
         let mut node = 1;
         while let Some(end) = growing.piece_end() {
-            if self.trajectory.computed == WINDOW + HISTORY {
+            if self.motion.trajectory.computed == WINDOW + HISTORY {
                 self.slide();
             }
-            let begin = self.trajectory.times[node - 1 - self.first];
+            let begin = self.motion.trajectory.times[node - 1 - self.motion.first];
             let left = end - begin;
             let is_last = dt.abs() >= 0.999 * left.abs();
             // Two steps of equal length rather than a tiny one.
@@ -123,7 +123,7 @@ impl Forward {
                         self.check_compliant(system, node, settings)?;
                         restart::apply(self, system, node, settings)?;
                         node += 1;
-                        self.trajectory.computed = node - self.first;
+                        self.motion.trajectory.computed = node - self.motion.first;
                         if is_last {
                             growing.kinks.next();
                         }
@@ -139,9 +139,9 @@ impl Forward {
             dt = if factor > 1.0 && length.abs() < dt.abs() { dt } else { length * factor };
         }
         // What is in memory is no motion that could be asked for.
-        self.trajectory.computed = 0;
-        let steps: Vec<f64> = self.inputs.grid.steps[..node - 1].to_vec();
-        let controls = self.inputs.controls.columns(0, node).into_owned();
+        self.motion.trajectory.computed = 0;
+        let steps: Vec<f64> = self.motion.inputs.grid.steps[..node - 1].to_vec();
+        let controls = self.motion.inputs.controls.columns(0, node).into_owned();
         Ok(Inputs { grid: Grid::new(inputs.grid.start, steps), controls, ..inputs.clone() })
     }
 
@@ -158,21 +158,21 @@ impl Forward {
 
     /// Makes the grid end with this step, whatever was there behind it.
     fn append(&mut self, growing: &mut Growing, node: usize, (begin, length): (f64, f64)) {
-        self.inputs.grid.steps.truncate(node - 1);
-        self.inputs.grid.steps.push(length);
-        let (channels, room) = self.inputs.controls.shape();
+        self.motion.inputs.grid.steps.truncate(node - 1);
+        self.motion.inputs.grid.steps.push(length);
+        let (channels, room) = self.motion.inputs.controls.shape();
         if room <= node {
             // Twice as much, so that all copies together cost as much as the last.
-            let controls = std::mem::replace(&mut self.inputs.controls, DMatrix::zeros(0, 0));
-            self.inputs.controls = controls.resize_horizontally(2 * node + WINDOW, 0.0);
+            let controls = std::mem::replace(&mut self.motion.inputs.controls, DMatrix::zeros(0, 0));
+            self.motion.inputs.controls = controls.resize_horizontally(2 * node + WINDOW, 0.0);
         }
         debug_assert_eq!(channels, growing.given.controls.nrows());
-        growing.controls(begin + length, column_mut(&mut self.inputs.controls, node));
+        growing.controls(begin + length, column_mut(&mut self.motion.inputs.controls, node));
     }
 
     /// The estimated error of the step into a node.
     fn error_of_step(&mut self, system: &System, node: usize, (delta_q, delta): (&mut [f64], &mut Pair)) -> f64 {
-        let (k, steps, trajectory) = (node - self.first, &self.inputs.grid.steps, &self.trajectory);
+        let (k, steps, trajectory) = (node - self.motion.first, &self.motion.inputs.grid.steps, &self.motion.trajectory);
         let (scheme, dt) = (&trajectory.scheme, steps[node - 1]);
         let is_known = k >= 2 && node >= 2;
         let before = is_known.then(|| (steps[node - 2], trajectory.columns(k - 2)));
@@ -180,13 +180,13 @@ impl Forward {
         local_error(scheme, dt, |s| trajectory.rates(k, s).0, of(0), delta_q);
         local_error(scheme, dt, |s| trajectory.rates(k, s).1, of(1), &mut delta.v);
         delta.sigma.fill(0.0);
-        self.newton.solve(system, delta);
+        self.stepper.newton.solve(system, delta);
         let largest = |errors: &[f64], sizes: &[f64]| {
             let relative = errors.iter().zip(sizes).map(|(error, x)| error.abs() / x.abs().max(1.0));
             relative.fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
         };
-        let of_q = largest(delta_q, column(&self.trajectory.q, k));
-        of_q.max(largest(&delta.v, column(&self.trajectory.v, k)))
+        let of_q = largest(delta_q, column(&self.motion.trajectory.q, k));
+        of_q.max(largest(&delta.v, column(&self.motion.trajectory.v, k)))
     }
 }
 

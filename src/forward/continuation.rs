@@ -38,9 +38,9 @@ impl Continuation {
 impl Forward {
     /// Whether the velocities at the nodes before a column go to and fro between them, and it is more than rounding.
     pub(crate) fn is_rough(&self, system: &System, k: usize) -> bool {
-        let (positions, weights) = (system.positions(), &self.newton.weights);
-        let momentum = weights.of_momenta(positions, column(&self.trajectory.p_star, k - 1));
-        let v = |before: usize| column(&self.trajectory.v, k - before);
+        let (positions, weights) = (system.positions(), &self.stepper.newton.weights);
+        let momentum = weights.of_momenta(positions, column(&self.motion.trajectory.p_star, k - 1));
+        let v = |before: usize| column(&self.motion.trajectory.v, k - before);
         let size = |v: &[f64]| weights.of_velocities(positions, v.iter().copied());
         // Where they pass zero, three nodes do not tell.
         (3..=k.min(4)).any(|before| {
@@ -65,27 +65,28 @@ impl Forward {
     /// Whether it was off by more than part of the velocities before and of its own.
     #[inline]
     fn is_far(&self, system: &System, k: usize) -> bool {
-        let Miss { change, guess } = self.newton.miss;
+        let Miss { change, guess } = self.stepper.newton.miss;
         change > MISSED * guess && self.is_far_from_before(system, k)
     }
 
     #[cold]
     fn is_far_from_before(&self, system: &System, k: usize) -> bool {
-        let change = self.newton.miss.change;
-        let before = column(&self.trajectory.v, k - 1).iter().copied();
-        change > MISSED * self.newton.weights.of_velocities(system.positions(), before)
+        let change = self.stepper.newton.miss.change;
+        let before = column(&self.motion.trajectory.v, k - 1).iter().copied();
+        change > MISSED * self.stepper.newton.weights.of_velocities(system.positions(), before)
     }
 
     /// The length of the step into a column, in parts of the one before.
     fn step_ratio(&self, k: usize) -> f64 {
-        let length = |k: usize| self.trajectory.times[k] - self.trajectory.times[k - 1];
+        let length = |k: usize| self.motion.trajectory.times[k] - self.motion.trajectory.times[k - 1];
         length(k) / length(k - 1)
     }
 
     /// Whether mean accelerations differ by more than this part of them between the step into a column and the one before.
     pub(crate) fn turns_by(&self, system: &System, k: usize, part: f64) -> bool {
-        let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.trajectory.v, k - before));
-        let size = |changes: &mut dyn Iterator<Item = f64>| self.newton.weights.of_velocities(system.positions(), changes);
+        let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.motion.trajectory.v, k - before));
+        let size =
+            |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.weights.of_velocities(system.positions(), changes);
         let ratio = self.step_ratio(k);
         let change = size(&mut v.iter().zip(v1).map(|(v, v1)| v - v1));
         let before = size(&mut v1.iter().zip(v2).map(|(v1, v2)| ratio * (v1 - v2)));
@@ -95,9 +96,9 @@ impl Forward {
 
     /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
     fn is_beyond(&self, system: &System, k: usize) -> bool {
-        let (v, before) = (column(&self.trajectory.v, k - 1), column(&self.trajectory.v, k - 2));
+        let (v, before) = (column(&self.motion.trajectory.v, k - 1), column(&self.motion.trajectory.v, k - 2));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        self.newton.miss.change > 2.0 * self.newton.weights.of_velocities(system.positions(), changes)
+        self.stepper.newton.miss.change > 2.0 * self.stepper.newton.weights.of_velocities(system.positions(), changes)
     }
 
     /// Follows the solution of the step into a node from h = 0; the next step is not extrapolated from what lies before it.
@@ -108,49 +109,54 @@ impl Forward {
         node: usize,
         settings: &Settings,
     ) -> Result<(), StepFailure> {
-        let (dt, s) = (self.inputs.grid.steps[node - 1], self.stage);
+        let (dt, s) = (self.motion.inputs.grid.steps[node - 1], self.stepper.stage);
         let result = self.follow(system, node, settings);
         match &result {
             Ok(()) => {
-                self.smooth_from = node;
-                let k = node - self.first;
+                self.stepper.smooth_from = node;
+                let k = node - self.motion.first;
                 // No guess was near, and still the motion may go on as it went; from rest, under forces that grow, it goes three times as fast.
-                if s == self.trajectory.last_stage() && k >= 2 && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED })
+                if s == self.motion.trajectory.last_stage()
+                    && k >= 2
+                    && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED })
                 {
                     self.warn_of_roughness(node);
                 }
             }
             // What is said of the failure is about this step.
-            Err(_) => self.begin_stage(node - self.first, s, dt),
+            Err(_) => {
+                let k = node - self.motion.first;
+                self.stepper.begin_stage(&mut self.motion, k, s, dt);
+            }
         }
         result
     }
 
     /// Nodes that are computed again from a checkpoint do not count again.
     fn warn_of_roughness(&mut self, node: usize) {
-        if node <= self.continuation.counted {
+        if node <= self.stepper.continuation.counted {
             return;
         }
-        self.continuation.counted = node;
-        let counter = self.report.warnings.iter_mut().find_map(|warning| match warning {
+        self.stepper.continuation.counted = node;
+        let counter = self.monitor.report.warnings.iter_mut().find_map(|warning| match warning {
             Warning::Rough { steps, .. } => Some(steps),
             _ => None,
         });
         match counter {
             Some(steps) => *steps += 1,
             None => {
-                let (step, time) = (self.given_step(node), self.trajectory.times[node - self.first]);
-                self.report.warn(Warning::Rough { step, time, steps: 1 });
+                let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
+                self.monitor.report.warn(Warning::Rough { step, time, steps: 1 });
             }
         }
     }
 
     fn follow(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
-        let (k, s, dt) = (node - self.first, self.stage, self.inputs.grid.steps[node - 1]);
+        let (k, s, dt) = (node - self.motion.first, self.stepper.stage, self.motion.inputs.grid.steps[node - 1]);
         let first = self.first_level(system, node, dt, settings);
         for level in (0..=first).rev() {
             let dt = dt * 0.5f64.powi(level as i32);
-            self.begin_stage(k, s, dt);
+            self.stepper.begin_stage(&mut self.motion, k, s, dt);
             match first - level {
                 0 => self.guess_last(k),
                 1 => self.store_level(k),
@@ -164,11 +170,11 @@ impl Forward {
     /// The longest step for which v₋ is a good guess, as it is for half of it.
     fn first_level(&mut self, system: &System, node: usize, dt: f64, settings: &Settings) -> u32 {
         let once = Settings { max_iterations: 1, ..*settings };
-        let k = node - self.first;
+        let k = node - self.motion.first;
         let mut good = 0;
         for level in 0..MOST_LEVELS {
             let dt = dt * 0.5f64.powi(level as i32);
-            self.begin_stage(k, self.stage, dt);
+            self.stepper.begin_stage(&mut self.motion, k, self.stepper.stage, dt);
             self.guess_last(k);
             // One correction of a guess that is far off may be all that fails.
             let failed = matches!(self.solve_at_hand(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
@@ -182,27 +188,27 @@ impl Forward {
 
     /// The values of the node before as the first guess of the stage at hand.
     fn guess_last(&mut self, k: usize) {
-        let before = self.trajectory.columns(k - 1);
-        let Continuation { last, .. } = &mut self.continuation;
+        let before = self.motion.trajectory.columns(k - 1);
+        let Continuation { last, .. } = &mut self.stepper.continuation;
         let (v, sigma) = last.split_at_mut(before.v.len());
         v.copy_from_slice(before.v);
         sigma.copy_from_slice(before.sigma);
-        let now = self.trajectory.stage_mut(k, self.stage);
+        let now = self.motion.trajectory.stage_mut(k, self.stepper.stage);
         now.v.copy_from_slice(v);
         now.sigma.copy_from_slice(sigma);
     }
 
     /// The solution at the level before stays as the guess.
     fn store_level(&mut self, k: usize) {
-        let now = self.trajectory.stage(k, self.stage);
-        let (v, sigma) = self.continuation.last.split_at_mut(now.v.len());
+        let now = self.motion.trajectory.stage(k, self.stepper.stage);
+        let (v, sigma) = self.stepper.continuation.last.split_at_mut(now.v.len());
         v.copy_from_slice(now.v);
         sigma.copy_from_slice(now.sigma);
     }
 
     /// x(2h) = x(h) + ½ (x(h) − x(h/2)): exact for α + β/h, which the solution becomes for long steps.
     fn guess_level(&mut self, k: usize) {
-        let Continuation { last, before, .. } = &mut self.continuation;
+        let Continuation { last, before, .. } = &mut self.stepper.continuation;
         std::mem::swap(last, before);
         let guess = |now: &mut [f64], last: &mut [f64], before: &[f64]| {
             for ((x, last), before) in now.iter_mut().zip(last).zip(before) {
@@ -210,7 +216,7 @@ impl Forward {
                 *x += 0.5 * (*x - before);
             }
         };
-        let now = self.trajectory.stage_mut(k, self.stage);
+        let now = self.motion.trajectory.stage_mut(k, self.stepper.stage);
         let n = now.v.len();
         guess(now.v, &mut last[..n], &before[..n]);
         guess(now.sigma, &mut last[n..], &before[n..]);

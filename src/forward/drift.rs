@@ -22,7 +22,7 @@ impl Forward {
     /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.
     #[inline]
     pub(crate) fn watch_drift(&mut self, system: &System, node: usize, settings: &Settings) {
-        let is_last = node + 1 == self.nodes();
+        let is_last = node + 1 == self.motion.nodes();
         if (is_last || node >= FIRST && node.is_power_of_two()) && system.m() > 0 {
             self.measure_drift(system, node, settings);
         }
@@ -36,9 +36,9 @@ impl Forward {
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
         // What the start may violate is no drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };
-        self.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
+        self.monitor.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
         self.measure_lengths(system, node);
-        let violated = self.phi.iter().zip(&self.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
+        let violated = self.monitor.phi.iter().zip(&self.monitor.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
         // Infinite lengths do not excuse an infinite violation.
         let share = |phi: f64, length: f64| if phi.is_finite() { phi / length } else { phi };
         let worst = violated.map(|(j, (&phi, &length))| (j, phi, share(phi, length))).max_by(|a, b| a.2.total_cmp(&b.2));
@@ -49,46 +49,47 @@ impl Forward {
 
     /// Φ at a node.
     pub(crate) fn evaluate_phi(&mut self, system: &System, node: usize) {
-        let mut phi = std::mem::take(&mut self.phi);
+        let mut phi = std::mem::take(&mut self.monitor.phi);
         phi.fill(0.0);
-        system.phi(&self.at(node), &mut phi);
-        self.phi = phi;
+        system.phi(&self.motion.at(node), &mut phi);
+        self.monitor.phi = phi;
     }
 
     /// ℓ of the equations that are violated.
     pub(crate) fn measure_lengths(&mut self, system: &System, node: usize) {
-        let lengths = &mut self.lengths;
+        let lengths = &mut self.monitor.lengths;
         lengths.fill(0.0);
-        let waves = &self.newton.evaluation.constants.waves;
+        let waves = &self.stepper.newton.evaluation.constants.waves;
         waves.iter().for_each(|wave| lengths[wave.equation] += wave.sine.hypot(wave.cosine));
-        if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
+        if self.monitor.phi.iter().zip(&self.monitor.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
             self.measure_other_lengths(system, node);
         }
     }
 
     /// ℓ of the equations that are not sinusoidal, with Φ_q at a node.
     fn measure_other_lengths(&mut self, system: &System, node: usize) {
-        let is_sinusoidal: Vec<bool> = self.lengths.iter().map(|length| *length > 0.0).collect();
-        let computed = node + 1 - self.first;
+        let is_sinusoidal: Vec<bool> = self.monitor.lengths.iter().map(|length| *length > 0.0).collect();
+        let computed = node + 1 - self.motion.first;
         let nodes = (0..computed).step_by(computed.div_ceil(MOST));
-        let reach = |i: usize| nodes.clone().fold(0.0, |reach, k| larger(reach, column(&self.trajectory.q, k)[i].abs()));
+        let reach =
+            |i: usize| nodes.clone().fold(0.0, |reach, k| larger(reach, column(&self.motion.trajectory.q, k)[i].abs()));
         let of_coordinate = |i: usize| if system.sines().coordinates().any(|angle| angle == i) { 1.0 } else { reach(i) };
-        for entry in system.phi_q(&self.at(node)).into_iter().filter(|entry| !is_sinusoidal[entry.row]) {
-            self.lengths[entry.row] += entry.value.abs() * of_coordinate(entry.col);
+        for entry in system.phi_q(&self.motion.at(node)).into_iter().filter(|entry| !is_sinusoidal[entry.row]) {
+            self.monitor.lengths[entry.row] += entry.value.abs() * of_coordinate(entry.col);
         }
     }
 
     fn warn_of_drift(&mut self, system: &System, node: usize, (j, violation, share): (usize, f64, f64)) {
-        let before = self.report.warnings.iter().find_map(|warning| match warning {
+        let before = self.monitor.report.warnings.iter().find_map(|warning| match warning {
             Warning::Drift { step, time, share, .. } => Some((*step, *time, *share)),
             _ => None,
         });
         if before.is_some_and(|(.., before)| before >= share) {
             return;
         }
-        let here = || (self.given_step(node), self.trajectory.times[node - self.first]);
+        let here = || (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
         let (step, time) = before.map_or_else(here, |(step, time, _)| (step, time));
         let equation = system.equation_name(j).to_string();
-        self.report.replace(Warning::Drift { equation, violation, share, step, time });
+        self.monitor.report.replace(Warning::Drift { equation, violation, share, step, time });
     }
 }

@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::forward::Forward;
+use super::{Forward, Motion};
 use crate::motion::Refinement;
 use crate::motion::column_mut;
 use crate::{Settings, Warning};
@@ -58,7 +58,7 @@ impl Ahead {
     }
 }
 
-impl Forward {
+impl Motion {
     /// The number of nodes of the grid, as far as it is known.
     pub(crate) fn nodes(&self) -> usize {
         self.inputs.grid.nodes() - self.ahead.gap
@@ -112,7 +112,7 @@ impl Forward {
 
     /// Copies the step that stands before one place and the controls at its end to before another.
     fn carry(&mut self, from: usize, to: usize) {
-        let Forward { inputs, .. } = self;
+        let Motion { inputs, .. } = self;
         inputs.grid.steps[to - 1] = inputs.grid.steps[from - 1];
         let channels = inputs.controls.nrows();
         inputs.controls.as_mut_slice().copy_within(from * channels..(from + 1) * channels, to * channels);
@@ -146,7 +146,7 @@ impl Forward {
         let (steps, nodes) = (self.inputs.grid.steps.len(), self.inputs.grid.nodes());
         let gap = GAP.0.max(nodes / GAP.1).min(self.ahead.most_nodes - nodes);
         self.ahead.gap = gap;
-        let Forward { inputs, .. } = self;
+        let Motion { inputs, .. } = self;
         inputs.grid.steps.reserve_exact(gap);
         inputs.grid.steps.resize(steps + gap, 0.0);
         inputs.grid.steps.copy_within(node..steps, node + gap);
@@ -171,7 +171,7 @@ impl Forward {
             return;
         }
         let (steps, nodes) = (self.inputs.grid.steps.len(), self.inputs.grid.nodes());
-        let Forward { inputs, .. } = self;
+        let Motion { inputs, .. } = self;
         inputs.grid.steps.copy_within(node + gap.., node);
         inputs.grid.steps.truncate(steps - gap);
         inputs.grid.steps.shrink_to_fit();
@@ -195,16 +195,18 @@ impl Forward {
         let blocks = std::mem::replace(&mut self.blocks, DMatrix::zeros(0, 0));
         self.blocks = blocks.resize_horizontally(nodes * self.trajectory.last_stage(), 0.0);
     }
+}
 
+impl Forward {
     #[cold]
     pub(crate) fn warn_of_halved_steps(&mut self) {
-        let (inserted, grid) = (&self.trajectory.inserted, &self.inputs.grid);
+        let (inserted, grid) = (&self.motion.trajectory.inserted, &self.motion.inputs.grid);
         let Some(&first) = inserted.first() else { return };
         // Every part begins or ends at an inserted node.
         let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let time = grid.steps[..first - 1].iter().fold(grid.start, |t, dt| t + dt);
-        let step = self.given_step(first);
-        self.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
+        let step = self.motion.given_step(first);
+        self.monitor.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
     }
 }

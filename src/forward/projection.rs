@@ -41,7 +41,7 @@ pub(super) fn apply(forward: &mut Forward, system: &System, node: usize, at: &mu
             check_quadratic(&at.left.v, momentum)?;
         }
         violation(forward, system, node, at);
-        forward.newton.solve(system, &mut at.left);
+        forward.stepper.newton.solve(system, &mut at.left);
         let correction = largest(&at.left.v);
         let size = largest(&at.q);
         if correction <= ROUNDING * size {
@@ -53,7 +53,7 @@ pub(super) fn apply(forward: &mut Forward, system: &System, node: usize, at: &mu
             return if is_rounding { Ok(()) } else { Err(failed) };
         }
         last = correction;
-        let before = column(&forward.trajectory.q, node - forward.first);
+        let before = column(&forward.motion.trajectory.q, node - forward.motion.first);
         for (i, w) in at.x.v.iter_mut().enumerate() {
             *w -= at.left.v[i];
             at.q[i] = before[i] + *w;
@@ -67,14 +67,14 @@ pub(super) fn apply(forward: &mut Forward, system: &System, node: usize, at: &mu
 fn violation(forward: &Forward, system: &System, node: usize, at: &mut Point) {
     at.left.sigma.fill(0.0);
     system.phi(&point(forward, node, &at.q), &mut at.left.sigma);
-    for &(j, mu) in &forward.trajectory.compliance {
+    for &(j, mu) in &forward.motion.trajectory.compliance {
         at.left.sigma[j] -= mu * at.x.sigma[j];
     }
 }
 
 /// Where Φ is evaluated.
 fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> NodeView<'a, f64> {
-    NodeView { q, ..forward.at(node) }
+    NodeView { q, ..forward.motion.at(node) }
 }
 
 /// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
@@ -82,7 +82,7 @@ fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> NodeView<'a, f6
 fn is_rounding_of_phi(forward: &mut Forward, system: &System, node: usize, at: &mut Point, correction: f64) -> bool {
     l_v(forward, system, node, at);
     at.left.sigma.fill(0.0);
-    forward.newton.solve(system, &mut at.left);
+    forward.stepper.newton.solve(system, &mut at.left);
     let of_l_v = largest(&at.left.v);
     violation(forward, system, node, at);
     let terms = terms(forward, system, node, at);
@@ -93,12 +93,12 @@ fn is_rounding_of_phi(forward: &mut Forward, system: &System, node: usize, at: &
 /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. What a formula adds up where its derivatives are small is not known, and is taken for as large
 /// as in the others.
 fn terms(forward: &mut Forward, system: &System, node: usize, at: &Point) -> Vec<f64> {
-    forward.phi.copy_from_slice(&at.left.sigma);
+    forward.monitor.phi.copy_from_slice(&at.left.sigma);
     forward.measure_lengths(system, node);
-    let mut terms = forward.lengths.clone();
+    let mut terms = forward.monitor.lengths.clone();
     let entries = system.phi_q(&point(forward, node, &at.q));
     entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
-    let waves = &forward.newton.evaluation.constants.waves;
+    let waves = &forward.stepper.newton.evaluation.constants.waves;
     let mut is_known = vec![false; terms.len()];
     waves.iter().for_each(|wave| is_known[wave.equation] = true);
     let others = || is_known.iter().enumerate().filter(|(_, known)| !**known).map(|(j, _)| j);

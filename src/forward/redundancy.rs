@@ -32,19 +32,19 @@ pub(crate) fn relax(forward: &mut Forward, system: &System, at: &NodeView<f64>) 
     if compliance.is_empty() {
         return None;
     }
-    forward.newton.evaluation.set_compliance(&compliance);
+    forward.stepper.newton.evaluation.set_compliance(&compliance);
     let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &flexibility));
     match dependent.filter(|equations| !equations.is_empty()) {
         Some(equations) => {
             let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();
             let warning = Warning::DependentConstraints { equations, time: at.t };
-            forward.trajectory.compliance.clone_from(&compliance);
+            forward.motion.trajectory.compliance.clone_from(&compliance);
             let (q, design) = (at.q.to_vec(), at.design.to_vec());
             forward.relaxed = Some(Relaxed { q, design, time: at.t, compliance, warning: warning.clone() });
             Some(warning)
         }
         None => {
-            forward.newton.evaluation.set_compliance(&[]);
+            forward.stepper.newton.evaluation.set_compliance(&[]);
             None
         }
     }
@@ -61,18 +61,18 @@ pub(crate) struct Relaxed {
 
 /// Does what `relax` did at the same start before; false if there was none.
 pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> bool {
-    let time = forward.trajectory.times[0];
-    let design = forward.inputs.design.as_slice();
+    let time = forward.motion.trajectory.times[0];
+    let design = forward.motion.inputs.design.as_slice();
     let is_same = |known: &Relaxed| known.q == q && known.design == design && known.time == time;
     let Some(known) = forward.relaxed.take().filter(is_same) else { return false };
-    forward.newton.evaluation.set_compliance(&known.compliance);
+    forward.stepper.newton.evaluation.set_compliance(&known.compliance);
     let regular = forward.factor_start(system).is_ok();
     if regular {
-        forward.trajectory.compliance.clone_from(&known.compliance);
-        forward.report.warn(known.warning.clone());
+        forward.motion.trajectory.compliance.clone_from(&known.compliance);
+        forward.monitor.report.warn(known.warning.clone());
         forward.relaxed = Some(known);
     } else {
-        forward.newton.evaluation.set_compliance(&[]);
+        forward.stepper.newton.evaluation.set_compliance(&[]);
     }
     regular
 }
@@ -80,7 +80,7 @@ pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
 fn flexibilities(forward: &Forward, system: &System, at: &NodeView<f64>) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
-    let evaluation = &forward.newton.evaluation;
+    let evaluation = &forward.stepper.newton.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
@@ -106,7 +106,7 @@ fn softest(forward: &mut Forward, system: &System, flexibility: &[f64]) -> Vec<u
     for _ in 0..3 {
         x.v.fill(0.0);
         x.sigma.iter_mut().zip(shares.iter().zip(&roots)).for_each(|(r, (share, root))| *r = share * root);
-        forward.newton.solve(system, &mut x);
+        forward.stepper.newton.solve(system, &mut x);
         shares.iter_mut().zip(x.sigma.iter().zip(&roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
         growth = shares.iter().fold(0.0f64, |largest, share| largest.max(share.abs()));
         shares.iter_mut().for_each(|share| *share /= growth);

@@ -141,6 +141,20 @@ pub(crate) struct LastEnd {
     pub(crate) sigma: Vec<f64>,
 }
 
+/// What the restarts so far leave for the next.
+pub(crate) struct Restarting {
+    /// The largest range of σ between two restarts, as estimated so far.
+    pub(crate) most_range: f64,
+    pub(crate) last_end: LastEnd,
+    point: Point,
+}
+
+impl Restarting {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Restarting { most_range: 0.0, last_end: LastEnd { node: 0, sigma: vec![0.0; m] }, point: Point::new(n, m) }
+    }
+}
+
 impl Settings {
     /// Whether a motion may be restarted anywhere.
     pub(crate) fn may_restart(&self) -> bool {
@@ -173,28 +187,28 @@ pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, setting
 /// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
 /// in which they are about one at the start.
 fn is_regular(forward: &mut Forward, system: &System, node: usize) -> bool {
-    let worst = forward.report.worst_pivot;
-    let at = forward.block_column(node - forward.first, forward.trajectory.last_stage());
-    let blocks = column(&forward.blocks, at);
-    if let Err(breakdown) = forward.newton.factor(system, 0.0, blocks, &mut forward.report) {
+    let worst = forward.monitor.report.worst_pivot;
+    let at = forward.motion.block_column(node - forward.motion.first, forward.motion.trajectory.last_stage());
+    let blocks = column(&forward.motion.blocks, at);
+    if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
         // What is not finite is said of the restart.
         return !breakdown.pivot.is_finite();
     }
     forward.warn_of_lost_digits(system, node, worst);
-    let (positions, left) = (system.positions(), &mut forward.restarting.left);
+    let (positions, left) = (system.positions(), &mut forward.restarting.point.left);
     left.v.fill(0.0);
     for (j, (violation, &position)) in left.sigma.iter_mut().zip(&positions.sigma).enumerate() {
         // Any combination of all of them.
-        *violation = forward.newton.weights.of_multiplier(position) * (1.0 + 0.3 * (j as f64).sin());
+        *violation = forward.stepper.newton.weights.of_multiplier(position) * (1.0 + 0.3 * (j as f64).sin());
     }
-    forward.newton.solve(system, left);
-    let velocities = forward.newton.weights.of_velocities(positions, left.v.iter().copied());
+    forward.stepper.newton.solve(system, left);
+    let velocities = forward.stepper.newton.weights.of_velocities(positions, left.v.iter().copied());
     velocities <= UNDETERMINED
 }
 
 /// The number of macro steps before a node, if it ends one.
 fn macro_steps(forward: &Forward, node: usize) -> Option<usize> {
-    let (inserted, stages) = (&forward.trajectory.inserted, forward.inputs.grid.stages);
+    let (inserted, stages) = (&forward.motion.trajectory.inserted, forward.motion.inputs.grid.stages);
     let before = inserted.partition_point(|&inserted| inserted < node);
     let given = node - before;
     (inserted.get(before) != Some(&node) && given.is_multiple_of(stages)).then(|| given / stages)
@@ -202,14 +216,14 @@ fn macro_steps(forward: &Forward, node: usize) -> Option<usize> {
 
 /// Keeps σ at the end of a macro step for the restarts after it.
 pub(crate) fn keep_end(forward: &mut Forward, node: usize) {
-    forward.last_end.node = node;
-    forward.last_end.sigma.copy_from_slice(column(&forward.trajectory.sigma, node - forward.first));
+    forward.restarting.last_end.node = node;
+    forward.restarting.last_end.sigma.copy_from_slice(column(&forward.motion.trajectory.sigma, node - forward.motion.first));
 }
 
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
     forward.evaluate_phi(system, node);
-    largest(&forward.phi)
+    largest(&forward.monitor.phi)
 }
 
 fn restart(
@@ -219,27 +233,27 @@ fn restart(
     project: bool,
     settings: &Settings,
 ) -> Result<(), StepFailure> {
-    let k = node - forward.first;
-    let mut at = std::mem::take(&mut forward.restarting);
-    at.q.copy_from_slice(column(&forward.trajectory.q, k));
-    at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
+    let k = node - forward.motion.first;
+    let mut at = std::mem::take(&mut forward.restarting.point);
+    at.q.copy_from_slice(column(&forward.motion.trajectory.q, k));
+    at.x.v.copy_from_slice(column(&forward.motion.trajectory.v, k));
     at.x.sigma.fill(0.0);
     let projected = if project { projection::apply(forward, system, node, &mut at) } else { Ok(()) };
     let done = projected.and_then(|()| {
         record(forward, system, node, (project, &at), settings);
         begin_anew(forward, system, node, &mut at, settings)
     });
-    forward.restarting = at;
+    forward.restarting.point = at;
     done
 }
 
 /// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
 fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (bool, &Point), settings: &Settings) {
-    let k = node - forward.first;
+    let k = node - forward.motion.first;
     let weights = weights(forward, system, k, settings);
-    let at_end = forward.block_column(k, forward.trajectory.last_stage());
-    let (restarts, y) = (&mut forward.restarts, forward.trajectory.columns(k));
-    restarts.before.push(forward.last_end.node);
+    let at_end = forward.motion.block_column(k, forward.motion.trajectory.last_stage());
+    let (restarts, y) = (&mut forward.motion.restarts, forward.motion.trajectory.columns(k));
+    restarts.before.push(forward.restarting.last_end.node);
     restarts.weights.push(weights);
     restarts.nodes.push(node);
     restarts.projected.push(project);
@@ -247,14 +261,14 @@ fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (b
     restarts.v.extend_from_slice(y.v);
     restarts.p_star_dot.extend_from_slice(y.p_star_dot);
     restarts.sigma.extend_from_slice(y.sigma);
-    restarts.step_blocks.extend_from_slice(column(&forward.blocks, at_end));
+    restarts.step_blocks.extend_from_slice(column(&forward.motion.blocks, at_end));
     // Without a projection too, so that all runs of numbers have one length.
     restarts.nu.extend_from_slice(&at.x.sigma);
-    restarts.projection_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
-    let ends = y.sigma.iter().zip(&forward.last_end.sigma);
+    restarts.projection_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
+    let ends = y.sigma.iter().zip(&forward.restarting.last_end.sigma);
     restarts.begin.extend(ends.map(|(now, before)| weights[0] * now + weights[1] * before));
-    forward.trajectory.restarted.push(node);
-    forward.report.restarts += 1;
+    forward.motion.trajectory.restarted.push(node);
+    forward.monitor.report.restarts += 1;
 }
 
 /// p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
@@ -265,29 +279,29 @@ fn begin_anew(
     at: &mut Point,
     settings: &Settings,
 ) -> Result<(), StepFailure> {
-    let k = node - forward.first;
-    at.x.v.copy_from_slice(column(&forward.trajectory.v, k));
-    let begin = forward.restarts.begin.len() - at.x.sigma.len();
-    at.x.sigma.copy_from_slice(&forward.restarts.begin[begin..]);
+    let k = node - forward.motion.first;
+    at.x.v.copy_from_slice(column(&forward.motion.trajectory.v, k));
+    let begin = forward.motion.restarts.begin.len() - at.x.sigma.len();
+    at.x.sigma.copy_from_slice(&forward.motion.restarts.begin[begin..]);
     l_v(forward, system, node, at);
-    forward.restarts.momentum_blocks.extend_from_slice(&forward.newton.evaluation.blocks);
+    forward.motion.restarts.momentum_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
     forward.set_start(&at.q, &at.left.v, &at.x.sigma);
-    column_mut(&mut forward.trajectory.q, k).copy_from_slice(&at.q);
-    column_mut(&mut forward.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
-    forward.smooth_from = node;
+    column_mut(&mut forward.motion.trajectory.q, k).copy_from_slice(&at.q);
+    column_mut(&mut forward.motion.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
+    forward.stepper.smooth_from = node;
     forward.solve_node(system, node, 0.0, settings)
 }
 
 /// α and β of the restart at column k.
 fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
     let every = settings.rebase_every.max(1) as f64;
-    let [before, now] = [&forward.last_end.sigma, column(&forward.trajectory.sigma, k)];
-    let (weights, positions) = (&forward.newton.weights, system.positions());
+    let [before, now] = [&forward.restarting.last_end.sigma, column(&forward.motion.trajectory.sigma, k)];
+    let (weights, positions) = (&forward.stepper.newton.weights, system.positions());
     let range = weights.of_multipliers(positions, now.iter().zip(before).map(|(now, before)| every * (now - before)));
     let size = weights.of_multipliers(positions, now.iter().copied());
-    forward.most_range = larger(forward.most_range, range);
-    let is_first = forward.trajectory.restarted.is_empty();
-    let anew = every == 1.0 || is_first || size > WANDERED * forward.most_range;
+    forward.restarting.most_range = larger(forward.restarting.most_range, range);
+    let is_first = forward.motion.trajectory.restarted.is_empty();
+    let anew = every == 1.0 || is_first || size > WANDERED * forward.restarting.most_range;
     if anew { [-0.5 * every, 0.5 * every] } else { [-1.0, 0.0] }
 }
 
@@ -306,7 +320,8 @@ impl Point {
 }
 
 pub(super) fn l_v(forward: &mut Forward, system: &System, node: usize, at: &mut Point) {
-    let (u, t) = (column(&forward.inputs.controls, node), forward.trajectory.times[node - forward.first]);
-    let point = NodeView::of_equations([&at.q, &at.x.v, &at.x.sigma], (u, t, forward.inputs.design.as_slice()));
-    forward.newton.l_v(system, &point, &mut at.left.v, &mut forward.report);
+    let (u, t) =
+        (column(&forward.motion.inputs.controls, node), forward.motion.trajectory.times[node - forward.motion.first]);
+    let point = NodeView::of_equations([&at.q, &at.x.v, &at.x.sigma], (u, t, forward.motion.inputs.design.as_slice()));
+    forward.stepper.newton.l_v(system, &point, &mut at.left.v, &mut forward.monitor.report);
 }

@@ -13,11 +13,11 @@ const SUSPICIOUS: f64 = 1e-10;
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
 pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings) -> Result<(), Error> {
     let (n, m) = (system.n(), system.m());
-    let q = forward.inputs.start.q().as_slice().to_vec();
-    let rate = forward.inputs.start.rate().as_slice().to_vec();
-    let given_velocity = matches!(forward.inputs.start, Start::Velocity { .. });
-    column_mut(&mut forward.trajectory.sigma, 0).fill(0.0);
-    let v = column_mut(&mut forward.trajectory.v, 0);
+    let q = forward.motion.inputs.start.q().as_slice().to_vec();
+    let rate = forward.motion.inputs.start.rate().as_slice().to_vec();
+    let given_velocity = matches!(forward.motion.inputs.start, Start::Velocity { .. });
+    column_mut(&mut forward.motion.trajectory.sigma, 0).fill(0.0);
+    let v = column_mut(&mut forward.motion.trajectory.v, 0);
     if given_velocity {
         v.copy_from_slice(&rate);
     } else {
@@ -27,10 +27,10 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     let mut p_star = rate;
     if given_velocity {
         let mut left = Pair::new(n, m);
-        let (u, design) = forward.inputs.at(0);
-        let sigma = column(&forward.trajectory.sigma, 0);
-        let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.trajectory.times[0], design));
-        forward.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.report);
+        let (u, design) = forward.motion.inputs.at(0);
+        let sigma = column(&forward.motion.trajectory.sigma, 0);
+        let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.motion.trajectory.times[0], design));
+        forward.stepper.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
         check_velocity(forward, system, &q, &left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
         p_star = left.v;
@@ -40,23 +40,23 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
             element: format!("the kinetic energy of `{}`", system.coordinate_name(what)),
             arguments: format!("p* = {value}"),
             node: 0,
-            time: forward.trajectory.times[0],
+            time: forward.motion.trajectory.times[0],
         };
         return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
     }
     forward.set_start(&q, &p_star, &vec![0.0; m]);
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, 1.0);
-    forward.newton.weigh(system);
+    forward.stepper.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     forward.check_compliant(system, 0, settings)?;
-    forward.trajectory.computed = 1;
+    forward.motion.trajectory.computed = 1;
     Ok(())
 }
 
 fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> NodeView<'a, f64> {
-    NodeView { q, ..forward.at(0) }
+    NodeView { q, ..forward.motion.at(0) }
 }
 
 fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
@@ -75,7 +75,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
 }
 
 fn not_finite(forward: &Forward, system: &System, q: &[f64], equation: usize) -> Error {
-    let (element, time) = (system.equation_name(equation).into(), forward.trajectory.times[0]);
+    let (element, time) = (system.equation_name(equation).into(), forward.motion.trajectory.times[0]);
     match system.find_not_finite(&point(forward, q), 0) {
         // By the equation, since a constraint may have several.
         Some(Error::Model { arguments, .. }) => Error::Model { element, arguments, node: 0, time },
@@ -114,28 +114,28 @@ fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<()
         return Ok(());
     }
     let result = forward.factor_start(system);
-    if result.is_ok() && forward.report.worst_pivot > SUSPICIOUS {
+    if result.is_ok() && forward.monitor.report.worst_pivot > SUSPICIOUS {
         return Ok(());
     }
-    let time = forward.trajectory.times[0];
+    let time = forward.motion.trajectory.times[0];
     if let Some(error) = system.find_not_finite(&point(forward, q), 0) {
         return Err(error);
     }
-    let v = column(&forward.trajectory.v, 0).to_vec();
+    let v = column(&forward.motion.trajectory.v, 0).to_vec();
     let sigma = vec![0.0; system.m()];
-    let design = forward.inputs.design.as_slice().to_vec();
-    let u = column(&forward.inputs.controls, 0).to_vec();
+    let design = forward.motion.inputs.design.as_slice().to_vec();
+    let u = column(&forward.motion.inputs.controls, 0).to_vec();
     let at = NodeView::of_equations([q, &v, &sigma], (&u, time, &design));
     let scaled = Scaled::at(system, &at);
     if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
         return Err(error);
     }
     let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, time));
-    forward.report.worst_pivot = 1.0;
+    forward.monitor.report.worst_pivot = 1.0;
     // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
     let may_depend = scaled.is_none() || explained.is_some();
     if let Some(warning) = may_depend.then(|| redundancy::relax(forward, system, &at)).flatten() {
-        forward.report.warn(warning);
+        forward.monitor.report.warn(warning);
         return Ok(());
     }
     match (explained, result) {

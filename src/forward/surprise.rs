@@ -14,24 +14,19 @@ const JERK: f64 = 0.1;
 impl Forward {
     /// Notes whether the step into a column, guessed from so many nodes, is worth a look.
     pub(crate) fn note_surprise(&mut self, system: &System, k: usize, history: usize) {
-        if self.surprising.len() <= k {
-            self.surprising.resize(k + 1, false);
+        if self.motion.surprising.len() <= k {
+            self.motion.surprising.resize(k + 1, false);
         }
-        let (v, before) = (column(&self.trajectory.v, k), column(&self.trajectory.v, k - 1));
+        let (v, before) = (column(&self.motion.trajectory.v, k), column(&self.motion.trajectory.v, k - 1));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        let change = self.newton.weights.of_velocities(system.positions(), changes);
-        let has_missed = self.newton.miss.change > SURPRISE * change;
+        let change = self.stepper.newton.weights.of_velocities(system.positions(), changes);
+        let has_missed = self.stepper.newton.miss.change > SURPRISE * change;
         let turns = |k: usize| self.turns_by(system, k, JERK);
         let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));
         // Of the first step nothing can be expected before the second.
-        if k == 2 && self.first == 0 {
-            self.surprising[1] = turns(2);
+        if k == 2 && self.motion.first == 0 {
+            self.motion.surprising[1] = turns(2);
         }
-        self.surprising[k] = is_surprising;
-    }
-
-    /// Whether the step into a node is worth a look.
-    pub(crate) fn is_surprising(&self, node: usize) -> bool {
-        self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
+        self.motion.surprising[k] = is_surprising;
     }
 }

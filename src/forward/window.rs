@@ -10,19 +10,19 @@ pub(crate) const HISTORY: usize = Predictor::MOST;
 impl Forward {
     /// The first node that is not computed.
     pub(crate) fn reached(&self) -> usize {
-        self.first + self.trajectory.computed
+        self.motion.first + self.motion.trajectory.computed
     }
 
     /// Moves the last nodes to the front of the window.
     pub(crate) fn slide(&mut self) {
-        let count = HISTORY.min(self.trajectory.computed);
-        let from = self.trajectory.computed - count;
-        self.trajectory.move_to_front(from, count);
-        self.first += from;
-        self.trajectory.computed = count;
-        self.restarts.clear();
+        let count = HISTORY.min(self.motion.trajectory.computed);
+        let from = self.motion.trajectory.computed - count;
+        self.motion.trajectory.move_to_front(from, count);
+        self.motion.first += from;
+        self.motion.trajectory.computed = count;
+        self.motion.restarts.clear();
         // Whether there was any is all that is asked of those before.
-        self.trajectory.restarted.truncate(1);
+        self.motion.trajectory.restarted.truncate(1);
     }
 }
 

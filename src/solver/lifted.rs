@@ -7,13 +7,14 @@
 //! fast the iteration converges.
 
 use crate::forward::restart::Restart;
+use crate::forward::{Forward, Motion};
 use crate::motion::Refinement;
 use crate::motion::{column, column_mut};
-use crate::node::{NOISE, SMALL};
+use crate::node::{NOISE, Newton, SMALL};
 use crate::number::Real;
 use crate::scheme::known_part;
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory, memory};
+use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, memory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
 const CONVERGED: f64 = 1e-14;
@@ -44,15 +45,19 @@ const MOST_CORRECTIONS: usize = 30;
 /// ```
 pub struct LiftedSolver<'s, R: Real> {
     real: Solver<'s>,
-    inputs: Inputs<R>,
     refinement: Refinement,
+    lifted: Lifted<R>,
+}
+
+/// The motion on other numbers, and what corrects it.
+struct Lifted<R: Real> {
+    inputs: Inputs<R>,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
-    /// q̄ and p̄ of the stage at hand, and its controls.
+    /// q̄ and p̄ of the stage at hand, its controls, and σ₋.
     start_q: Vec<R>,
     start_p: Vec<R>,
     u: Vec<R>,
-    /// σ₋.
     start_sigma: Vec<R>,
     /// A residual, then a correction, of one part.
     part: Pair,
@@ -60,6 +65,14 @@ pub struct LiftedSolver<'s, R: Real> {
     unit: Vec<f64>,
     /// The largest correction that was left to rounding, relative to what a perturbation of that size could be.
     rounding: f64,
+}
+
+/// The real motion that the other one is near, and its Newton matrix.
+struct Near<'a> {
+    system: &'a System,
+    motion: &'a Motion,
+    newton: &'a mut Newton,
+    report: &'a mut Report,
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
@@ -78,9 +91,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
         trajectory.restarted.clone_from(&real.trajectory().restarted);
-        Ok(LiftedSolver {
+        let lifted = Lifted {
             inputs: inputs.lift(),
-            refinement: real.refinement(),
             trajectory,
             sums: Sums::new(n, m),
             start_q: zeros(n),
@@ -90,8 +102,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             part: Pair::new(n, m),
             unit: vec![0.0; R::PARTS],
             rounding: 0.0,
-            real,
-        })
+        };
+        Ok(LiftedSolver { refinement: real.refinement(), real, lifted })
     }
 
     /// Simulates with inputs whose real parts are those of the real motion.
@@ -99,23 +111,19 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// # Errors
     /// A step whose corrections do not converge; sizes that differ from those of the real inputs; parts that are not finite.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
-        self.trajectory.computed = 0;
-        self.rounding = 0.0;
+        self.lifted.trajectory.computed = 0;
         self.check_sizes(inputs)?;
         if let Some(value) = (0..R::PARTS).find_map(|part| parts(inputs, part).find(|x| !x.is_finite())) {
             return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
         }
-        self.inputs = self.refinement.refine(inputs);
-        for part in 1..R::PARTS {
-            self.unit[part] = parts(inputs, part).fold(0.0, |largest, x| largest.max(x.abs()));
-        }
-        let times = self.inputs.grid.times();
-        self.trajectory.times.copy_from_slice(&times);
-        self.start()?;
-        let restarts = std::mem::take(&mut self.real.forward_mut().restarts);
-        let done = (1..times.len()).try_for_each(|i| self.step(i, restarts.at(i)));
-        self.real.forward_mut().restarts = restarts;
-        done.map(|()| &self.trajectory)
+        self.lifted.begin(self.refinement.refine(inputs), inputs);
+        let system = self.real.system();
+        let Forward { motion, stepper, monitor, .. } = self.real.forward_mut();
+        let mut near = Near { system, motion, newton: &mut stepper.newton, report: &mut monitor.report };
+        self.lifted.start(&mut near)?;
+        let nodes = self.lifted.inputs.grid.nodes();
+        (1..nodes).try_for_each(|i| self.lifted.step(&mut near, i))?;
+        Ok(&self.lifted.trajectory)
     }
 
     /// J of the last motion.
@@ -123,46 +131,27 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// # Errors
     /// No complete motion; a cost that is not finite, in real numbers too: √x has a value for every complex x.
     pub fn cost(&self) -> Result<R, Error> {
-        self.trajectory.check_complete(&self.inputs)?;
+        let Lifted { trajectory, inputs, .. } = &self.lifted;
+        trajectory.check_complete(inputs)?;
         self.real.cost()?;
-        self.trajectory.cost(self.real.system(), &self.inputs)
+        trajectory.cost(self.real.system(), inputs)
     }
 
     /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
     ///
     /// It is about 1e-14, and more only where tangent matrices are close to singular, springs are very stiff, or nothing moves.
     pub fn rounding(&self) -> f64 {
-        self.rounding
+        self.lifted.rounding
     }
 
     /// The inputs of the last motion, on the grid that was taken.
     pub fn inputs(&self) -> &Inputs<R> {
-        &self.inputs
+        &self.lifted.inputs
     }
 
     /// The real motion.
     pub fn real(&self) -> &Solver<'s> {
         &self.real
-    }
-
-    fn step(&mut self, i: usize, restart: Option<Restart>) -> Result<(), Error> {
-        let (scheme, dt) = (self.trajectory.scheme, self.inputs.grid.steps[i - 1]);
-        for s in 1..=scheme.stages() {
-            let is_node = s == scheme.stages();
-            if !is_node {
-                *self.trajectory.stage_mut(i, s).time = self.trajectory.times[i - 1] + dt * scheme.c(s);
-            }
-            let (y, trajectory) = (self.trajectory.columns(i - 1), &self.trajectory);
-            known_part((&scheme, s), dt, (y.q, y.v), |j| trajectory.rates(i, j).0, &mut self.start_q);
-            known_part((&scheme, s), dt, (y.p_star, y.p_star_dot), |j| trajectory.rates(i, j).1, &mut self.start_p);
-            self.start_sigma.copy_from_slice(y.sigma);
-            self.solve_stage((i, s), dt * scheme.a(s, s), restart.filter(|_| is_node))?;
-        }
-        if let Some(restart) = restart {
-            self.restart(i, &restart)?;
-        }
-        self.trajectory.computed = i + 1;
-        Ok(())
     }
 
     fn check_sizes(&self, inputs: &Inputs<R>) -> Result<(), Error> {
@@ -181,9 +170,50 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             None => real.start.check_kind(&inputs.start),
         }
     }
+}
+
+impl Near<'_> {
+    /// Factors K(h) with the blocks of a stage of the step into a node.
+    fn factor(&mut self, i: usize, h: f64, blocks: &[f64]) -> Result<(), Error> {
+        let factored = self.newton.factor(self.system, h, blocks, self.report);
+        factored.map_err(|breakdown| self.system.singular_step(&breakdown, i, self.motion.trajectory.times[i]))
+    }
+}
+
+impl<R: Real> Lifted<R> {
+    /// Takes the inputs on the grid that was taken, and the size of their perturbation from those that were given.
+    fn begin(&mut self, taken: Inputs<R>, given: &Inputs<R>) {
+        self.rounding = 0.0;
+        self.inputs = taken;
+        for part in 1..R::PARTS {
+            self.unit[part] = parts(given, part).fold(0.0, |largest, x| largest.max(x.abs()));
+        }
+        self.trajectory.times.copy_from_slice(&self.inputs.grid.times());
+    }
+
+    fn step(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
+        let restart = near.motion.restarts.at(i);
+        let (scheme, dt) = (self.trajectory.scheme, self.inputs.grid.steps[i - 1]);
+        for s in 1..=scheme.stages() {
+            let is_node = s == scheme.stages();
+            if !is_node {
+                *self.trajectory.stage_mut(i, s).time = self.trajectory.times[i - 1] + dt * scheme.c(s);
+            }
+            let (y, trajectory) = (self.trajectory.columns(i - 1), &self.trajectory);
+            known_part((&scheme, s), dt, (y.q, y.v), |j| trajectory.rates(i, j).0, &mut self.start_q);
+            known_part((&scheme, s), dt, (y.p_star, y.p_star_dot), |j| trajectory.rates(i, j).1, &mut self.start_p);
+            self.start_sigma.copy_from_slice(y.sigma);
+            self.solve_stage(near, (i, s), dt * scheme.a(s, s), restart.filter(|_| is_node))?;
+        }
+        if let Some(restart) = restart {
+            self.restart(near, i, &restart)?;
+        }
+        self.trajectory.computed = i + 1;
+        Ok(())
+    }
 
     /// p*₀ = T_v(q₀, v₀), unless it is given; then node 0 as a step with h = 0.
-    fn start(&mut self) -> Result<(), Error> {
+    fn start(&mut self, near: &mut Near) -> Result<(), Error> {
         self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
         self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
         self.start_sigma.fill(R::zero());
@@ -191,49 +221,47 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
             let (u, design) = self.inputs.at(0);
             let at = NodeView::of_equations([q.as_slice(), v.as_slice(), &sigma], (u, self.trajectory.times[0], design));
-            self.real.system().plain_sums(&at, &mut self.sums);
+            near.system.plain_sums(&at, &mut self.sums);
             self.start_p.copy_from_slice(&self.sums.l_v);
         }
-        self.solve_node(0)?;
+        self.solve_node(near, 0)?;
         self.trajectory.computed = 1;
         Ok(())
     }
 
-    fn solve_node(&mut self, i: usize) -> Result<(), Error> {
-        self.solve_stage((i, self.trajectory.last_stage()), R::zero(), None)
+    fn solve_node(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
+        self.solve_stage(near, (i, self.trajectory.last_stage()), R::zero(), None)
     }
 
     /// Solves a stage, or the end of the step into a node if there was a restart, from the real solution on.
-    fn solve_stage(&mut self, (i, s): (usize, usize), h: R, restart: Option<Restart>) -> Result<(), Error> {
-        let (system, scheme) = (self.real.system(), self.trajectory.scheme);
+    fn solve_stage(&mut self, near: &mut Near, (i, s): (usize, usize), h: R, restart: Option<Restart>) -> Result<(), Error> {
+        let (motion, scheme) = (near.motion, self.trajectory.scheme);
         match s == scheme.stages() {
             true => self.u.copy_from_slice(column(&self.inputs.controls, i)),
             false => self.inputs.controls_within(i, scheme.c(s), &mut self.u),
         }
-        self.start_from_real((i, s), restart);
-        let forward = self.real.forward_mut();
-        let at = forward.block_column(i, s);
-        let blocks = restart.map_or_else(|| column(&forward.blocks, at), |restart| restart.step_blocks);
-        let factored = forward.newton.factor(system, h.part(0), blocks, &mut forward.report);
-        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        self.start_from_real(motion, (i, s), restart);
+        let at = motion.block_column(i, s);
+        let blocks = restart.map_or_else(|| column(&motion.blocks, at), |restart| restart.step_blocks);
+        near.factor(i, h.part(0), blocks)?;
         let mut sizes = Shrinking::new();
         for correction in 0..MOST_CORRECTIONS {
-            self.evaluate((i, s), h);
-            let (size, is_rounding) = self.correct((i, s), h);
+            self.evaluate(near, (i, s), h);
+            let (size, is_rounding) = self.correct(near, (i, s), h);
             let is_stalled = sizes.is_stalled(size.of_part);
             if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
                 self.rounding = self.rounding.max(size.of_all);
-                self.evaluate((i, s), h);
+                self.evaluate(near, (i, s), h);
                 self.store((i, s), h);
                 return Ok(());
             }
         }
-        Err(self.diverged(i, sizes.last, "the complex or dual part of the step"))
+        Err(self.diverged(near, i, sizes.last, "the complex or dual part of the step"))
     }
 
-    fn diverged(&self, i: usize, residual: f64, what: &str) -> Error {
+    fn diverged(&self, near: &Near, i: usize, residual: f64, what: &str) -> Error {
         Error::Newton {
-            step: self.refinement.given_step(i),
+            step: near.motion.given_step(i),
             time: self.trajectory.times[i].part(0),
             iterations: MOST_CORRECTIONS,
             length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
@@ -242,8 +270,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
     }
 
-    fn start_from_real(&mut self, (i, s): (usize, usize), restart: Option<Restart>) {
-        let real = self.real.trajectory().stage(i, s);
+    fn start_from_real(&mut self, motion: &Motion, (i, s): (usize, usize), restart: Option<Restart>) {
+        let real = motion.trajectory.stage(i, s);
         let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
         let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
         let now = self.trajectory.stage_mut(i, s);
@@ -252,24 +280,22 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     /// q = q̄ + h v and the sums of all elements there.
-    fn evaluate(&mut self, (i, s): (usize, usize), h: R) {
+    fn evaluate(&mut self, near: &Near, (i, s): (usize, usize), h: R) {
         let now = self.trajectory.stage_mut(i, s);
         for ((q, &start), &v) in now.q.iter_mut().zip(&self.start_q).zip(now.v.iter()) {
             *q = start + h * v;
         }
-        let real = self.real.trajectory();
         let now = self.trajectory.stage(i, s);
         let sigma = now.sigma;
-        self.real.system().plain_sums(&now.with_inputs((&self.u, self.inputs.design.as_slice())), &mut self.sums);
-        for &(j, mu) in &real.compliance {
+        near.system.plain_sums(&now.with_inputs((&self.u, self.inputs.design.as_slice())), &mut self.sums);
+        for &(j, mu) in &self.trajectory.compliance {
             self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
     }
 
     /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
     /// rounding.
-    fn correct(&mut self, (i, s): (usize, usize), h: R) -> (Size, bool) {
-        let system = self.real.system();
+    fn correct(&mut self, near: &mut Near, (i, s): (usize, usize), h: R) -> (Size, bool) {
         let (mut largest, mut is_rounding) = (Size::default(), true);
         for part in 0..R::PARTS {
             let (mut residual, mut scale) = (0.0f64, 0.0f64);
@@ -284,7 +310,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             }
             is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
-            self.real.forward_mut().newton.solve(system, &mut self.part);
+            near.newton.solve(near.system, &mut self.part);
             let unit = self.unit[part];
             largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (0.0, unit)));
             // σ from rest is a difference of momenta, and its rounding is theirs.
@@ -296,34 +322,31 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
-    fn restart(&mut self, i: usize, restart: &Restart) -> Result<(), Error> {
+    fn restart(&mut self, near: &mut Near, i: usize, restart: &Restart) -> Result<(), Error> {
         let v = column(&self.trajectory.v, i).to_vec();
         if let Some((nu, _)) = restart.projection {
-            self.project(i, nu)?;
+            self.project(near, i, nu)?;
         }
         self.start_q.copy_from_slice(column(&self.trajectory.q, i));
         let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
         let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
         let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
-        self.real.system().plain_sums(&at, &mut self.sums);
+        near.system.plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(&self.sums.l_v);
         self.start_sigma.copy_from_slice(&s);
-        self.solve_node(i)
+        self.solve_node(near, i)
     }
 
     /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
-    fn project(&mut self, i: usize, nu: &[f64]) -> Result<(), Error> {
-        let system = self.real.system();
+    fn project(&mut self, near: &mut Near, i: usize, nu: &[f64]) -> Result<(), Error> {
+        let (system, motion) = (near.system, near.motion);
         let before = column(&self.trajectory.q, i).to_vec();
-        let real: Vec<R> = column(&self.real.trajectory().q, i).iter().map(|&q| q.into()).collect();
+        let real: Vec<R> = column(&motion.trajectory.q, i).iter().map(|&q| q.into()).collect();
         column_mut(&mut self.trajectory.q, i).copy_from_slice(&real);
         let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
         let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
         let mut phi = vec![R::zero(); nu.len()];
-        let forward = self.real.forward_mut();
-        let at = forward.block_column(i, forward.trajectory.last_stage());
-        let factored = forward.newton.factor(system, 0.0, column(&forward.blocks, at), &mut forward.report);
-        factored.map_err(|breakdown| system.singular_step(&breakdown, i, forward.trajectory.times[i]))?;
+        near.factor(i, 0.0, motion.node_blocks(i))?;
         let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
@@ -336,7 +359,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
                 self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
-                self.real.forward_mut().newton.solve(system, &mut self.part);
+                near.newton.solve(near.system, &mut self.part);
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
@@ -350,7 +373,12 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
                 return Ok(());
             }
         }
-        Err(self.diverged(i, sizes[0].last.max(sizes[1].last), "the complex or dual part of the projection onto Φ = 0"))
+        Err(self.diverged(
+            near,
+            i,
+            sizes[0].last.max(sizes[1].last),
+            "the complex or dual part of the projection onto Φ = 0",
+        ))
     }
 
     /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.

@@ -137,32 +137,32 @@ impl<'s> LongSolver<'s> {
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
         self.begin(inputs)?;
         if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
-            let taken = self.forward.nodes();
+            let taken = self.forward.motion.nodes();
             self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken))?;
-            self.forward.make_room(self.plan.window + HISTORY);
+            self.forward.motion.make_room(self.plan.window + HISTORY);
             self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
             self.forward.begin_again(self.system, &self.settings)?;
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
-        self.sweep.begin(self.system, &self.forward, &self.settings);
+        self.sweep.begin(self.system, &self.forward.motion, &self.settings);
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
-        let mut to = self.forward.nodes() - 1;
+        let mut to = self.forward.motion.nodes() - 1;
         for from in starts.into_iter().rev().chain([0]) {
             self.back(from, to)?;
             self.checkpoints.pop();
             to = from;
         }
-        self.sweep.finish(self.system, &self.forward)
+        self.sweep.finish(self.system, &self.forward.monitor.report)
     }
 
     /// The inputs of the last motion, on the grid that was taken.
     pub fn inputs(&self) -> &Inputs {
-        &self.forward.inputs
+        &self.forward.motion.inputs
     }
 
     /// The work of the last motion, steps computed again included.
     pub fn report(&self) -> &Report {
-        &self.forward.report
+        &self.forward.monitor.report
     }
 
     /// The work of the last adjoint sweep.
@@ -180,7 +180,7 @@ impl<'s> LongSolver<'s> {
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
         self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
         self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
-        self.forward.ahead.most_nodes = self.plan.nodes;
+        self.forward.motion.ahead.most_nodes = self.plan.nodes;
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
     }
 
@@ -237,7 +237,7 @@ impl<'s> LongSolver<'s> {
             (shown..reached).for_each(|node| visit(&self.forward.state(node)));
             shown = reached;
             let has_room = result?;
-            if reached == self.forward.nodes() {
+            if reached == self.forward.motion.nodes() {
                 return Ok(as_planned);
             }
             if !has_room {
@@ -254,10 +254,10 @@ impl<'s> LongSolver<'s> {
     fn give_up_checkpoints(&mut self) -> Result<(), Error> {
         self.checkpoints = Vec::new();
         self.forward.slide();
-        self.forward.restarts = Restarts::default();
+        self.forward.motion.restarts = Restarts::default();
         self.plan.window = SHORTEST;
-        self.forward.make_room(SHORTEST + HISTORY);
-        let nodes = self.forward.nodes();
+        self.forward.motion.make_room(SHORTEST + HISTORY);
+        let nodes = self.forward.motion.nodes();
         let window = (SHORTEST + HISTORY) * self.system.bytes_per_node(&self.settings);
         let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
         let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
@@ -266,18 +266,18 @@ impl<'s> LongSolver<'s> {
             return Err(self.too_little(2 * nodes));
         }
         self.plan.nodes = nodes + free / of_one_more;
-        self.forward.ahead.most_nodes = self.plan.nodes;
+        self.forward.motion.ahead.most_nodes = self.plan.nodes;
         Ok(())
     }
 
     /// Computes the nodes before this one, as far as the window has room.
     fn advance(&mut self, end: usize) -> Result<bool, Error> {
-        let room = self.forward.first + self.plan.window + HISTORY;
+        let room = self.forward.motion.first + self.plan.window + HISTORY;
         self.forward.advance(self.system, &self.settings, room.min(end))
     }
 
     fn slide_if_full(&mut self) {
-        if self.forward.trajectory.computed == self.plan.window + HISTORY {
+        if self.forward.motion.trajectory.computed == self.plan.window + HISTORY {
             self.forward.slide();
         }
     }
@@ -293,7 +293,8 @@ impl<'s> LongSolver<'s> {
         self.forward.advance(self.system, &self.settings, to + 1)?;
         debug_assert!(self.forward.reached() > to, "known steps are taken again");
         let last = if from == 0 { 0 } else { from + 1 };
-        self.sweep.back(self.system, &mut self.forward, last..to + 1)
+        let Forward { motion, stepper, .. } = &mut self.forward;
+        self.sweep.back(self.system, motion, &mut stepper.newton, last..to + 1)
     }
 
     /// One more level of checkpoints between two nodes.
@@ -332,40 +333,40 @@ impl<'s> LongSolver<'s> {
 
 impl Forward {
     fn len_of_node(&self) -> usize {
-        Trajectory::<f64>::len_of_node(self.trajectory.q.nrows(), self.trajectory.sigma.nrows())
+        Trajectory::<f64>::len_of_node(self.motion.trajectory.q.nrows(), self.motion.trajectory.sigma.nrows())
     }
 
     fn state(&self, node: usize) -> State<'_> {
-        let k = node - self.first;
-        let y = self.trajectory.columns(k);
-        let time = self.trajectory.times[k];
+        let k = node - self.motion.first;
+        let y = self.motion.trajectory.columns(k);
+        let time = self.motion.trajectory.times[k];
         State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
     }
 
     /// The last nodes that were computed.
     fn save(&self) -> Checkpoint {
-        let computed = self.trajectory.computed;
+        let computed = self.motion.trajectory.computed;
         let count = HISTORY.min(computed);
-        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.last_end.sigma.len());
-        (computed - count..computed).for_each(|k| self.trajectory.append_column(k, &mut columns));
-        columns.extend_from_slice(&self.last_end.sigma);
-        let (node, last_end) = (self.first + computed - 1, self.last_end.node);
-        Checkpoint { node, smooth_from: self.smooth_from, most_range: self.most_range, last_end, columns }
+        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.restarting.last_end.sigma.len());
+        (computed - count..computed).for_each(|k| self.motion.trajectory.append_column(k, &mut columns));
+        columns.extend_from_slice(&self.restarting.last_end.sigma);
+        let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
+        Checkpoint { node, smooth_from: self.stepper.smooth_from, most_range: self.restarting.most_range, last_end, columns }
     }
 
     fn load(&mut self, checkpoint: &Checkpoint) {
-        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.last_end.sigma.len());
-        self.last_end.node = checkpoint.last_end;
-        self.last_end.sigma.copy_from_slice(sigma);
+        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.restarting.last_end.sigma.len());
+        self.restarting.last_end.node = checkpoint.last_end;
+        self.restarting.last_end.sigma.copy_from_slice(sigma);
         let columns = columns.chunks_exact(self.len_of_node());
-        self.trajectory.computed = columns.len();
-        self.first = checkpoint.node + 1 - columns.len();
-        columns.enumerate().for_each(|(k, column)| self.trajectory.set_column(k, column));
-        (self.smooth_from, self.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
-        self.restarts.clear();
-        self.ahead.again();
-        self.trajectory.restarted.truncate(1);
-        self.trajectory.restarted.retain(|&node| node <= checkpoint.node);
+        self.motion.trajectory.computed = columns.len();
+        self.motion.first = checkpoint.node + 1 - columns.len();
+        columns.enumerate().for_each(|(k, column)| self.motion.trajectory.set_column(k, column));
+        (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
+        self.motion.restarts.clear();
+        self.motion.ahead.again();
+        self.motion.trajectory.restarted.truncate(1);
+        self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
     }
 }
 

@@ -13,7 +13,7 @@ pub use stopped::Stopped;
 
 use crate::adjoint::Sweep;
 use crate::adjoint::{AdjointVariables, Gradient};
-use crate::forward::Forward;
+use crate::forward::{Forward, Motion};
 use crate::motion::Refinement;
 use crate::motion::Report;
 use crate::{Error, Inputs, Settings, System, Trajectory};
@@ -64,7 +64,7 @@ impl<'s> Solver<'s> {
     pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
         self.sweep.forget();
         self.forward.run(self.system, inputs, &self.settings)?;
-        Ok(&self.forward.trajectory)
+        Ok(&self.forward.motion.trajectory)
     }
 
     /// The same inputs on a grid of its own, on which the estimated error of every step is below the tolerance: in m, rad and these per second, or relative
@@ -98,13 +98,13 @@ impl<'s> Solver<'s> {
 
     /// The last motion, as far as it was computed.
     pub fn trajectory(&self) -> &Trajectory {
-        &self.forward.trajectory
+        &self.forward.motion.trajectory
     }
 
     /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`]. Its [`Grid::stages`](crate::Grid::stages)
     /// are those of the given grid, to which these nodes do not belong.
     pub fn inputs(&self) -> &Inputs {
-        &self.forward.inputs
+        &self.forward.motion.inputs
     }
 
     /// J of the last motion.
@@ -112,7 +112,7 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// No complete motion; a cost that is not finite.
     pub fn cost(&self) -> Result<f64, Error> {
-        let Forward { trajectory, inputs, .. } = &self.forward;
+        let Motion { trajectory, inputs, .. } = &self.forward.motion;
         trajectory.check_complete(inputs)?;
         trajectory.cost(self.system, inputs)
     }
@@ -132,7 +132,7 @@ impl<'s> Solver<'s> {
 
     /// The work of the last simulation.
     pub fn report(&self) -> &Report {
-        &self.forward.report
+        &self.forward.monitor.report
     }
 
     /// The work of the last adjoint sweep.
@@ -141,7 +141,7 @@ impl<'s> Solver<'s> {
     }
 
     pub(crate) fn refinement(&self) -> Refinement {
-        self.forward.refinement()
+        self.forward.motion.refinement()
     }
 
     pub(crate) fn forward_mut(&mut self) -> &mut Forward {
@@ -156,7 +156,7 @@ impl<'s> Solver<'s> {
 pub fn simulate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Trajectory, Stopped> {
     let mut solver = Solver::new(system, settings);
     let result = solver.simulate(inputs).map(|_| ());
-    let trajectory = solver.forward.trajectory;
+    let trajectory = solver.forward.motion.trajectory;
     match result {
         Ok(()) => Ok(trajectory),
         Err(error) => Err(Stopped { error, trajectory: Box::new(trajectory) }),

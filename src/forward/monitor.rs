@@ -1,0 +1,20 @@
+//! [`Monitor`]: what a run has to say of itself.
+
+use crate::Warning;
+use crate::motion::Report;
+
+/// The report of a run, and what its warnings are made of.
+pub(crate) struct Monitor {
+    pub(crate) report: Report,
+    /// The most that an angle turned in a step, if it is worth a warning.
+    pub(crate) most_turn: f64,
+    /// Φ of a node, and what its entries are compared with.
+    pub(crate) phi: Vec<f64>,
+    pub(crate) lengths: Vec<f64>,
+}
+
+impl Monitor {
+    pub(crate) fn new(m: usize) -> Self {
+        Monitor { report: Report::default(), most_turn: Warning::TURN, phi: vec![0.0; m], lengths: vec![0.0; m] }
+    }
+}

@@ -1,0 +1,76 @@
+//! [`Motion`]: all that is known of a motion, as data; the adjoint sweep needs nothing else.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::halving::Ahead;
+use super::restart::Restarts;
+use crate::motion::column;
+use crate::system::NodeView;
+use crate::{Grid, Inputs, Scheme, Start, System, Trajectory};
+
+/// A motion, or a window over it.
+pub(crate) struct Motion {
+    /// On the grid that is taken; what is ahead stands behind a gap, while there is one.
+    pub(crate) inputs: Inputs,
+    pub(crate) ahead: Ahead,
+    /// The node that column 0 of the trajectory holds.
+    pub(crate) first: usize,
+    pub(crate) trajectory: Trajectory,
+    /// The second derivatives of all varying elements, one column a stage.
+    pub(crate) blocks: DMatrix<f64>,
+    pub(crate) restarts: Restarts,
+    /// Whether the step into a column is worth a look, if elements may bend within it.
+    pub(crate) surprising: Vec<bool>,
+}
+
+impl Motion {
+    pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
+        let inputs = Inputs {
+            grid: Grid::new(0.0, Vec::new()),
+            start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
+            controls: DMatrix::zeros(0, 0),
+            design: DVector::zeros(0),
+        };
+        Motion {
+            inputs,
+            ahead: Ahead::new(),
+            first: 0,
+            trajectory: Trajectory::zeros(system, 0, scheme),
+            blocks: DMatrix::zeros(0, 0),
+            restarts: Restarts::default(),
+            surprising: Vec::new(),
+        }
+    }
+
+    /// What equations and costs of a node depend on.
+    pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
+        self.trajectory.columns(node - self.first).with_inputs(self.inputs.at(node))
+    }
+
+    /// The column of the second derivatives of a stage.
+    #[inline]
+    pub(crate) fn block_column(&self, k: usize, s: usize) -> usize {
+        k * self.trajectory.last_stage() + s - 1
+    }
+
+    /// The second derivatives of a stage of the step into a node.
+    #[inline]
+    pub(crate) fn stage_blocks(&self, node: usize, s: usize) -> &[f64] {
+        column(&self.blocks, self.block_column(node - self.first, s))
+    }
+
+    /// The second derivatives of a node.
+    pub(crate) fn node_blocks(&self, node: usize) -> &[f64] {
+        self.stage_blocks(node, self.trajectory.last_stage())
+    }
+
+    /// Whether the step into a node is worth a look.
+    pub(crate) fn is_surprising(&self, node: usize) -> bool {
+        self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
+    }
+
+    /// The length of the step into a node, s.
+    pub(crate) fn length(&self, node: usize) -> f64 {
+        node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before])
+    }
+}

@@ -1,0 +1,65 @@
+//! [`Stepper`]: what solves one stage after the other.
+
+use super::Motion;
+use super::continuation::Continuation;
+use crate::node::{Newton, Predictor};
+use crate::scheme::known_part;
+use crate::{Scheme, System};
+
+/// Newton's method with its first guess, and the node problem at hand.
+pub(crate) struct Stepper {
+    pub(crate) newton: Newton,
+    pub(crate) predictor: Predictor,
+    pub(crate) continuation: Continuation,
+    /// The first node that may be extrapolated from.
+    pub(crate) smooth_from: usize,
+    /// The stage at hand, and its controls.
+    pub(crate) stage: usize,
+    pub(crate) u: Vec<f64>,
+    /// Its known part, q̄ and p̄, and σ₋.
+    pub(crate) start_q: Vec<f64>,
+    pub(crate) start_p: Vec<f64>,
+    pub(crate) start_sigma: Vec<f64>,
+}
+
+impl Stepper {
+    pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
+        let (n, m) = (system.n(), system.m());
+        Stepper {
+            newton: Newton::new(system),
+            predictor: Predictor::new(n, m),
+            continuation: Continuation::new(n, m),
+            smooth_from: 0,
+            stage: scheme.stages(),
+            u: vec![0.0; system.k()],
+            start_q: vec![0.0; n],
+            start_p: vec![0.0; n],
+            start_sigma: vec![0.0; m],
+        }
+    }
+
+    /// h = Δt a_ss of the stage at hand.
+    pub(crate) fn half_step(&self, scheme: &Scheme, dt: f64) -> f64 {
+        dt * scheme.a(self.stage, self.stage)
+    }
+
+    /// Makes stage s of a step of this length into column k the one at hand: its time, its controls and its known part.
+    #[inline]
+    pub(crate) fn begin_stage(&mut self, motion: &mut Motion, k: usize, s: usize, dt: f64) {
+        let Motion { trajectory, inputs, first, .. } = motion;
+        let begin = trajectory.times[k - 1];
+        trajectory.times[k] = begin + dt;
+        self.stage = s;
+        if s < trajectory.last_stage() {
+            let c = trajectory.scheme.c(s);
+            *trajectory.stage_mut(k, s).time = begin + c * dt;
+            inputs.controls_within(*first + k, c, &mut self.u);
+        } else {
+            self.u.copy_from_slice(inputs.at(*first + k).0);
+        }
+        let scheme = &trajectory.scheme;
+        let before = trajectory.columns(k - 1);
+        known_part((scheme, s), dt, (before.q, before.v), |j| trajectory.rates(k, j).0, &mut self.start_q);
+        known_part((scheme, s), dt, (before.p_star, before.p_star_dot), |j| trajectory.rates(k, j).1, &mut self.start_p);
+    }
+}
