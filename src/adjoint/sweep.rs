@@ -75,8 +75,6 @@ pub(crate) struct Sweep {
     growth: Growth,
     /// dJ/du of the node or stage at hand.
     pub(crate) u: Vec<f64>,
-    /// The controls of the stage at hand.
-    stage_u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     pub(crate) time: f64,
     pub(crate) resolution: Resolution,
@@ -106,7 +104,6 @@ impl Sweep {
             sigma_before_at: None,
             growth: Growth::default(),
             u: zeros(system.k()),
-            stage_u: zeros(system.k()),
             time: 0.0,
             resolution: Resolution::new(system),
             refinement: Refinement::default(),
@@ -210,15 +207,9 @@ impl Sweep {
             let before = std::mem::take(&mut self.time);
             let done = &self.step;
             carried_part((&scheme, s), dt, |r| done[r - 1].parts(), &mut self.carried);
-            motion.inputs.controls_within(node, scheme.c(s), &mut self.stage_u);
             self.stage_cost_rows(system, motion, (node, s))?;
             self.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
-            let stage_u = std::mem::take(&mut self.stage_u);
-            let at =
-                || motion.trajectory.stage(node - motion.first, s).with_inputs((&stage_u, motion.inputs.design.as_slice()));
-            let rows = self.input_rows(system, newton, at, node);
-            self.stage_u = stage_u;
-            rows?;
+            self.input_rows(system, newton, || motion.at_stage(node, s), node)?;
             // Controls are linear between nodes.
             let c = scheme.c(s);
             self.refinement.add_controls(node - 1, 1.0 - c, &self.u, &mut self.gradient.controls);
@@ -292,10 +283,9 @@ impl Sweep {
         if !system.has_integral() {
             return Ok(());
         }
-        let (weight, stage_u) = (motion.trajectory.scheme.weight(s), std::mem::take(&mut self.stage_u));
-        let at = motion.trajectory.stage(node - motion.first, s).with_inputs((&stage_u, motion.inputs.design.as_slice()));
-        let added = self.add_cost(system, &at, &Weights::between(weight * motion.length(node)), node);
-        self.stage_u = stage_u;
+        let weight = motion.trajectory.scheme.weight(s);
+        let weights = Weights::between(weight * motion.length(node));
+        let added = self.add_cost(system, &motion.at_stage(node, s), &weights, node);
         self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
         added
     }

@@ -123,6 +123,7 @@ fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {
             p_star: part(&motion.stages.p_star),
             p_star_dot: part(&motion.stages.p_star_dot),
             sigma: part(&motion.stages.sigma),
+            u: part(&motion.stages.u),
         },
     }
 }

@@ -8,8 +8,10 @@
 //!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| in memory for the rest
 //! ```
 
-use crate::forward::Forward;
+use super::Motion;
+use super::monitor::Monitor;
 use crate::motion::column;
+use crate::node::Newton;
 use crate::number::larger;
 use crate::{Settings, System, Warning};
 
@@ -18,78 +20,82 @@ const FIRST: usize = 128;
 /// Of the nodes in memory not many more are asked how far a coordinate reaches.
 const MOST: usize = 64;
 
-impl Forward {
+impl Monitor {
     /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.
     #[inline]
-    pub(crate) fn watch_drift(&mut self, system: &System, node: usize, settings: &Settings) {
-        let is_last = node + 1 == self.motion.nodes();
+    pub(crate) fn watch_drift(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &Newton,
+        node: usize,
+        settings: &Settings,
+    ) {
+        let is_last = node + 1 == motion.nodes();
         if (is_last || node >= FIRST && node.is_power_of_two()) && system.m() > 0 {
-            self.measure_drift(system, node, settings);
+            self.measure_drift(system, motion, newton, node, settings);
         }
     }
 
     // Rare, and kept out of the loop over the steps.
     #[cold]
     #[inline(never)]
-    fn measure_drift(&mut self, system: &System, node: usize, settings: &Settings) {
-        self.evaluate_phi(system, node);
+    fn measure_drift(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize, settings: &Settings) {
+        self.evaluate_phi(system, motion, node);
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
         // What the start may violate is no drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };
-        self.monitor.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
-        self.measure_lengths(system, node);
-        let violated = self.monitor.phi.iter().zip(&self.monitor.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
+        self.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
+        self.measure_lengths(system, motion, newton, node);
+        let violated = self.phi.iter().zip(&self.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
         // Infinite lengths do not excuse an infinite violation.
         let share = |phi: f64, length: f64| if phi.is_finite() { phi / length } else { phi };
         let worst = violated.map(|(j, (&phi, &length))| (j, phi, share(phi, length))).max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some(worst) = worst.filter(|(_, _, share)| *share > Warning::DRIFT) {
-            self.warn_of_drift(system, node, worst);
+            self.warn_of_drift(system, motion, node, worst);
         }
     }
 
     /// Φ at a node.
-    pub(crate) fn evaluate_phi(&mut self, system: &System, node: usize) {
-        let mut phi = std::mem::take(&mut self.monitor.phi);
-        phi.fill(0.0);
-        system.phi(&self.motion.at(node), &mut phi);
-        self.monitor.phi = phi;
+    pub(crate) fn evaluate_phi(&mut self, system: &System, motion: &Motion, node: usize) {
+        self.phi.fill(0.0);
+        system.phi(&motion.at(node), &mut self.phi);
     }
 
     /// ℓ of the equations that are violated.
-    pub(crate) fn measure_lengths(&mut self, system: &System, node: usize) {
-        let lengths = &mut self.monitor.lengths;
+    pub(crate) fn measure_lengths(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize) {
+        let lengths = &mut self.lengths;
         lengths.fill(0.0);
-        let waves = &self.stepper.newton.evaluation.constants.waves;
+        let waves = &newton.evaluation.constants.waves;
         waves.iter().for_each(|wave| lengths[wave.equation] += wave.sine.hypot(wave.cosine));
-        if self.monitor.phi.iter().zip(&self.monitor.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
-            self.measure_other_lengths(system, node);
+        if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
+            self.measure_other_lengths(system, motion, node);
         }
     }
 
     /// ℓ of the equations that are not sinusoidal, with Φ_q at a node.
-    fn measure_other_lengths(&mut self, system: &System, node: usize) {
-        let is_sinusoidal: Vec<bool> = self.monitor.lengths.iter().map(|length| *length > 0.0).collect();
-        let computed = node + 1 - self.motion.first;
+    fn measure_other_lengths(&mut self, system: &System, motion: &Motion, node: usize) {
+        let is_sinusoidal: Vec<bool> = self.lengths.iter().map(|length| *length > 0.0).collect();
+        let computed = node + 1 - motion.first;
         let nodes = (0..computed).step_by(computed.div_ceil(MOST));
-        let reach =
-            |i: usize| nodes.clone().fold(0.0, |reach, k| larger(reach, column(&self.motion.trajectory.q, k)[i].abs()));
+        let reach = |i: usize| nodes.clone().fold(0.0, |reach, k| larger(reach, column(&motion.trajectory.q, k)[i].abs()));
         let of_coordinate = |i: usize| if system.sines().coordinates().any(|angle| angle == i) { 1.0 } else { reach(i) };
-        for entry in system.phi_q(&self.motion.at(node)).into_iter().filter(|entry| !is_sinusoidal[entry.row]) {
-            self.monitor.lengths[entry.row] += entry.value.abs() * of_coordinate(entry.col);
+        for entry in system.phi_q(&motion.at(node)).into_iter().filter(|entry| !is_sinusoidal[entry.row]) {
+            self.lengths[entry.row] += entry.value.abs() * of_coordinate(entry.col);
         }
     }
 
-    fn warn_of_drift(&mut self, system: &System, node: usize, (j, violation, share): (usize, f64, f64)) {
-        let before = self.monitor.report.warnings.iter().find_map(|warning| match warning {
+    fn warn_of_drift(&mut self, system: &System, motion: &Motion, node: usize, (j, violation, share): (usize, f64, f64)) {
+        let before = self.report.warnings.iter().find_map(|warning| match warning {
             Warning::Drift { step, time, share, .. } => Some((*step, *time, *share)),
             _ => None,
         });
         if before.is_some_and(|(.., before)| before >= share) {
             return;
         }
-        let here = || (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
+        let here = || (motion.given_step(node), motion.trajectory.times[node - motion.first]);
         let (step, time) = before.map_or_else(here, |(step, time, _)| (step, time));
         let equation = system.equation_name(j).to_string();
-        self.monitor.report.replace(Warning::Drift { equation, violation, share, step, time });
+        self.report.replace(Warning::Drift { equation, violation, share, step, time });
     }
 }

@@ -138,7 +138,7 @@ impl Forward {
             self.check_compliant(system, node, settings)?;
             self.watch_turns(system, node);
             restart::apply(self, system, node, settings)?;
-            self.watch_drift(system, node, settings);
+            self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;
         }
@@ -264,12 +264,6 @@ impl Forward {
         let coordinate = system.coordinate_name(worst).to_string();
         let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[k]);
         self.monitor.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.monitor.most_turn });
-    }
-
-    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
-        self.stepper.start_q.copy_from_slice(q);
-        self.stepper.start_p.copy_from_slice(p_star);
-        self.stepper.start_sigma.copy_from_slice(sigma);
     }
 
     /// Factors K(0) at the given state, before anything is solved with it.

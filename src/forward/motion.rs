@@ -47,6 +47,11 @@ impl Motion {
         self.trajectory.columns(node - self.first).with_inputs(self.inputs.at(node))
     }
 
+    /// What they depend on at a stage of the step into a node that lies before it.
+    pub(crate) fn at_stage(&self, node: usize, s: usize) -> NodeView<'_, f64> {
+        NodeView { design: self.inputs.design.as_slice(), ..self.trajectory.stage(node - self.first, s) }
+    }
+
     /// The column of the second derivatives of a stage.
     #[inline]
     pub(crate) fn block_column(&self, k: usize, s: usize) -> usize {

@@ -10,11 +10,11 @@
 //! and of Φ nothing is left but rounding. The positions are then off by u ≈ ε/θ along a motion that the constraints hardly resist there, and
 //! Φ = 0 holds as well as numbers allow. A projection that fails leaves more of Φ, or is held up by 𝓛_v.
 
-use super::restart::{Point, l_v};
+use super::Motion;
+use super::monitor::Monitor;
+use super::restart::Point;
 use crate::System;
-use crate::forward::Forward;
-use crate::motion::column;
-use crate::node::StepFailure;
+use crate::node::{Newton, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::NodeView;
 
@@ -29,82 +29,98 @@ const STALLED: f64 = 1e-13;
 /// The rounding of Φ_j as a part of its terms.
 const ROUNDING_OF_PHI: f64 = 8.0 * f64::EPSILON;
 
-/// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
-pub(super) fn apply(forward: &mut Forward, system: &System, node: usize, at: &mut Point) -> Result<(), StepFailure> {
-    l_v(forward, system, node, at);
-    let momentum = largest(&at.left.v);
-    at.x.v.fill(0.0);
-    let mut last = f64::INFINITY;
-    for corrections in 0..MOST_CORRECTIONS {
-        l_v(forward, system, node, at);
-        if corrections == 0 {
-            check_quadratic(&at.left.v, momentum)?;
+/// The projection of a node.
+pub(super) struct Projection<'a> {
+    pub(super) system: &'a System,
+    pub(super) motion: &'a Motion,
+    /// With the factors of K(0) at q⁻.
+    pub(super) newton: &'a mut Newton,
+    pub(super) monitor: &'a mut Monitor,
+    pub(super) node: usize,
+}
+
+impl Projection<'_> {
+    /// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
+    pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
+        self.l_v(at);
+        let momentum = largest(&at.left.v);
+        at.x.v.fill(0.0);
+        let mut last = f64::INFINITY;
+        for corrections in 0..MOST_CORRECTIONS {
+            self.l_v(at);
+            if corrections == 0 {
+                check_quadratic(&at.left.v, momentum)?;
+            }
+            self.violation(at);
+            self.newton.solve(self.system, &mut at.left);
+            let correction = largest(&at.left.v);
+            let size = largest(&at.q);
+            if correction <= ROUNDING * size {
+                return Ok(());
+            }
+            if corrections > 3 && correction >= 0.5 * last {
+                let is_rounding = correction <= STALLED * size || self.is_rounding_of_phi(at, correction);
+                let failed = StepFailure::Projection { iterations: corrections, correction };
+                return if is_rounding { Ok(()) } else { Err(failed) };
+            }
+            last = correction;
+            let before = self.motion.at(self.node).q;
+            for (i, w) in at.x.v.iter_mut().enumerate() {
+                *w -= at.left.v[i];
+                at.q[i] = before[i] + *w;
+            }
+            at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
-        violation(forward, system, node, at);
-        forward.stepper.newton.solve(system, &mut at.left);
-        let correction = largest(&at.left.v);
-        let size = largest(&at.q);
-        if correction <= ROUNDING * size {
-            return Ok(());
-        }
-        if corrections > 3 && correction >= 0.5 * last {
-            let is_rounding = correction <= STALLED * size || is_rounding_of_phi(forward, system, node, at, correction);
-            let failed = StepFailure::Projection { iterations: corrections, correction };
-            return if is_rounding { Ok(()) } else { Err(failed) };
-        }
-        last = correction;
-        let before = column(&forward.motion.trajectory.q, node - forward.motion.first);
-        for (i, w) in at.x.v.iter_mut().enumerate() {
-            *w -= at.left.v[i];
-            at.q[i] = before[i] + *w;
-        }
-        at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
+        Err(StepFailure::Projection { iterations: MOST_CORRECTIONS, correction: last })
     }
-    Err(StepFailure::Projection { iterations: MOST_CORRECTIONS, correction: last })
-}
 
-/// Φ, and with compliances Φ − μ ν.
-fn violation(forward: &Forward, system: &System, node: usize, at: &mut Point) {
-    at.left.sigma.fill(0.0);
-    system.phi(&point(forward, node, &at.q), &mut at.left.sigma);
-    for &(j, mu) in &forward.motion.trajectory.compliance {
-        at.left.sigma[j] -= mu * at.x.sigma[j];
+    /// Φ, and with compliances Φ − μ ν.
+    fn violation(&self, at: &mut Point) {
+        at.left.sigma.fill(0.0);
+        self.system.phi(&self.point(&at.q), &mut at.left.sigma);
+        for &(j, mu) in &self.motion.trajectory.compliance {
+            at.left.sigma[j] -= mu * at.x.sigma[j];
+        }
     }
-}
 
-/// Where Φ is evaluated.
-fn point<'a>(forward: &'a Forward, node: usize, q: &'a [f64]) -> NodeView<'a, f64> {
-    NodeView { q, ..forward.motion.at(node) }
-}
+    /// Where Φ is evaluated.
+    fn point<'b>(&'b self, q: &'b [f64]) -> NodeView<'b, f64> {
+        NodeView { q, ..self.motion.at(self.node) }
+    }
 
-/// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
-#[cold]
-fn is_rounding_of_phi(forward: &mut Forward, system: &System, node: usize, at: &mut Point, correction: f64) -> bool {
-    l_v(forward, system, node, at);
-    at.left.sigma.fill(0.0);
-    forward.stepper.newton.solve(system, &mut at.left);
-    let of_l_v = largest(&at.left.v);
-    violation(forward, system, node, at);
-    let terms = terms(forward, system, node, at);
-    let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;
-    of_l_v <= 0.5 * correction && at.left.sigma.iter().zip(&terms).all(is_rounding)
-}
+    /// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
+    #[cold]
+    fn is_rounding_of_phi(&mut self, at: &mut Point, correction: f64) -> bool {
+        self.l_v(at);
+        at.left.sigma.fill(0.0);
+        self.newton.solve(self.system, &mut at.left);
+        let of_l_v = largest(&at.left.v);
+        self.violation(at);
+        let terms = self.terms(at);
+        let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;
+        of_l_v <= 0.5 * correction && at.left.sigma.iter().zip(&terms).all(is_rounding)
+    }
 
-/// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. What a formula adds up where its derivatives are small is not known, and is taken for as large
-/// as in the others.
-fn terms(forward: &mut Forward, system: &System, node: usize, at: &Point) -> Vec<f64> {
-    forward.monitor.phi.copy_from_slice(&at.left.sigma);
-    forward.measure_lengths(system, node);
-    let mut terms = forward.monitor.lengths.clone();
-    let entries = system.phi_q(&point(forward, node, &at.q));
-    entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
-    let waves = &forward.stepper.newton.evaluation.constants.waves;
-    let mut is_known = vec![false; terms.len()];
-    waves.iter().for_each(|wave| is_known[wave.equation] = true);
-    let others = || is_known.iter().enumerate().filter(|(_, known)| !**known).map(|(j, _)| j);
-    let most = others().fold(0.0, |most, j| larger(most, terms[j]));
-    others().for_each(|j| terms[j] = most);
-    terms
+    /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. What a formula adds up where its derivatives are small is not known, and is taken for as large
+    /// as in the others.
+    fn terms(&mut self, at: &Point) -> Vec<f64> {
+        self.monitor.phi.copy_from_slice(&at.left.sigma);
+        self.monitor.measure_lengths(self.system, self.motion, self.newton, self.node);
+        let mut terms = self.monitor.lengths.clone();
+        let entries = self.system.phi_q(&self.point(&at.q));
+        entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
+        let waves = &self.newton.evaluation.constants.waves;
+        let mut is_known = vec![false; terms.len()];
+        waves.iter().for_each(|wave| is_known[wave.equation] = true);
+        let others = || is_known.iter().enumerate().filter(|(_, known)| !**known).map(|(j, _)| j);
+        let most = others().fold(0.0, |most, j| larger(most, terms[j]));
+        others().for_each(|j| terms[j] = most);
+        terms
+    }
+
+    fn l_v(&mut self, at: &mut Point) {
+        at.evaluate(self.system, self.motion, self.newton, self.node, &mut self.monitor.report);
+    }
 }
 
 /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.

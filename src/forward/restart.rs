@@ -38,10 +38,12 @@
 //!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
-use super::projection;
+use super::Motion;
+use super::projection::Projection;
 use crate::forward::Forward;
+use crate::motion::Report;
 use crate::motion::{column, column_mut};
-use crate::node::StepFailure;
+use crate::node::{Newton, StepFailure};
 use crate::number::Real;
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
@@ -222,7 +224,7 @@ pub(crate) fn keep_end(forward: &mut Forward, node: usize) {
 
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
-    forward.evaluate_phi(system, node);
+    forward.monitor.evaluate_phi(system, &forward.motion, node);
     largest(&forward.monitor.phi)
 }
 
@@ -233,22 +235,20 @@ fn restart(
     project: bool,
     settings: &Settings,
 ) -> Result<(), StepFailure> {
-    let k = node - forward.motion.first;
-    let mut at = std::mem::take(&mut forward.restarting.point);
-    at.q.copy_from_slice(column(&forward.motion.trajectory.q, k));
-    at.x.v.copy_from_slice(column(&forward.motion.trajectory.v, k));
+    let Forward { motion, stepper, monitor, restarting, .. } = forward;
+    let (at, y) = (&mut restarting.point, motion.at(node));
+    at.q.copy_from_slice(y.q);
+    at.x.v.copy_from_slice(y.v);
     at.x.sigma.fill(0.0);
-    let projected = if project { projection::apply(forward, system, node, &mut at) } else { Ok(()) };
-    let done = projected.and_then(|()| {
-        record(forward, system, node, (project, &at), settings);
-        begin_anew(forward, system, node, &mut at, settings)
-    });
-    forward.restarting.point = at;
-    done
+    if project {
+        Projection { system, motion, newton: &mut stepper.newton, monitor, node }.apply(at)?;
+    }
+    record(forward, system, node, project, settings);
+    begin_anew(forward, system, node, settings)
 }
 
 /// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
-fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (bool, &Point), settings: &Settings) {
+fn record(forward: &mut Forward, system: &System, node: usize, project: bool, settings: &Settings) {
     let k = node - forward.motion.first;
     let weights = weights(forward, system, k, settings);
     let at_end = forward.motion.block_column(k, forward.motion.trajectory.last_stage());
@@ -263,7 +263,7 @@ fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (b
     restarts.sigma.extend_from_slice(y.sigma);
     restarts.step_blocks.extend_from_slice(column(&forward.motion.blocks, at_end));
     // Without a projection too, so that all runs of numbers have one length.
-    restarts.nu.extend_from_slice(&at.x.sigma);
+    restarts.nu.extend_from_slice(&forward.restarting.point.x.sigma);
     restarts.projection_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
     let ends = y.sigma.iter().zip(&forward.restarting.last_end.sigma);
     restarts.begin.extend(ends.map(|(now, before)| weights[0] * now + weights[1] * before));
@@ -272,23 +272,18 @@ fn record(forward: &mut Forward, system: &System, node: usize, (project, at): (b
 }
 
 /// p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
-fn begin_anew(
-    forward: &mut Forward,
-    system: &System,
-    node: usize,
-    at: &mut Point,
-    settings: &Settings,
-) -> Result<(), StepFailure> {
-    let k = node - forward.motion.first;
-    at.x.v.copy_from_slice(column(&forward.motion.trajectory.v, k));
-    let begin = forward.motion.restarts.begin.len() - at.x.sigma.len();
-    at.x.sigma.copy_from_slice(&forward.motion.restarts.begin[begin..]);
-    l_v(forward, system, node, at);
-    forward.motion.restarts.momentum_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
-    forward.set_start(&at.q, &at.left.v, &at.x.sigma);
-    column_mut(&mut forward.motion.trajectory.q, k).copy_from_slice(&at.q);
-    column_mut(&mut forward.motion.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
-    forward.stepper.smooth_from = node;
+fn begin_anew(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+    let Forward { motion, stepper, monitor, restarting, .. } = forward;
+    let (k, at) = (node - motion.first, &mut restarting.point);
+    at.x.v.copy_from_slice(column(&motion.trajectory.v, k));
+    let begin = motion.restarts.begin.len() - at.x.sigma.len();
+    at.x.sigma.copy_from_slice(&motion.restarts.begin[begin..]);
+    at.evaluate(system, motion, &mut stepper.newton, node, &mut monitor.report);
+    motion.restarts.momentum_blocks.extend_from_slice(&stepper.newton.evaluation.blocks);
+    stepper.set_start(&at.q, &at.left.v, &at.x.sigma);
+    column_mut(&mut motion.trajectory.q, k).copy_from_slice(&at.q);
+    column_mut(&mut motion.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
+    stepper.smooth_from = node;
     forward.solve_node(system, node, 0.0, settings)
 }
 
@@ -306,7 +301,6 @@ fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings
 }
 
 /// A point (q, x), and 𝓛_v and Φ there.
-#[derive(Default)]
 pub(crate) struct Point {
     pub(crate) q: Vec<f64>,
     pub(crate) x: Pair,
@@ -317,11 +311,17 @@ impl Point {
     pub(crate) fn new(n: usize, m: usize) -> Self {
         Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
     }
-}
 
-pub(super) fn l_v(forward: &mut Forward, system: &System, node: usize, at: &mut Point) {
-    let (u, t) =
-        (column(&forward.motion.inputs.controls, node), forward.motion.trajectory.times[node - forward.motion.first]);
-    let point = NodeView::of_equations([&at.q, &at.x.v, &at.x.sigma], (u, t, forward.motion.inputs.design.as_slice()));
-    forward.stepper.newton.l_v(system, &point, &mut at.left.v, &mut forward.monitor.report);
+    /// 𝓛_v of the point, at a node's time and with its controls; the blocks of the evaluation are those of the point then.
+    pub(super) fn evaluate(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        node: usize,
+        report: &mut Report,
+    ) {
+        let at = NodeView { q: &self.q, v: &self.x.v, sigma: &self.x.sigma, ..motion.at(node) };
+        newton.l_v(system, &at, &mut self.left.v, report);
+    }
 }

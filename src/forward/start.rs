@@ -44,7 +44,7 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
         };
         return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
     }
-    forward.set_start(&q, &p_star, &vec![0.0; m]);
+    forward.stepper.set_start(&q, &p_star, &vec![0.0; m]);
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, 1.0);
     forward.stepper.newton.weigh(system);

@@ -38,6 +38,13 @@ impl Stepper {
         }
     }
 
+    /// A node problem with h = 0 from this state.
+    pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
+        self.start_q.copy_from_slice(q);
+        self.start_p.copy_from_slice(p_star);
+        self.start_sigma.copy_from_slice(sigma);
+    }
+
     /// h = Δt a_ss of the stage at hand.
     pub(crate) fn half_step(&self, scheme: &Scheme, dt: f64) -> f64 {
         dt * scheme.a(self.stage, self.stage)
@@ -51,9 +58,8 @@ impl Stepper {
         trajectory.times[k] = begin + dt;
         self.stage = s;
         if s < trajectory.last_stage() {
-            let c = trajectory.scheme.c(s);
-            *trajectory.stage_mut(k, s).time = begin + c * dt;
-            inputs.controls_within(*first + k, c, &mut self.u);
+            trajectory.place_stage(k, s, dt, inputs.at_ends(*first + k));
+            self.u.copy_from_slice(trajectory.stage(k, s).u);
         } else {
             self.u.copy_from_slice(inputs.at(*first + k).0);
         }

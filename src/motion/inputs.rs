@@ -147,6 +147,11 @@ impl<R> Inputs<R> {
 }
 
 impl<R: Real> Inputs<R> {
+    /// The controls at both ends of the step into a node.
+    pub(crate) fn at_ends(&self, node: usize) -> [&[R]; 2] {
+        [column(&self.controls, node - 1), column(&self.controls, node)]
+    }
+
     /// The controls at a share c of the step into a node: linear between nodes.
     pub(crate) fn controls_within(&self, node: usize, c: f64, u: &mut [R]) {
         let (before, after) = (column(&self.controls, node - 1), column(&self.controls, node));

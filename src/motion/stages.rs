@@ -22,6 +22,8 @@ pub struct Stages<R = f64> {
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ, N s or N m s.
     pub sigma: DMatrix<R>,
+    /// Controls, linear between nodes.
+    pub u: DMatrix<R>,
 }
 
 /// The state of one node or stage, to be written.
@@ -35,10 +37,10 @@ pub(crate) struct ColumnsMut<'a, R> {
 }
 
 impl<R: Real> Stages<R> {
-    pub(crate) fn zeros((n, m): (usize, usize), columns: usize) -> Self {
+    pub(crate) fn zeros((n, m, k): (usize, usize, usize), columns: usize) -> Self {
         let state = |rows| DMatrix::from_element(if columns > 0 { rows } else { 0 }, columns, R::zero());
         let times = vec![R::zero(); columns];
-        Stages { times, q: state(n), v: state(n), p_star: state(n), p_star_dot: state(n), sigma: state(m) }
+        Stages { times, q: state(n), v: state(n), p_star: state(n), p_star_dot: state(n), sigma: state(m), u: state(k) }
     }
 
     /// Room for so many, of which the first stay as they are.
@@ -48,7 +50,7 @@ impl<R: Real> Stages<R> {
         }
         self.times.resize(columns, R::zero());
         self.times.shrink_to_fit();
-        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma, &mut self.u] {
             let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
             *matrix = old.resize_horizontally(columns, R::zero());
         }
@@ -62,7 +64,7 @@ impl<R: Real> Stages<R> {
             p_star: column(&self.p_star, i),
             p_star_dot: column(&self.p_star_dot, i),
             sigma: column(&self.sigma, i),
-            u: &[],
+            u: column(&self.u, i),
             design: &[],
         }
     }

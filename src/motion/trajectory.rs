@@ -54,7 +54,7 @@ impl<R: Real> Trajectory<R> {
             compliance: Vec::new(),
             inserted: Vec::new(),
             scheme,
-            stages: Stages::zeros((n, m), nodes * scheme.inner()),
+            stages: Stages::zeros((n, m, system.k()), nodes * scheme.inner()),
             restarted: Vec::new(),
         }
     }
@@ -93,6 +93,14 @@ impl<R: Real> Trajectory<R> {
     #[inline]
     pub(crate) fn stage(&self, k: usize, s: usize) -> NodeView<'_, R> {
         if s > self.scheme.inner() { self.columns(k) } else { self.stages.columns(k * self.scheme.inner() + s - 1) }
+    }
+
+    /// Makes stage s of the step into column `k` the one at a share c_s of it: its time, and its controls; linear between those of the nodes.
+    pub(crate) fn place_stage(&mut self, k: usize, s: usize, dt: R, [before, after]: [&[R]; 2]) {
+        let (c, at) = (self.scheme.c(s), k * self.scheme.inner() + s - 1);
+        self.stages.times[at] = self.times[k - 1] + dt * c;
+        let ends = before.iter().zip(after);
+        column_mut(&mut self.stages.u, at).iter_mut().zip(ends).for_each(|(u, (&a, &b))| *u = a * (1.0 - c) + b * c);
     }
 
     /// ẋ = (v, ṗ*) at stage s of the step into column `k`; stage 0 is the node before.
@@ -163,10 +171,8 @@ impl<R: Real> Trajectory<R> {
     pub(crate) fn cost_of_step(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, i: usize) -> R {
         let mut sum = R::zero();
         if i > 0 && system.has_integral() {
-            let mut u = vec![R::zero(); system.k()];
             for s in 1..self.last_stage() {
-                inputs.controls_within(i, self.scheme.c(s), &mut u);
-                let at = self.stage(i, s).with_inputs((&u, inputs.design.as_slice()));
+                let at = NodeView { design: inputs.design.as_slice(), ..self.stage(i, s) };
                 sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)));
             }
         }

@@ -126,6 +126,14 @@ impl Newton {
     ) -> Result<(), Breakdown> {
         self.evaluation.set_step(system, h, &mut self.matrix)?;
         self.evaluation.assemble(system, h, blocks, &mut self.matrix);
+        self.factor_assembled(report, factor)
+    }
+
+    fn factor_assembled(
+        &mut self,
+        report: &mut Report,
+        factor: impl FnOnce(&mut BlockLu) -> Result<(), Breakdown>,
+    ) -> Result<(), Breakdown> {
         report.factorisations += 1;
         factor(&mut self.matrix)?;
         report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
@@ -148,10 +156,9 @@ impl Newton {
     ) -> Result<(), Breakdown> {
         self.load(system, v, sigma);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
-        let blocks = std::mem::take(&mut self.evaluation.blocks);
-        let result = self.factor(system, from.h, &blocks, report);
-        self.evaluation.blocks = blocks;
-        result
+        self.evaluation.set_step(system, from.h, &mut self.matrix)?;
+        self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
+        self.factor_assembled(report, |matrix| matrix.factor(system.symbolic()))
     }
 
     /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.

@@ -54,10 +54,9 @@ struct Lifted<R: Real> {
     inputs: Inputs<R>,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
-    /// q̄ and p̄ of the stage at hand, its controls, and σ₋.
+    /// q̄ and p̄ of the stage at hand, and σ₋.
     start_q: Vec<R>,
     start_p: Vec<R>,
-    u: Vec<R>,
     start_sigma: Vec<R>,
     /// A residual, then a correction, of one part.
     part: Pair,
@@ -97,7 +96,6 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             sums: Sums::new(n, m),
             start_q: zeros(n),
             start_p: zeros(n),
-            u: zeros(system.k()),
             start_sigma: zeros(m),
             part: Pair::new(n, m),
             unit: vec![0.0; R::PARTS],
@@ -197,7 +195,7 @@ impl<R: Real> Lifted<R> {
         for s in 1..=scheme.stages() {
             let is_node = s == scheme.stages();
             if !is_node {
-                *self.trajectory.stage_mut(i, s).time = self.trajectory.times[i - 1] + dt * scheme.c(s);
+                self.trajectory.place_stage(i, s, dt, self.inputs.at_ends(i));
             }
             let (y, trajectory) = (self.trajectory.columns(i - 1), &self.trajectory);
             known_part((&scheme, s), dt, (y.q, y.v), |j| trajectory.rates(i, j).0, &mut self.start_q);
@@ -235,11 +233,7 @@ impl<R: Real> Lifted<R> {
 
     /// Solves a stage, or the end of the step into a node if there was a restart, from the real solution on.
     fn solve_stage(&mut self, near: &mut Near, (i, s): (usize, usize), h: R, restart: Option<Restart>) -> Result<(), Error> {
-        let (motion, scheme) = (near.motion, self.trajectory.scheme);
-        match s == scheme.stages() {
-            true => self.u.copy_from_slice(column(&self.inputs.controls, i)),
-            false => self.inputs.controls_within(i, scheme.c(s), &mut self.u),
-        }
+        let motion = near.motion;
         self.start_from_real(motion, (i, s), restart);
         let at = motion.block_column(i, s);
         let blocks = restart.map_or_else(|| column(&motion.blocks, at), |restart| restart.step_blocks);
@@ -287,7 +281,8 @@ impl<R: Real> Lifted<R> {
         }
         let now = self.trajectory.stage(i, s);
         let sigma = now.sigma;
-        near.system.plain_sums(&now.with_inputs((&self.u, self.inputs.design.as_slice())), &mut self.sums);
+        let u = if s == self.trajectory.last_stage() { self.inputs.at(i).0 } else { now.u };
+        near.system.plain_sums(&now.with_inputs((u, self.inputs.design.as_slice())), &mut self.sums);
         for &(j, mu) in &self.trajectory.compliance {
             self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
