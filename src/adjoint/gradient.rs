@@ -102,7 +102,8 @@ impl AdjointVariables {
         column_mut(&mut self.a, node).copy_from_slice(&carried.a);
         column_mut(&mut self.b, node).copy_from_slice(&carried.b);
         column_mut(&mut self.e, node).copy_from_slice(&carried.e);
-        column_mut(&mut self.alpha, node).copy_from_slice(&carried.alpha);
-        column_mut(&mut self.beta, node).copy_from_slice(&carried.beta);
+        for k in 0..carried.a.len() {
+            (self.alpha[(k, node)], self.beta[(k, node)]) = carried.alpha_and_beta(k);
+        }
     }
 }

@@ -23,6 +23,7 @@ use crate::adjoint::Sweep;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
+use crate::number::dot;
 use crate::system::{Covector, NodeView, Within};
 use crate::{System, Warning};
 
@@ -194,7 +195,7 @@ impl Sweep {
         c.iter_mut().zip(&self.node.c).for_each(|(c, of_node)| *c = per_second * of_node);
         e.iter_mut().zip(&self.node.e).for_each(|(e, of_node)| *e = per_second * of_node);
         d.iter_mut().zip(&self.node.b).for_each(|(d, b)| *d = -b);
-        let mean = |x: &[f64], y: &[f64], z: &[f64]| crate::number::dot_of_two(x, [y, z], [0.5, 0.5]).abs();
+        let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * (dot(x, y) + dot(x, z)).abs();
         let gain = mean(&self.node.a, end.v, before.v) + mean(&self.node.b, rate_end, column(rates, k - 1));
         *most = most.max(gain);
         let place = Place { step: self.refinement.given_step(node), time: here.t };

@@ -31,27 +31,10 @@ use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column, column_mut};
 use crate::node::Newton;
-use crate::number::{all_finite, dot, dot_of_two};
-use crate::scheme::{Carried, carried_part};
+use crate::number::{all_finite, dot};
+use crate::scheme::{Carried, StageAdjoint, carried_part};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, Rows, Weights};
 use crate::{Error, Scheme, Settings, Start, System};
-
-/// Adjoint variables of one node.
-#[derive(Clone, Default)]
-pub(crate) struct Node {
-    pub(crate) a: Vec<f64>,
-    pub(crate) b: Vec<f64>,
-    pub(crate) c: Vec<f64>,
-    pub(crate) d: Vec<f64>,
-    pub(crate) e: Vec<f64>,
-}
-
-impl Node {
-    /// What is carried back to the stages before.
-    fn parts(&self) -> (&[f64], &[f64], &[f64]) {
-        (&self.a, &self.b, &self.e)
-    }
-}
 
 /// The backward sweep and its memory.
 pub(crate) struct Sweep {
@@ -59,8 +42,8 @@ pub(crate) struct Sweep {
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
     /// The node or stage at hand, and the stages of the step at hand that are done.
-    pub(crate) node: Node,
-    step: Vec<Node>,
+    pub(crate) node: StageAdjoint,
+    step: Vec<StageAdjoint>,
     /// What later stages carry to the one at hand.
     pub(crate) carried: Carried,
     pub(crate) cost: CostRows,
@@ -85,7 +68,7 @@ impl Sweep {
     pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![0.0; len];
-        let node = Node { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
+        let node = StageAdjoint { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
         let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
         let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
         Sweep {
@@ -189,8 +172,7 @@ impl Sweep {
             self.inner_stages(system, motion, newton, node)?;
         }
         self.step_row(motion, restart, node);
-        let done = &self.step;
-        carried_part((&motion.trajectory.scheme, 0), dt, |r| done[r - 1].parts(), &mut self.carried);
+        carried_part((&motion.trajectory.scheme, 0), dt, &mut self.step, &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
         }
@@ -205,8 +187,7 @@ impl Sweep {
         let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
         for s in (1..scheme.stages()).rev() {
             let before = std::mem::take(&mut self.time);
-            let done = &self.step;
-            carried_part((&scheme, s), dt, |r| done[r - 1].parts(), &mut self.carried);
+            carried_part((&scheme, s), dt, &mut self.step, &mut self.carried);
             self.stage_cost_rows(system, motion, (node, s))?;
             self.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
             self.input_rows(system, newton, || motion.at_stage(node, s), node)?;
@@ -246,7 +227,6 @@ impl Sweep {
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
-        self.carried.with_compliance = settings.keep_adjoint || !motion.trajectory.compliance.is_empty();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
@@ -336,13 +316,13 @@ impl Sweep {
         let right = &mut self.right[..];
         // Of equal length, so that the loops below need no checks.
         let (a_sum, b_sum) = (&carried.a[..n], &carried.b[..n]);
-        let (alpha, beta) = (&carried.alpha[..n], &carried.beta[..n]);
+        let (alpha, beta, h_sum) = (&carried.alpha[..n], &carried.beta[..n], h + carried.factor);
 
         // d̂, and the right-hand side.
         let d = &mut node.d[..n];
         for (k, &position) in positions.v[..n].iter().enumerate() {
-            d[k] = -(h * b_sum[k] + beta[k]);
-            right[position] = h * a_sum[k] + alpha[k];
+            d[k] = -(h_sum * b_sum[k] + beta[k]);
+            right[position] = h_sum * a_sum[k] + alpha[k];
         }
         positions.sigma.iter().for_each(|&position| right[position] = 0.0);
         if let Some(cost) = cost {
@@ -408,10 +388,8 @@ impl Sweep {
         };
         let mut own = 0.0;
         for s in 1..=last {
-            let Node { a, b, .. } = &self.step[s - 1];
-            let ((v_0, rate_0), (v, rate), weights) = (rates(0), rates(s), [scheme.a(s, 0), scheme.a(s, s)]);
-            own += dot_of_two(a, [v_0, v], weights) + dot_of_two(b, [rate_0, rate], weights);
-            for j in 1..s {
+            let StageAdjoint { a, b, .. } = &self.step[s - 1];
+            for j in 0..=s {
                 let (v, rate) = rates(j);
                 own += scheme.a(s, j) * (dot(a, v) + dot(b, rate));
             }
@@ -434,7 +412,8 @@ impl Sweep {
         let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);
         for k in 0..n {
             let at_start = (node.a[k], node.b[k]);
-            let inside = (carried.alpha[k] - cost.v[k], carried.beta[k] - cost.p_star_dot[k]);
+            let (alpha, beta) = carried.alpha_and_beta(k);
+            let inside = (alpha - cost.v[k], beta - cost.p_star_dot[k]);
             (first[k], first[n + k]) = if i > 0 { inside } else { at_start };
         }
         rest[..n].copy_from_slice(&node.c);

@@ -2,6 +2,7 @@
 
 use super::Motion;
 use super::continuation::Continuation;
+use crate::motion::column;
 use crate::node::{Newton, Predictor};
 use crate::scheme::known_part;
 use crate::{Scheme, System};
@@ -64,8 +65,9 @@ impl Stepper {
             self.u.copy_from_slice(inputs.at(*first + k).0);
         }
         let scheme = &trajectory.scheme;
-        let before = trajectory.columns(k - 1);
-        known_part((scheme, s), dt, (before.q, before.v), |j| trajectory.rates(k, j).0, &mut self.start_q);
-        known_part((scheme, s), dt, (before.p_star, before.p_star_dot), |j| trajectory.rates(k, j).1, &mut self.start_p);
+        let [q, v, p_star, p_star_dot] =
+            [&trajectory.q, &trajectory.v, &trajectory.p_star, &trajectory.p_star_dot].map(|x| column(x, k - 1));
+        known_part((scheme, s), dt, (q, v), |j| trajectory.rates(k, j).0, &mut self.start_q);
+        known_part((scheme, s), dt, (p_star, p_star_dot), |j| trajectory.rates(k, j).1, &mut self.start_p);
     }
 }

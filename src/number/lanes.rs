@@ -31,19 +31,6 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
     lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|x| x.is_finite())
 }
 
-/// The scalar product x·(α y + β z); the vectors have the same length.
-pub(crate) fn dot_of_two(x: &[f64], [y, z]: [&[f64]; 2], [alpha, beta]: [f64; 2]) -> f64 {
-    let ((x, x_rest), (y, y_rest), (z, z_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>(), z.as_chunks::<4>());
-    let mut lanes = [0.0; 4];
-    for (x, (y, z)) in x.iter().zip(y.iter().zip(z)) {
-        for k in 0..4 {
-            lanes[k] += x[k] * (alpha * y[k] + beta * z[k]);
-        }
-    }
-    let rest: f64 = x_rest.iter().zip(y_rest.iter().zip(z_rest)).map(|(x, (y, z))| x * (alpha * y + beta * z)).sum();
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
-}
-
 /// The scalar product; the vectors have the same length.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
@@ -59,7 +46,7 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{all_finite, dot_of_two, largest};
+    use super::{all_finite, dot, largest};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
@@ -67,10 +54,7 @@ mod tests {
             let x: Vec<f64> = (0..len).map(|k| f64::from(k * 7 % 5) - 2.5).collect();
             let y: Vec<f64> = (0..len).map(f64::from).collect();
             assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
-            assert_eq!(
-                dot_of_two(&x, [&y, &x], [0.5, 2.0]),
-                x.iter().zip(&y).map(|(x, y)| x * (0.5 * y + 2.0 * x)).sum::<f64>()
-            );
+            assert_eq!(dot(&x, &y), x.iter().zip(&y).map(|(x, y)| x * y).sum::<f64>());
             assert!(all_finite(&x));
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!((0..x.len()).all(|k| {

@@ -19,5 +19,5 @@ mod table;
 mod tables;
 
 pub(crate) use estimate::local_error;
-pub(crate) use parts::{Carried, carried_part, known_part};
+pub(crate) use parts::{Carried, StageAdjoint, carried_part, known_part};
 pub use table::Scheme;

@@ -20,66 +20,67 @@ pub(crate) fn known_part<'a, R: Real>(
     }
 }
 
-/// What adjoint variables of later stages add to the equations of a stage: A, B, α, β, and Σ e_r for compliances.
+/// The adjoint variables of a stage: of x_s = …, of p* = 𝓛_v, of g = 𝓛_q + Q, and of dΦ/dt = 0.
+#[derive(Clone, Default)]
+pub(crate) struct StageAdjoint {
+    pub(crate) a: Vec<f64>,
+    pub(crate) b: Vec<f64>,
+    pub(crate) c: Vec<f64>,
+    pub(crate) d: Vec<f64>,
+    pub(crate) e: Vec<f64>,
+}
+
+/// What adjoint variables of later stages add to the equations of a stage: A, B, Σ e_r for compliances, α and β.
+///
+/// α is `factor` A + `alpha`: with one stage it is a multiple of A, and nothing is summed.
 pub(crate) struct Carried {
     pub(crate) a: Vec<f64>,
     pub(crate) b: Vec<f64>,
+    pub(crate) e: Vec<f64>,
+    pub(crate) factor: f64,
     pub(crate) alpha: Vec<f64>,
     pub(crate) beta: Vec<f64>,
-    pub(crate) e: Vec<f64>,
-    /// Whether e is asked for.
-    pub(crate) with_compliance: bool,
 }
 
 impl Carried {
     pub(crate) fn new(n: usize, m: usize) -> Self {
         let zeros = || vec![0.0; n];
-        Carried { a: zeros(), b: zeros(), alpha: zeros(), beta: zeros(), e: vec![0.0; m], with_compliance: false }
+        Carried { a: zeros(), b: zeros(), e: vec![0.0; m], factor: 0.0, alpha: zeros(), beta: zeros() }
     }
 
     pub(crate) fn clear(&mut self) {
-        [&mut self.a, &mut self.b, &mut self.alpha, &mut self.beta, &mut self.e].into_iter().for_each(|list| list.fill(0.0));
+        [&mut self.a, &mut self.b, &mut self.e, &mut self.alpha, &mut self.beta].into_iter().for_each(|list| list.fill(0.0));
+        self.factor = 0.0;
+    }
+
+    /// α and β of coordinate k.
+    #[inline]
+    pub(crate) fn alpha_and_beta(&self, k: usize) -> (f64, f64) {
+        (self.factor * self.a[k] + self.alpha[k], self.factor * self.b[k] + self.beta[k])
     }
 }
 
-/// What the stages after stage s of a step of length Δt carry back to it (s = 0: to the node at which the step begins); `stage(r)` has a_r, b_r and e_r.
+/// What the stages s + 1 … S of a step of length Δt, of which `stages` has the adjoint variables, carry back to stage s (s = 0: to the node at which
+/// the step begins, and then they are done with).
 #[inline]
-pub(crate) fn carried_part<'a>(
-    (scheme, s): (&Scheme, usize),
-    dt: f64,
-    stage: impl Fn(usize) -> (&'a [f64], &'a [f64], &'a [f64]),
-    into: &mut Carried,
-) {
-    if scheme.inner() > 0 {
-        into.clear();
-        for r in s + 1..=scheme.stages() {
-            let ((a, b, e), factor) = (stage(r), dt * scheme.a(r, s));
-            add(&mut into.alpha, factor, a);
-            add(&mut into.beta, factor, b);
-            if s == 0 {
-                add(&mut into.a, 1.0, a);
-                add(&mut into.b, 1.0, b);
-                add(&mut into.e, 1.0, e);
-            }
-        }
+pub(crate) fn carried_part((scheme, s): (&Scheme, usize), dt: f64, stages: &mut [StageAdjoint], into: &mut Carried) {
+    if let [only] = stages {
+        std::mem::swap(&mut into.a, &mut only.a);
+        std::mem::swap(&mut into.b, &mut only.b);
+        std::mem::swap(&mut into.e, &mut only.e);
+        into.factor = dt * scheme.a(1, 0);
         return;
     }
-    // One stage: nothing is summed.
-    let ((a, b, e), factor) = (stage(1), dt * scheme.a(1, 0));
-    copy_both(&mut into.a, &mut into.alpha, factor, a);
-    copy_both(&mut into.b, &mut into.beta, factor, b);
-    if into.with_compliance {
-        into.e.copy_from_slice(e);
-    }
-}
-
-/// x, and a multiple of it.
-#[inline(never)]
-fn copy_both(once: &mut [f64], scaled: &mut [f64], factor: f64, x: &[f64]) {
-    let (once, scaled) = (&mut once[..x.len()], &mut scaled[..x.len()]);
-    for (k, x) in x.iter().enumerate() {
-        once[k] = *x;
-        scaled[k] = factor * x;
+    into.clear();
+    for r in s + 1..=scheme.stages() {
+        let (stage, factor) = (&stages[r - 1], dt * scheme.a(r, s));
+        add(&mut into.alpha, factor, &stage.a);
+        add(&mut into.beta, factor, &stage.b);
+        if s == 0 {
+            add(&mut into.a, 1.0, &stage.a);
+            add(&mut into.b, 1.0, &stage.b);
+            add(&mut into.e, 1.0, &stage.e);
+        }
     }
 }
 
@@ -98,20 +99,22 @@ mod tests {
             let (stages, dt) = (scheme.stages(), 0.37);
             let number = |k: usize| [(1.0 + k as f64).sin()];
             let rates: Vec<_> = (0..=stages).map(number).collect();
-            let adjoint: Vec<_> = (10..=10 + stages).map(number).collect();
+            let number = |k: usize| vec![(1.0 + k as f64).sin()];
+            let adjoint = |s: usize| StageAdjoint { a: number(10 + s), b: number(10 + s), ..StageAdjoint::default() };
+            let mut adjoints: Vec<StageAdjoint> = (1..=stages).map(adjoint).collect();
             let x = [0.7];
             let mut known = [0.0];
             let by_known: f64 = (1..=stages)
                 .map(|s| {
                     known_part((&scheme, s), dt, (&x, &rates[0]), |j| &rates[j][..], &mut known);
-                    adjoint[s][0] * known[0]
+                    adjoints[s - 1].a[0] * known[0]
                 })
                 .sum();
             let mut carried = Carried::new(1, 0);
             let mut by_carried = 0.0;
-            for (s, rate) in rates.iter().enumerate().take(stages) {
-                carried_part((&scheme, s), dt, |r| (&adjoint[r][..], &adjoint[r][..], &[]), &mut carried);
-                by_carried += carried.alpha[0] * rate[0] + carried.a[0] * x[0];
+            for s in (0..stages).rev() {
+                carried_part((&scheme, s), dt, &mut adjoints, &mut carried);
+                by_carried += carried.alpha_and_beta(0).0 * rates[s][0] + if s == 0 { carried.a[0] * x[0] } else { 0.0 };
             }
             assert!((by_known - by_carried).abs() < 1e-14, "{}: {by_known} {by_carried}", scheme.name);
         }
