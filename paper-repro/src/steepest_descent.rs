@@ -72,31 +72,25 @@ pub fn minimise<O: Objective>(
     iterations: usize,
     mut progress: impl FnMut(&Iterate),
 ) -> Result<Vec<Iterate>, O::Error> {
-    let mut history = Vec::with_capacity(iterations + 1);
-    let mut point = Point { cost: objective.value(&start)?, u: start, step: 0.0, trials: 1 };
-    for iteration in 0..=iterations {
+    let mut history: Vec<Iterate> = Vec::with_capacity(iterations + 1);
+    let mut found = Some(Iterate { cost: objective.value(&start)?, u: start, gradient: f64::NAN, step: 0.0, trials: 1 });
+    while let Some(mut iterate) = found {
         let gradient = objective.gradient()?;
-        let next = if iteration < iterations { backtrack(objective, &point, &gradient, search) } else { None };
-        let Point { u, cost, step, trials } = point;
-        let iterate = Iterate { u, cost, gradient: gradient.amax(), step, trials };
+        iterate.gradient = gradient.amax();
         progress(&iterate);
+        found = if history.len() < iterations { backtrack(objective, &iterate, &gradient, search) } else { None };
         history.push(iterate);
-        let Some(found) = next else { break };
-        point = found;
     }
     Ok(history)
 }
 
-/// An iterate whose gradient is not known yet.
-struct Point {
-    u: DMatrix<f64>,
-    cost: f64,
-    step: f64,
-    trials: usize,
-}
-
-/// The first point of sufficient decrease; the objective is left there.
-fn backtrack<O: Objective>(objective: &mut O, from: &Point, gradient: &DMatrix<f64>, search: &LineSearch) -> Option<Point> {
+/// The first point of sufficient decrease, its gradient not known yet; the objective is left there.
+fn backtrack<O: Objective>(
+    objective: &mut O,
+    from: &Iterate,
+    gradient: &DMatrix<f64>,
+    search: &LineSearch,
+) -> Option<Iterate> {
     let slope = gradient.norm_squared();
     let (mut step, mut trials) = (search.first, 0);
     while step > search.first * SHORTEST {
@@ -104,7 +98,7 @@ fn backtrack<O: Objective>(objective: &mut O, from: &Point, gradient: &DMatrix<f
         let cost = objective.value(&u).unwrap_or(f64::INFINITY);
         trials += 1;
         if cost < from.cost && cost <= from.cost - search.armijo * step * slope {
-            return Some(Point { u, cost, step, trials });
+            return Some(Iterate { u, cost, gradient: f64::NAN, step, trials });
         }
         step *= search.shorten;
     }

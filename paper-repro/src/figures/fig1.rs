@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hamiltonian_adjoint::scenes::CartPendulum;
 
-use super::mechanism::CART;
+use super::CART;
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::plot::{Point, Scene, SceneChart, Shape, colour};

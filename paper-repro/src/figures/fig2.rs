@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::mechanism;
+use super::shapes;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Scene, SceneChart, Shape, colour};
@@ -35,7 +35,7 @@ fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
 
 fn scene(experiment: &Experiment, optimum: &Optimum, node: usize) -> Scene {
     let (motion, length) = (&optimum.motion, experiment.settings.length);
-    let pose = |node: usize, colour, width| mechanism::shapes(motion.q.column(node).as_view(), length, colour, width);
+    let pose = |node: usize, colour, width| shapes(motion.q.column(node).as_view(), length, colour, width);
     let mut shapes = pose(0, colour::GREY, 2.0);
     shapes.extend(pose(motion.computed - 1, colour::BLUE, 2.0));
     let tip = last_tips(experiment, optimum, node);

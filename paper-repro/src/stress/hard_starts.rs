@@ -56,11 +56,7 @@ fn halved() -> Result<Vec<Measure>, Error> {
     let (system, inputs) = scenes::sled(&[Sum::Trapezoidal])?;
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
-    let found = solver.report().warnings.iter().find_map(|warning| match warning {
-        Warning::HalvedSteps { step, inserted, shortest, .. } => Some((*step as f64, *inserted as f64, *shortest)),
-        _ => None,
-    });
-    let (step, inserted, shortest) = found.unwrap_or((f64::NAN, 0.0, f64::NAN));
+    let (step, inserted, shortest) = halving(solver.report());
     let error = gradient_error(&system, &inputs, Settings::default(), 20)?;
     Ok(vec![
         Measure::at_most("gradient error", error, 1e-11),
@@ -125,6 +121,15 @@ fn spun_up() -> Result<Vec<Measure>, Error> {
     ])
 }
 
+/// The first step that was halved, how many nodes were inserted and the shortest part, as the report says.
+fn halving(report: &Report) -> (f64, f64, f64) {
+    let found = report.warnings.iter().find_map(|warning| match warning {
+        Warning::HalvedSteps { step, inserted, shortest, .. } => Some((*step as f64, *inserted as f64, *shortest)),
+        _ => None,
+    });
+    found.unwrap_or((f64::NAN, 0.0, f64::NAN))
+}
+
 /// The first step that the report says to be rough.
 pub fn rough_step(report: &Report) -> f64 {
     let steps = report.warnings.iter().filter_map(|warning| match warning {
@@ -157,12 +162,9 @@ fn heavy_chain() -> Result<Vec<Measure>, Error> {
     let inputs = pushed(&system, 100, 0.01, |_| 10.0);
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&inputs)?;
-    let halved = solver.report().warnings.iter().find_map(|warning| match warning {
-        Warning::HalvedSteps { step, .. } => Some(*step as f64),
-        _ => None,
-    });
+    let (halved, ..) = halving(solver.report());
     Ok(vec![
-        Measure::between("first halved step", halved.unwrap_or(f64::NAN), (1.0, 50.0)),
+        Measure::between("first halved step", halved, (1.0, 50.0)),
         Measure::told("first rough step", rough_step(solver.report())),
         Measure::told("largest v", solver.trajectory().v.amax()),
     ])

@@ -57,24 +57,27 @@ struct Method {
     colour: Colour,
 }
 
-const fn composed(
+const fn method(
     name: &'static str,
+    scheme: Scheme,
     composition: Composition,
     (finest, finest_short): (usize, usize),
     colour: Colour,
 ) -> Method {
-    Method { name, scheme: Scheme::TRAPEZOIDAL, composition, finest, finest_short, colour }
+    Method { name, scheme, composition, finest, finest_short, colour }
 }
 
+const RULE: Scheme = Scheme::TRAPEZOIDAL;
+
 /// The method whose inner nodes lie outside of their macro steps.
-const YOSHIDA: Method = composed("Yoshida, order 6", Composition::Yoshida6, (800, 400), colour::GREEN);
+const YOSHIDA: Method = method("Yoshida, order 6", RULE, Composition::Yoshida6, (800, 400), colour::GREEN);
 
 /// The methods that are compared: a further one needs a line here and nothing else.
 const METHODS: [Method; 4] = [
-    composed("trapezoidal rule", Composition::Trapezoidal, (3200, 800), colour::BLUE),
-    composed("Suzuki, order 4", Composition::Suzuki4, (1600, 400), colour::RED),
+    method("trapezoidal rule", RULE, Composition::Trapezoidal, (3200, 800), colour::BLUE),
+    method("Suzuki, order 4", RULE, Composition::Suzuki4, (1600, 400), colour::RED),
     YOSHIDA,
-    composed("Kahan–Li, order 6", Composition::KahanLi6, (800, 400), colour::PURPLE),
+    method("Kahan–Li, order 6", RULE, Composition::KahanLi6, (800, 400), colour::PURPLE),
 ];
 
 impl Method {
