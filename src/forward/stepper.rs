@@ -65,8 +65,8 @@ impl Stepper {
             self.u.copy_from_slice(inputs.at(*first + k).0);
         }
         let scheme = &trajectory.scheme;
-        let [q, v, p_star, p_star_dot] =
-            [&trajectory.q, &trajectory.v, &trajectory.p_star, &trajectory.p_star_dot].map(|x| column(x, k - 1));
+        let (q, v) = (column(&trajectory.q, k - 1), column(&trajectory.v, k - 1));
+        let (p_star, p_star_dot) = (column(&trajectory.p_star, k - 1), column(&trajectory.p_star_dot, k - 1));
         known_part((scheme, s), dt, (q, v), |j| trajectory.rates(k, j).0, &mut self.start_q);
         known_part((scheme, s), dt, (p_star, p_star_dot), |j| trajectory.rates(k, j).1, &mut self.start_p);
     }

@@ -12,8 +12,11 @@ pub(crate) fn known_part<'a, R: Real>(
     later: impl Fn(usize) -> &'a [R],
     into: &mut [R],
 ) {
-    let first = dt * scheme.a(s, 0);
-    into.iter_mut().zip(x.iter().zip(rate)).for_each(|(into, (x, rate))| *into = *x + first * *rate);
+    let (n, first) = (into.len(), dt * scheme.a(s, 0));
+    let (x, rate) = (&x[..n], &rate[..n]);
+    for k in 0..n {
+        into[k] = x[k] + first * rate[k];
+    }
     for j in 1..s {
         let factor = dt * scheme.a(s, j);
         into.iter_mut().zip(later(j)).for_each(|(into, rate)| *into += factor * *rate);
