@@ -53,7 +53,8 @@
 //! |---|---|---|
 //! | (1a)–(1c) | equations of motion, from the elements | `model/element.rs`, `system/` |
 //! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
-//! | (2)–(4) | trapezoidal step, Newton's iteration | `scheme/`, `forward/` |
+//! | (2) | schemes as tables ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
+//! | (3), (4) | the node problem, Newton's iteration | `node/`, `forward/` |
 //! | | tangent matrix K of the reduced step, and Kᵀ | `system/tangent.rs`, `linear/` |
 //! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
 //! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint/sweep.rs` |
