@@ -24,6 +24,7 @@
 //! whose terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated
 //! before the first iteration, which makes S of L, and found after the last.
 
+use super::convergence::Convergence;
 use super::sizes::{Sizes, UnitWeights};
 use crate::linear::{BlockLu, Breakdown};
 use crate::motion::Report;
@@ -36,11 +37,6 @@ use crate::{Settings, System};
 
 /// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
 const ROUNDING: f64 = 2e-15;
-/// Below this fraction it may be, where the sums are long or the masses far apart.
-const STALLED: f64 = 1e-10;
-/// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
-pub(crate) const NOISE: f64 = 1e-8;
-
 /// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
 pub(crate) const SMALL: f64 = 1e-2;
 
@@ -217,13 +213,10 @@ impl Newton {
         report: &mut Report,
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
-        let mut last = f64::INFINITY;
-        let mut sizes = self.weights.of_residual(&self.delta);
-        let mut residual = f64::INFINITY;
-        let mut reuse = false;
+        let mut convergence = Convergence::new(settings.tolerance, self.rounding, self.weights.of_residual(&self.delta));
         let guess = self.size.v;
         for iteration in 1..=settings.max_iterations {
-            let (change, correction) = self.correct(system, from.h, reuse, report)?;
+            let (change, correction) = self.correct(system, from.h, convergence.may_reuse, report)?;
             if iteration == 1 {
                 let is_at_rest = guess <= STILL * scale;
                 self.miss = Miss { change, guess: if is_at_rest { f64::INFINITY } else { guess } };
@@ -238,27 +231,16 @@ impl Newton {
             }
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
-            let before = std::mem::replace(&mut sizes, self.weights.of_residual(&self.delta)).relative_to(terms);
-            residual = sizes.relative_to(terms);
-            // The next correction would be smaller than this one as the residual is.
-            let next = if residual == 0.0 { 0.0 } else { correction * (residual / before) };
-            // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-            let is_stalled = correction > 0.25 * last && before <= STALLED || correction > 0.5 * last && correction <= NOISE;
-            let is_rounding = residual <= self.rounding || self.is_rounding_of_multipliers(sizes, terms) || is_stalled;
-            if next <= settings.tolerance || is_rounding {
+            if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
                 if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
-                    return Err(self.diverged(system, iteration, residual));
+                    return Err(self.diverged(system, iteration, convergence.residual));
                 }
-                report.worst_correction = report.worst_correction.max(next);
-                report.worst_residual = report.worst_residual.max(residual);
+                report.worst_correction = report.worst_correction.max(convergence.next);
+                report.worst_residual = report.worst_residual.max(convergence.residual);
                 return self.finish(system, from, given, y);
             }
-            last = correction;
-            // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
-            let left = 2.0 * residual / before;
-            reuse = !reuse && (left * next <= settings.tolerance || left * residual <= self.rounding);
         }
-        Err(self.diverged(system, settings.max_iterations, residual))
+        Err(self.diverged(system, settings.max_iterations, convergence.residual))
     }
 
     /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
@@ -339,11 +321,6 @@ impl Newton {
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
-    }
-
-    /// Whether momenta differ by rounding of the reactions in them, which are far larger where σ has grown.
-    fn is_rounding_of_multipliers(&self, residual: Sizes, terms: Sizes) -> bool {
-        residual.v <= 2.0 * f64::EPSILON * self.size.sigma && residual.sigma <= self.rounding * terms.sigma
     }
 
     /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
