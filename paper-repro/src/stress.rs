@@ -12,6 +12,7 @@ mod motion;
 mod redundant;
 mod row;
 mod singular;
+mod stiff;
 mod units;
 
 use std::path::PathBuf;
@@ -74,6 +75,7 @@ fn trials(short: bool) -> Vec<Trial> {
         conditioning::trials(short),
         singular::trials(),
         redundant::trials(),
+        stiff::trials(),
     ];
     groups.into_iter().flatten().collect()
 }

@@ -73,11 +73,13 @@ const RULE: Scheme = Scheme::TRAPEZOIDAL;
 const YOSHIDA: Method = method("Yoshida, order 6", RULE, Composition::Yoshida6, (800, 400), colour::GREEN);
 
 /// The methods that are compared: a further one needs a line here and nothing else.
-const METHODS: [Method; 4] = [
+const METHODS: [Method; 6] = [
     method("trapezoidal rule", RULE, Composition::Trapezoidal, (3200, 800), colour::BLUE),
     method("Suzuki, order 4", RULE, Composition::Suzuki4, (1600, 400), colour::RED),
     YOSHIDA,
     method("Kahan–Li, order 6", RULE, Composition::KahanLi6, (800, 400), colour::PURPLE),
+    method("TR-BDF2", Scheme::TR_BDF2, Composition::Trapezoidal, (3200, 800), colour::SKY),
+    method("ESDIRK4", Scheme::ESDIRK4, Composition::Trapezoidal, (1600, 400), colour::ORANGE),
 ];
 
 impl Method {
