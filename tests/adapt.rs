@@ -6,11 +6,12 @@ mod resolved;
 
 use common::bench::{Bench, number};
 use common::{assert_gradient_is_exact_to, assert_says};
+use hamiltonian_adjoint::element::ForcePoint;
 use hamiltonian_adjoint::{
-    Composition, Error, Grid, Inputs, Scheme, Settings, Solver, Start, Sum, System, Trajectory, scenes::CartPendulum,
-    simulate,
+    Composition, Error, Force, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start,
+    Sum, System, Trajectory, scenes::CartPendulum, simulate,
 };
-use nalgebra::DVector;
+use nalgebra::{DVector, SVector};
 
 fn with(scheme: Scheme) -> Settings {
     Settings { scheme, ..Settings::default() }
@@ -157,4 +158,45 @@ fn what_no_grid_can_be_made_of_is_refused() {
     assert_says(&error, &["tolerance cannot be met", "t = 0.0 s"]);
     // The solver goes on.
     assert!(solver.simulate(&inputs).is_ok() || solver.simulate(&uniform(&inputs, 100)).is_ok());
+}
+
+/// Two masses on a stiff spring, or a stiff damper, of which the first hangs on a soft spring.
+struct Masses;
+impl KineticEnergy<2> for Masses {
+    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5
+    }
+}
+impl PotentialEnergy<2, 1> for Masses {
+    fn potential_energy<S: Scalar>(&self, x: &SVector<S, 2>, b: &SVector<S, 1>, _: S) -> S {
+        let apart = x[1] - x[0];
+        (x[0] * x[0] * 40.0 + b[0] * apart * apart) * 0.5
+    }
+}
+impl Force<2, 0, 1> for Masses {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, b: &SVector<S, 1>) -> SVector<S, 2> {
+        let pull = b[0] * (at.v[1] - at.v[0]);
+        SVector::from([pull, -pull])
+    }
+}
+
+#[test]
+fn what_is_too_stiff_to_be_seen_does_not_shorten_steps_of_l_stable_schemes() {
+    for (spring, damper) in [(1e8, 0.0), (0.0, 1e8)] {
+        let mut scene = Scene::new();
+        let x = scene.coordinates("masses", ["first", "second"]);
+        scene.kinetic_energy("inertia", Masses, x, []);
+        scene.potential_energy("springs", Masses, x, [spring.into()]);
+        scene.force("damper", Masses, x, [], [damper.into()]);
+        let system = scene.compile().expect("scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 2.0));
+        inputs.start.q_mut().fill(1.0);
+        for scheme in Scheme::ALL {
+            let mut solver = Solver::new(&system, with(scheme));
+            let steps = solver.adapt(&inputs, 1e-4).expect("grid").grid.steps.len();
+            println!("spring {spring:e} N/m, damper {damper:e} N s/m, {}: {steps} steps", scheme.name);
+            // The soft motion alone takes as many.
+            assert!(scheme == Scheme::TRAPEZOIDAL || steps < 120, "{}: {steps}", scheme.name);
+        }
+    }
 }
