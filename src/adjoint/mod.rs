@@ -7,4 +7,4 @@ mod restart;
 mod sweep;
 
 pub use gradient::{AdjointVariables, Gradient};
-pub(crate) use sweep::Sweep;
+pub(crate) use sweep::AdjointSweep;

@@ -19,7 +19,7 @@
 use num_dual::Dual64;
 use num_traits::Zero;
 
-use crate::adjoint::Sweep;
+use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
@@ -155,7 +155,7 @@ impl End {
     }
 }
 
-impl Sweep {
+impl AdjointSweep {
     /// Looks whether elements bend within the step into a node, if it is worth it; its adjoint equations have just been solved.
     pub(crate) fn watch_resolution(&mut self, system: &System, motion: &Motion, restart: Option<&Restart>, node: usize) {
         let (event, stages) = (&mut self.resolution, motion.inputs.grid.stages);

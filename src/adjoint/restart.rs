@@ -1,6 +1,6 @@
 //! The adjoint of a restart: from dJ/dq and dJ/dp* of the restarted motion to dJ/dq⁻ and dJ/dv⁻ of the step before.
 
-use super::Sweep;
+use super::AdjointSweep;
 use crate::System;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
@@ -12,7 +12,7 @@ use crate::system::{Covector, InputRows, NodeView};
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
 const MOST_CORRECTIONS: usize = 30;
 
-impl Sweep {
+impl AdjointSweep {
     /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻.
     pub(crate) fn cross(
         &mut self,
@@ -55,7 +55,7 @@ impl Sweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
-        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+        system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
     }
 
     /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w.
@@ -97,7 +97,7 @@ impl Sweep {
         let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
-        for batch in system.sensitive() {
+        for batch in system.with_input_derivatives() {
             batch.pull_back_inputs(&at, &with, &mut rows);
             batch.pull_back_phi(&at, &self.node.e, &mut rows);
         }

@@ -26,18 +26,18 @@ use crate::adjoint::growth::Growth;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::restart::Restart;
-use crate::forward::{Forward, Motion};
+use crate::forward::{ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint, carried_part};
-use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, Rows, Weights};
+use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows, Weights};
 use crate::{Error, Scheme, Settings, Start, System};
 
 /// The backward sweep and its memory.
-pub(crate) struct Sweep {
+pub(crate) struct AdjointSweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
@@ -48,7 +48,7 @@ pub(crate) struct Sweep {
     pub(crate) carried: Carried,
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
-    pub(crate) rows: Rows,
+    pub(crate) rows: StateRows,
     /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
     pub(crate) right: Vec<f64>,
     pub(crate) zeros: Pair,
@@ -64,14 +64,14 @@ pub(crate) struct Sweep {
     pub(crate) refinement: Refinement,
 }
 
-impl Sweep {
+impl AdjointSweep {
     pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![0.0; len];
         let node = StageAdjoint { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
         let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
         let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
-        Sweep {
+        AdjointSweep {
             gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
             report: Report::default(),
             variables: None,
@@ -79,7 +79,7 @@ impl Sweep {
             node,
             carried: Carried::new(n, m),
             cost: CostRows::new(n, m, system.k(), system.designs()),
-            rows: Rows::new(n, m),
+            rows: StateRows::new(n, m),
             cost_is_zero: true,
             right: zeros(n + m),
             zeros: Pair::new(n, m),
@@ -102,8 +102,13 @@ impl Sweep {
         self.variables.as_ref()
     }
 
-    pub(crate) fn run(&mut self, system: &System, forward: &mut Forward, settings: &Settings) -> Result<&Gradient, Error> {
-        let Forward { motion, stepper, monitor, .. } = forward;
+    pub(crate) fn run(
+        &mut self,
+        system: &System,
+        forward: &mut ForwardSweep,
+        settings: &Settings,
+    ) -> Result<&Gradient, Error> {
+        let ForwardSweep { motion, stepper, monitor, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
         self.begin(system, motion, settings);
@@ -370,7 +375,7 @@ impl Sweep {
         let design = self.gradient.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
-        system.sensitive().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
+        system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
         if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
             return Ok(());
         }
@@ -436,7 +441,7 @@ impl Sweep {
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
-            system.sensitive().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+            system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
             v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
             q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
         }

@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Forward, HISTORY, restart};
+use super::{ForwardSweep, HISTORY, restart};
 use crate::motion::{column, column_mut};
 use crate::node::StepFailure;
 use crate::scheme::local_error;
@@ -77,7 +77,7 @@ impl Growing<'_> {
     }
 }
 
-impl Forward {
+impl ForwardSweep {
     /// The same inputs on a grid on which every step's estimated error is below the tolerance.
     pub(crate) fn adapt(
         &mut self,

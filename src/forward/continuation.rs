@@ -10,7 +10,7 @@
 //! Where steps resolve the motion, extrapolation through the last nodes ends there. Where they do not, such as for a spring so stiff that v
 //! changes its sign at every node, it overshoots by up to 31 times the velocity, and Newton's iteration ends anywhere.
 
-use crate::forward::Forward;
+use crate::forward::ForwardSweep;
 use crate::motion::column;
 use crate::node::StepFailure;
 use crate::node::{Miss, STILL};
@@ -35,7 +35,7 @@ impl Continuation {
     }
 }
 
-impl Forward {
+impl ForwardSweep {
     /// Whether the velocities at the nodes before a column go to and fro between them, and it is more than rounding.
     pub(crate) fn is_rough(&self, system: &System, k: usize) -> bool {
         let (positions, weights) = (system.positions(), &self.stepper.newton.weights);

@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Forward, Motion};
+use super::{ForwardSweep, Motion};
 use crate::motion::Refinement;
 use crate::motion::column_mut;
 use crate::{Settings, Warning};
@@ -197,7 +197,7 @@ impl Motion {
     }
 }
 
-impl Forward {
+impl ForwardSweep {
     #[cold]
     pub(crate) fn warn_of_halved_steps(&mut self) {
         let (inserted, grid) = (&self.motion.trajectory.inserted, &self.motion.inputs.grid);

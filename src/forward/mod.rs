@@ -40,7 +40,7 @@ const CONTRADICTION: f64 = 1e-6;
 const RAN_AWAY: f64 = 1e100;
 
 /// The forward sweep: the motion so far, what takes its steps, and what watches them.
-pub(crate) struct Forward {
+pub(crate) struct ForwardSweep {
     pub(crate) motion: Motion,
     pub(crate) stepper: Stepper,
     pub(crate) monitor: Monitor,
@@ -49,10 +49,10 @@ pub(crate) struct Forward {
     pub(crate) relaxed: Option<Relaxed>,
 }
 
-impl Forward {
+impl ForwardSweep {
     pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
-        Forward {
+        ForwardSweep {
             motion: Motion::new(system, scheme),
             stepper: Stepper::new(system, scheme),
             monitor: Monitor::new(m),

@@ -12,8 +12,8 @@
 //! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen. Scenes whose
 //! constraints are independent have none of this.
 
-use crate::forward::Forward;
-use crate::system::{Covector, NodeView, Pair, Rows};
+use crate::forward::ForwardSweep;
+use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
@@ -26,9 +26,9 @@ const SHARE: f64 = 1e-5;
 /// Gives the loops a compliance if that makes K(0) at the start regular, and says which equations depend on each other.
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
-pub(crate) fn relax(forward: &mut Forward, system: &System, at: &NodeView<f64>) -> Option<Warning> {
+pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>) -> Option<Warning> {
     let flexibility = flexibilities(forward, system, at);
-    let compliance: Vec<_> = system.closing().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
+    let compliance: Vec<_> = system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
     if compliance.is_empty() {
         return None;
     }
@@ -60,7 +60,7 @@ pub(crate) struct Relaxed {
 }
 
 /// Does what `relax` did at the same start before; false if there was none.
-pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> bool {
+pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> bool {
     let time = forward.motion.trajectory.times[0];
     let design = forward.motion.inputs.design.as_slice();
     let is_same = |known: &Relaxed| known.q == q && known.design == design && known.time == time;
@@ -78,10 +78,10 @@ pub(crate) fn relax_again(forward: &mut Forward, system: &System, q: &[f64]) -> 
 }
 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
-fn flexibilities(forward: &Forward, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+fn flexibilities(forward: &ForwardSweep, system: &System, at: &NodeView<f64>) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
     let evaluation = &forward.stepper.newton.evaluation;
-    let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], Rows::new(n, m));
+    let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
     for uncoupled in system.uncoupled_coordinates() {
@@ -97,7 +97,7 @@ fn flexibilities(forward: &Forward, system: &System, at: &NodeView<f64>) -> Vec<
 }
 
 /// The equations of the softest combination of constraints, by inverse iteration; none if it is as stiff as any.
-fn softest(forward: &mut Forward, system: &System, flexibility: &[f64]) -> Vec<usize> {
+fn softest(forward: &mut ForwardSweep, system: &System, flexibility: &[f64]) -> Vec<usize> {
     let mut x = Pair::new(system.n(), system.m());
     let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
     // Any combination of all of them.

@@ -40,7 +40,7 @@
 
 use super::Motion;
 use super::projection::Projection;
-use crate::forward::Forward;
+use crate::forward::ForwardSweep;
 use crate::motion::Report;
 use crate::motion::{column, column_mut};
 use crate::node::{Newton, StepFailure};
@@ -165,7 +165,7 @@ impl Settings {
 }
 
 /// Restarts the motion at a node that ends a macro step, if it is due there.
-pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
     if !settings.may_restart() {
         return Ok(());
     }
@@ -188,7 +188,7 @@ pub(crate) fn apply(forward: &mut Forward, system: &System, node: usize, setting
 /// At a distance θ from a configuration where branches of Φ = 0 cross, as of a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
 /// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
 /// in which they are about one at the start.
-fn is_regular(forward: &mut Forward, system: &System, node: usize) -> bool {
+fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool {
     let worst = forward.monitor.report.worst_pivot;
     let at = forward.motion.block_column(node - forward.motion.first, forward.motion.trajectory.last_stage());
     let blocks = column(&forward.motion.blocks, at);
@@ -209,7 +209,7 @@ fn is_regular(forward: &mut Forward, system: &System, node: usize) -> bool {
 }
 
 /// The number of macro steps before a node, if it ends one.
-fn macro_steps(forward: &Forward, node: usize) -> Option<usize> {
+fn macro_steps(forward: &ForwardSweep, node: usize) -> Option<usize> {
     let (inserted, stages) = (&forward.motion.trajectory.inserted, forward.motion.inputs.grid.stages);
     let before = inserted.partition_point(|&inserted| inserted < node);
     let given = node - before;
@@ -217,25 +217,25 @@ fn macro_steps(forward: &Forward, node: usize) -> Option<usize> {
 }
 
 /// Keeps σ at the end of a macro step for the restarts after it.
-pub(crate) fn keep_end(forward: &mut Forward, node: usize) {
+pub(crate) fn keep_end(forward: &mut ForwardSweep, node: usize) {
     forward.restarting.last_end.node = node;
     forward.restarting.last_end.sigma.copy_from_slice(column(&forward.motion.trajectory.sigma, node - forward.motion.first));
 }
 
 /// ‖Φ‖∞ at a node.
-fn drift(forward: &mut Forward, system: &System, node: usize) -> f64 {
+fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     forward.monitor.evaluate_phi(system, &forward.motion, node);
     largest(&forward.monitor.phi)
 }
 
 fn restart(
-    forward: &mut Forward,
+    forward: &mut ForwardSweep,
     system: &System,
     node: usize,
     project: bool,
     settings: &Settings,
 ) -> Result<(), StepFailure> {
-    let Forward { motion, stepper, monitor, restarting, .. } = forward;
+    let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     let (at, y) = (&mut restarting.point, motion.at(node));
     at.q.copy_from_slice(y.q);
     at.x.v.copy_from_slice(y.v);
@@ -248,7 +248,7 @@ fn restart(
 }
 
 /// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
-fn record(forward: &mut Forward, system: &System, node: usize, project: bool, settings: &Settings) {
+fn record(forward: &mut ForwardSweep, system: &System, node: usize, project: bool, settings: &Settings) {
     let k = node - forward.motion.first;
     let weights = weights(forward, system, k, settings);
     let at_end = forward.motion.block_column(k, forward.motion.trajectory.last_stage());
@@ -272,8 +272,8 @@ fn record(forward: &mut Forward, system: &System, node: usize, project: bool, se
 }
 
 /// p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
-fn begin_anew(forward: &mut Forward, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
-    let Forward { motion, stepper, monitor, restarting, .. } = forward;
+fn begin_anew(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
+    let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     let (k, at) = (node - motion.first, &mut restarting.point);
     at.x.v.copy_from_slice(column(&motion.trajectory.v, k));
     let begin = motion.restarts.begin.len() - at.x.sigma.len();
@@ -288,7 +288,7 @@ fn begin_anew(forward: &mut Forward, system: &System, node: usize, settings: &Se
 }
 
 /// α and β of the restart at column k.
-fn weights(forward: &mut Forward, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
+fn weights(forward: &mut ForwardSweep, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
     let every = settings.rebase_every.max(1) as f64;
     let [before, now] = [&forward.restarting.last_end.sigma, column(&forward.motion.trajectory.sigma, k)];
     let (weights, positions) = (&forward.stepper.newton.weights, system.positions());

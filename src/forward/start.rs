@@ -1,7 +1,7 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
 
 use super::redundancy;
-use crate::forward::Forward;
+use crate::forward::ForwardSweep;
 use crate::forward::rank::{self, Scaled};
 use crate::motion::{column, column_mut};
 use crate::system::{NodeView, Pair};
@@ -11,7 +11,7 @@ use crate::{Error, Settings, Start, System};
 const SUSPICIOUS: f64 = 1e-10;
 
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
-pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings) -> Result<(), Error> {
+pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Settings) -> Result<(), Error> {
     let (n, m) = (system.n(), system.m());
     let q = forward.motion.inputs.start.q().as_slice().to_vec();
     let rate = forward.motion.inputs.start.rate().as_slice().to_vec();
@@ -55,11 +55,11 @@ pub(crate) fn solve(forward: &mut Forward, system: &System, settings: &Settings)
     Ok(())
 }
 
-fn point<'a>(forward: &'a Forward, q: &'a [f64]) -> NodeView<'a, f64> {
+fn point<'a>(forward: &'a ForwardSweep, q: &'a [f64]) -> NodeView<'a, f64> {
     NodeView { q, ..forward.motion.at(0) }
 }
 
-fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
+fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
     let mut phi = vec![0.0; system.m()];
     system.phi(&point(forward, q), &mut phi);
     let tolerance = settings.position_tolerance;
@@ -74,7 +74,7 @@ fn check_position(forward: &Forward, system: &System, q: &[f64], settings: &Sett
     }
 }
 
-fn not_finite(forward: &Forward, system: &System, q: &[f64], equation: usize) -> Error {
+fn not_finite(forward: &ForwardSweep, system: &System, q: &[f64], equation: usize) -> Error {
     let (element, time) = (system.equation_name(equation).into(), forward.motion.trajectory.times[0]);
     match system.find_not_finite(&point(forward, q), 0) {
         // By the equation, since a constraint may have several.
@@ -84,12 +84,18 @@ fn not_finite(forward: &Forward, system: &System, q: &[f64], equation: usize) ->
 }
 
 /// Whether no initial value would satisfy all constraints, as far as they can be told from here.
-fn contradiction(forward: &Forward, system: &System, q: &[f64], values: &[f64]) -> Option<Error> {
+fn contradiction(forward: &ForwardSweep, system: &System, q: &[f64], values: &[f64]) -> Option<Error> {
     let at = point(forward, q);
     Scaled::at(system, &at)?.contradiction(system, values, at.t)
 }
 
-fn check_velocity(forward: &Forward, system: &System, q: &[f64], phi_dot: &[f64], settings: &Settings) -> Result<(), Error> {
+fn check_velocity(
+    forward: &ForwardSweep,
+    system: &System,
+    q: &[f64],
+    phi_dot: &[f64],
+    settings: &Settings,
+) -> Result<(), Error> {
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
         Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
@@ -109,7 +115,7 @@ fn worst(values: &[f64]) -> Option<(usize, f64)> {
 }
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.
-fn check_regular(forward: &mut Forward, system: &System, q: &[f64]) -> Result<(), Error> {
+fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Result<(), Error> {
     if redundancy::relax_again(forward, system, q) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Which steps are worth a look, if elements may bend within them: those whose end was not where the nodes before led to expect it.
 
-use super::Forward;
+use super::ForwardSweep;
 use crate::System;
 use crate::motion::column;
 
@@ -11,7 +11,7 @@ const GUESSED: usize = 3;
 /// … by more than this part of them.
 const JERK: f64 = 0.1;
 
-impl Forward {
+impl ForwardSweep {
     /// Notes whether the step into a column, guessed from so many nodes, is worth a look.
     pub(crate) fn note_surprise(&mut self, system: &System, k: usize, history: usize) {
         if self.motion.surprising.len() <= k {

@@ -1,13 +1,13 @@
 //! A window over a motion that is longer than its memory: the last nodes are what the next step is extrapolated from.
 
-use super::Forward;
+use super::ForwardSweep;
 use crate::Trajectory;
 use crate::node::Predictor;
 
 /// So many nodes are kept when the window is moved on.
 pub(crate) const HISTORY: usize = Predictor::MOST;
 
-impl Forward {
+impl ForwardSweep {
     /// The first node that is not computed.
     pub(crate) fn reached(&self) -> usize {
         self.motion.first + self.motion.trajectory.computed

@@ -5,7 +5,7 @@
 
 use crate::linear::{BlockLu, Breakdown};
 use crate::motion::Report;
-use crate::system::{Constants, Covector, NodeView, Pair, Rows, Sines, Sums};
+use crate::system::{Constants, Covector, NodeView, Pair, Sines, StateRows, Sums};
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
@@ -35,7 +35,7 @@ struct Elements {
     q: Vec<f64>,
     x: Pair,
     sums: Sums<f64>,
-    rows: Rows,
+    rows: StateRows,
     zeros: Pair,
 }
 
@@ -46,7 +46,7 @@ impl Evaluation {
             q: vec![0.0; n],
             x: Pair::new(n, m),
             sums: Sums::new(n, m),
-            rows: Rows::new(n, m),
+            rows: StateRows::new(n, m),
             zeros: Pair::new(n, m),
         };
         Evaluation {
@@ -178,7 +178,7 @@ impl Evaluation {
     }
 
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
-    pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         rows.clear();
         self.constants.pull_back(with, rows);
         let (angles, rest) = blocks.split_at(self.sines.block_len());
@@ -214,7 +214,7 @@ impl Evaluation {
 }
 
 /// Adds the adjoint rows of the elements with dual numbers.
-fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut StateRows) {
     for (batch, len) in system.differentiated() {
         let (own, rest) = blocks.split_at(len);
         batch.pull_back(own, with, rows);

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use crate::model::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
 use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
 use crate::system::{
-    AnyBatch, AnyCosts, Applied, Batch, CostItem, Costs, Holonomic, Item, Jet, Kinetic, Parts, Plan, Potential,
+    AnyBatch, AnyCosts, Applied, Batch, Costs, Holonomic, Jet, Kinetic, Parts, PlacedCost, PlacedElement, Plan, Potential,
 };
 use crate::{Error, System};
 
@@ -184,7 +184,7 @@ impl Scene {
         if !known {
             return;
         }
-        let item = CostItem::new(name, cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
+        let item = PlacedCost::new(name, cost, sum, q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()), b);
         let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
         let at = self.parts.costs.iter_mut().position(like).unwrap_or_else(|| {
             self.parts.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
@@ -227,7 +227,7 @@ impl Scene {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
-        let item = Item { name: name.to_string(), jet, q, sigma, u, b, plan: Plan::default() };
+        let item = PlacedElement { name: name.to_string(), jet, q, sigma, u, b, plan: Plan::default() };
         let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
         let at = self.parts.batches.iter_mut().position(like).unwrap_or_else(|| {
             self.parts.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));

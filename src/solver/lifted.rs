@@ -7,7 +7,7 @@
 //! fast the iteration converges.
 
 use crate::forward::restart::Restart;
-use crate::forward::{Forward, Motion};
+use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
 use crate::motion::{column, column_mut};
 use crate::node::{NOISE, Newton, SMALL};
@@ -116,7 +116,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         }
         self.lifted.begin(self.refinement.refine(inputs), inputs);
         let system = self.real.system();
-        let Forward { motion, stepper, monitor, .. } = self.real.forward_mut();
+        let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
         let mut near = Near { system, motion, newton: &mut stepper.newton, report: &mut monitor.report };
         self.lifted.start(&mut near)?;
         let nodes = self.lifted.inputs.grid.nodes();

@@ -13,10 +13,10 @@
 //! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
 //! that is known then, and taken once more.
 
+use crate::adjoint::AdjointSweep;
 use crate::adjoint::Gradient;
-use crate::adjoint::Sweep;
 use crate::forward::restart::Restarts;
-use crate::forward::{Forward, HISTORY};
+use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::Refinement;
 use crate::motion::{Report, Trajectory, column_mut};
 use crate::{Error, Inputs, Settings, System};
@@ -47,8 +47,8 @@ pub struct LongSolver<'s> {
     bytes: usize,
     /// The nodes of the given grid.
     given: usize,
-    forward: Forward,
-    sweep: Sweep,
+    forward: ForwardSweep,
+    sweep: AdjointSweep,
     plan: Plan,
     checkpoints: Vec<Checkpoint>,
 }
@@ -113,8 +113,8 @@ impl<'s> LongSolver<'s> {
             settings: Settings { keep_adjoint: false, ..settings },
             bytes,
             given: 0,
-            forward: Forward::new(system, settings.scheme),
-            sweep: Sweep::new(system, settings.scheme),
+            forward: ForwardSweep::new(system, settings.scheme),
+            sweep: AdjointSweep::new(system, settings.scheme),
             plan: Plan::NONE,
             checkpoints: Vec::new(),
         }
@@ -293,7 +293,7 @@ impl<'s> LongSolver<'s> {
         self.forward.advance(self.system, &self.settings, to + 1)?;
         debug_assert!(self.forward.reached() > to, "known steps are taken again");
         let last = if from == 0 { 0 } else { from + 1 };
-        let Forward { motion, stepper, .. } = &mut self.forward;
+        let ForwardSweep { motion, stepper, .. } = &mut self.forward;
         self.sweep.back(self.system, motion, &mut stepper.newton, last..to + 1)
     }
 
@@ -331,7 +331,7 @@ impl<'s> LongSolver<'s> {
     }
 }
 
-impl Forward {
+impl ForwardSweep {
     fn len_of_node(&self) -> usize {
         Trajectory::<f64>::len_of_node(self.motion.trajectory.q.nrows(), self.motion.trajectory.sigma.nrows())
     }

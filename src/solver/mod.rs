@@ -11,9 +11,9 @@ pub use long::{LongSolver, State};
 pub use many::gradients;
 pub use stopped::Stopped;
 
-use crate::adjoint::Sweep;
+use crate::adjoint::AdjointSweep;
 use crate::adjoint::{AdjointVariables, Gradient};
-use crate::forward::{Forward, Motion};
+use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
 use crate::motion::Report;
 use crate::{Error, Inputs, Settings, System, Trajectory};
@@ -36,8 +36,8 @@ use crate::{Error, Inputs, Settings, System, Trajectory};
 pub struct Solver<'s> {
     system: &'s System,
     settings: Settings,
-    forward: Forward,
-    sweep: Sweep,
+    forward: ForwardSweep,
+    sweep: AdjointSweep,
 }
 
 impl<'s> Solver<'s> {
@@ -46,8 +46,8 @@ impl<'s> Solver<'s> {
         Solver {
             system,
             settings,
-            forward: Forward::new(system, settings.scheme),
-            sweep: Sweep::new(system, settings.scheme),
+            forward: ForwardSweep::new(system, settings.scheme),
+            sweep: AdjointSweep::new(system, settings.scheme),
         }
     }
 
@@ -144,7 +144,7 @@ impl<'s> Solver<'s> {
         self.forward.motion.refinement()
     }
 
-    pub(crate) fn forward_mut(&mut self) -> &mut Forward {
+    pub(crate) fn forward_mut(&mut self) -> &mut ForwardSweep {
         &mut self.forward
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::jet::{First, Form, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
 use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
 
@@ -26,11 +26,11 @@ impl<E> Applied<E> {
 }
 
 impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0, K, P> for Applied<E> {
-    const FORM: Form = Form::Applied;
+    const KIND: ElementKind = ElementKind::Applied;
 
-    fn first<R: Number>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, 0> {
         let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
-        First { force, ..First::zero() }
+        FirstDerivatives { force, ..FirstDerivatives::zero() }
     }
 
     fn values<S: Scalar>(&self, at: &Local<S, N, 0, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
@@ -43,7 +43,7 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
         seeds: &Seeds<A>,
         at: &Local<f64, N, 0, K>,
         b: &SVector<f64, P>,
-        first: &mut First<f64, N, 0>,
+        first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
         let seeded = |x: &SVector<f64, N>| {

@@ -7,8 +7,8 @@ use std::any::Any;
 
 use super::blame::Suspect;
 use super::constants::{Constants, Entry};
-use super::item::Item;
-use super::jet::{Form, Jet, Local};
+use super::item::PlacedElement;
+use super::jet::{ElementKind, Jet, Local};
 use super::tangent;
 use super::view::NodeView;
 use crate::Cx;
@@ -78,15 +78,15 @@ pub struct Covector<'a> {
 
 /// Derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v (n), q (n) and σ (m).
 #[derive(Clone, Debug, Default)]
-pub struct Rows {
+pub struct StateRows {
     pub v: Vec<f64>,
     pub q: Vec<f64>,
     pub sigma: Vec<f64>,
 }
 
-impl Rows {
+impl StateRows {
     pub fn new(n: usize, m: usize) -> Self {
-        Rows { v: vec![0.0; n], q: vec![0.0; n], sigma: vec![0.0; m] }
+        StateRows { v: vec![0.0; n], q: vec![0.0; n], sigma: vec![0.0; m] }
     }
 
     pub fn clear(&mut self) {
@@ -116,7 +116,7 @@ pub struct Within {
 
 /// What an element depends on, in the scene's numbering.
 pub struct Footprint<'a> {
-    pub form: Form,
+    pub form: ElementKind,
     pub q: &'a [usize],
     pub sigma: &'a [usize],
     /// The coordinates whose entries of K vary along a motion (empty for an element with constant blocks).
@@ -144,7 +144,7 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// Appends the entries of K that constant derivatives can have.
     fn constant_entries(&self, at: &NodeView<f64>, n: usize, entries: &mut Vec<(usize, usize)>);
     /// What kind of element it holds.
-    fn form(&self) -> Form;
+    fn form(&self) -> ElementKind;
     /// What each element touches.
     fn footprints(&self) -> Vec<Footprint<'_>>;
     /// Fixes where each varying entry of K is stored.
@@ -160,13 +160,13 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// The number of elements evaluated by `evaluate`.
     fn varying(&self) -> usize;
     /// Whether `pull_back_inputs` has anything to add.
-    fn is_sensitive(&self) -> bool;
+    fn has_input_derivatives(&self) -> bool;
     /// Adds what the varying elements contribute and writes their second derivatives.
     fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
     /// Adds the varying entries of K(h), made from blocks, to its values.
     fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]);
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
-    fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows);
+    fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows);
     /// Adds its derivatives with respect to u (varying elements), design variables and time.
     fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows);
     /// Adds the derivatives of e·Φ with respect to design variables and time.
@@ -184,21 +184,21 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
 
 /// All elements of one type, those with dual numbers at every iteration (the varying ones) first.
 pub struct Batch<J, const N: usize, const M: usize, const K: usize, const P: usize> {
-    pub items: Vec<Item<J, N, M, K, P>>,
+    pub items: Vec<PlacedElement<J, N, M, K, P>>,
     varying: usize,
     /// The elements whose derivatives with respect to inputs are not constant.
-    sensitive: Vec<usize>,
+    with_input_derivatives: Vec<usize>,
     slots: Vec<u32>,
 }
 
 impl<J, const N: usize, const M: usize, const K: usize, const P: usize> Default for Batch<J, N, M, K, P> {
     fn default() -> Self {
-        Batch { items: Vec::new(), varying: 0, sensitive: Vec::new(), slots: Vec::new() }
+        Batch { items: Vec::new(), varying: 0, with_input_derivatives: Vec::new(), slots: Vec::new() }
     }
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Batch<J, N, M, K, P> {
-    fn varying_items(&self) -> impl Iterator<Item = &Item<J, N, M, K, P>> {
+    fn varying_items(&self) -> impl Iterator<Item = &PlacedElement<J, N, M, K, P>> {
         self.items[..self.varying].iter()
     }
 }
@@ -230,25 +230,25 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             item.b = item.b.map(|b| b.resolve(gravity));
             item.plan = item.traced_plan(at);
         }
-        let differentiated = |item: &Item<J, N, M, K, P>| !item.plan.constant && !item.plan.sinusoidal;
+        let differentiated = |item: &PlacedElement<J, N, M, K, P>| !item.plan.constant && !item.plan.sinusoidal;
         self.items.sort_by_key(|item| !differentiated(item));
         self.varying = self.items.iter().filter(|item| differentiated(item)).count();
-        self.sensitive = (0..self.items.len()).filter(|&i| self.items[i].is_sensitive()).collect();
+        self.with_input_derivatives = (0..self.items.len()).filter(|&i| self.items[i].has_input_derivatives()).collect();
     }
 
-    fn form(&self) -> Form {
-        J::FORM
+    fn form(&self) -> ElementKind {
+        J::KIND
     }
 
     fn footprints(&self) -> Vec<Footprint<'_>> {
-        let footprint = |item: &'_ Item<J, N, M, K, P>| -> Vec<usize> {
+        let footprint = |item: &'_ PlacedElement<J, N, M, K, P>| -> Vec<usize> {
             let count = if item.plan.constant { 0 } else { item.plan.count };
             item.plan.active[..count].iter().map(|&i| item.q[i]).collect()
         };
         let items = self.items.iter();
         items
             .map(|item| Footprint {
-                form: J::FORM,
+                form: J::KIND,
                 q: &item.q,
                 sigma: &item.sigma,
                 active: footprint(item),
@@ -307,15 +307,15 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     fn block_len(&self) -> usize {
-        self.varying_items().map(Item::block_len).sum()
+        self.varying_items().map(PlacedElement::block_len).sum()
     }
 
     fn varying(&self) -> usize {
         self.varying
     }
 
-    fn is_sensitive(&self) -> bool {
-        !self.sensitive.is_empty()
+    fn has_input_derivatives(&self) -> bool {
+        !self.with_input_derivatives.is_empty()
     }
 
     fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, mut blocks: &mut [f64]) {
@@ -329,29 +329,29 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     fn scatter(&self, mut blocks: &[f64], h: f64, values: &mut [f64]) {
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at(item.block_len());
-            tangent::scatter(J::FORM, own, item.plan.count, M, &self.slots[item.plan.slots..], h, values);
+            tangent::scatter(J::KIND, own, item.plan.count, M, &self.slots[item.plan.slots..], h, values);
             blocks = rest;
         }
     }
 
-    fn pull_back(&self, mut blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    fn pull_back(&self, mut blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         for item in self.varying_items() {
             let (own, rest) = blocks.split_at(item.block_len());
             let coordinates = item.plan.active.map(|i| item.q[i]);
             let active = &coordinates[..item.plan.count];
-            tangent::pull_back(J::FORM, own, active, &item.sigma, with, rows);
+            tangent::pull_back(J::KIND, own, active, &item.sigma, with, rows);
             blocks = rest;
         }
     }
 
     fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        for &i in &self.sensitive {
+        for &i in &self.with_input_derivatives {
             self.items[i].pull_back_inputs(at, with, rows);
         }
     }
 
     fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
-        for &i in self.sensitive.iter().filter(|_| M > 0) {
+        for &i in self.with_input_derivatives.iter().filter(|_| M > 0) {
             self.items[i].pull_back_phi(at, e, rows);
         }
     }

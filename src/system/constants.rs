@@ -6,9 +6,9 @@
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
 //! ```
 
-use super::batch::{Covector, Positions, Rows};
-use super::jet::Form;
-use super::sines::Wave;
+use super::batch::{Covector, Positions, StateRows};
+use super::jet::ElementKind;
+use super::sines::SinusoidalTerm;
 use super::view::NodeView;
 use crate::linear::Symbolic;
 use crate::system::{Given, KnownPart};
@@ -31,7 +31,7 @@ pub struct Constants {
     pub phi_q: Vec<Entry>,
     pub q_u: Vec<Entry>,
     /// The coefficients of sinusoidal constraints, which vary along the motion but not their shape.
-    pub waves: Vec<Wave>,
+    pub waves: Vec<SinusoidalTerm>,
     l_v: Vec<f64>,
     force: Vec<f64>,
 }
@@ -42,18 +42,18 @@ impl Constants {
     }
 
     /// Adds an element's second derivatives, given by rows in the order of its form.
-    pub fn add_squares(&mut self, form: Form, q: &[usize], blocks: &[f64]) {
+    pub fn add_squares(&mut self, form: ElementKind, q: &[usize], blocks: &[f64]) {
         let a = q.len();
         for (which, block) in blocks.chunks_exact(a * a).enumerate() {
             for (k, &value) in block.iter().enumerate() {
                 let (row, col) = (q[k / a], q[k % a]);
                 match (form, which) {
-                    (Form::Kinetic, 0) => put(&mut self.vv, row, col, value),
-                    (Form::Kinetic, 1) => {
+                    (ElementKind::Kinetic, 0) => put(&mut self.vv, row, col, value),
+                    (ElementKind::Kinetic, 1) => {
                         put(&mut self.vq, row, col, value);
                         put(&mut self.qv, col, row, value);
                     }
-                    (Form::Applied, 0) => put(&mut self.qv, row, col, value),
+                    (ElementKind::Applied, 0) => put(&mut self.qv, row, col, value),
                     _ => put(&mut self.qq, row, col, value),
                 }
             }
@@ -178,7 +178,7 @@ impl Constants {
     }
 
     /// Adds the constant part of all adjoint rows.
-    pub fn pull_back(&self, with: &Covector, rows: &mut Rows) {
+    pub fn pull_back(&self, with: &Covector, rows: &mut StateRows) {
         multiply_transposed(&self.vv, with.c, &mut rows.v);
         multiply_transposed(&self.qv, with.d, &mut rows.v);
         multiply_transposed(&self.phi_q, with.e, &mut rows.v);

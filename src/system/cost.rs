@@ -158,7 +158,7 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
 }
 
 /// One cost and what it is connected to.
-pub struct Item<C, const N: usize, const M: usize, const K: usize, const P: usize> {
+pub struct PlacedCost<C, const N: usize, const M: usize, const K: usize, const P: usize> {
     pub name: String,
     pub cost: C,
     pub sum: Sum,
@@ -169,15 +169,15 @@ pub struct Item<C, const N: usize, const M: usize, const K: usize, const P: usiz
     pub uses: Structure,
 }
 
-impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
+impl<C, const N: usize, const M: usize, const K: usize, const P: usize> PlacedCost<C, N, M, K, P> {
     pub fn new(name: &str, cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
-        Item { name: name.to_string(), cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
+        PlacedCost { name: name.to_string(), cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
     }
 }
 
 /// All costs of one type.
 pub struct Costs<C, const N: usize, const M: usize, const K: usize, const P: usize> {
-    pub items: Vec<Item<C, N, M, K, P>>,
+    pub items: Vec<PlacedCost<C, N, M, K, P>>,
 }
 
 impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Default for Costs<C, N, M, K, P> {
@@ -222,7 +222,7 @@ fn lift<S: Scalar, const N: usize, const M: usize, const K: usize>(at: &Point<f6
     }
 }
 
-impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<C, N, M, K, P> {
+impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedCost<C, N, M, K, P> {
     fn local<R: Real>(&self, at: &NodeView<R>) -> Point<R, N, M, K> {
         let gather = |from: &[R]| SVector::from_fn(|i, _| from[self.q[i]]);
         CostPoint {

@@ -7,14 +7,14 @@
 use nalgebra::SVector;
 
 use super::blame::Argument;
-use super::item::Item;
-use super::jet::{Form, Jet, Local, time_input};
+use super::item::PlacedElement;
+use super::jet::{ElementKind, Jet, Local, time_input};
 use super::plan::Plan;
 use super::view::NodeView;
 use crate::number::Fingerprint;
 use crate::number::trace::{Structure, Trace};
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
     /// Its arguments as inputs of a trace, numbered q, v, u, t; their values are for formulas that look at them.
     fn traced(&self, at: &NodeView<f64>) -> Local<Trace, N, M, K> {
         let real: Local<f64, N, M, K> = self.local(at);
@@ -52,7 +52,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let (local, b) = (self.traced(at), self.traced_constants(at.design));
         let structure = self.structure(&local, &b);
         let bound = self.b.iter().any(|b| b.constant().is_none());
-        Plan::new(J::FORM, &structure, (time_input(N, K), bound), |i, j| self.depends_on_difference(&local, &b, (i, j)))
+        Plan::new(J::KIND, &structure, (time_input(N, K), bound), |i, j| self.depends_on_difference(&local, &b, (i, j)))
     }
 
     /// All arguments that the formula depends on, as far as its trace tells.
@@ -81,13 +81,13 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     pub fn constant_entries(&self, at: &NodeView<f64>, n: usize, entries: &mut Vec<(usize, usize)>) {
         let (local, b) = (self.traced(at), self.traced_constants(at.design));
         let has = |inputs: u128, i: usize| (inputs >> i | inputs >> (N + i)) & 1 == 1;
-        match J::FORM {
-            Form::Kinetic | Form::Potential if self.plan.constant => {
+        match J::KIND {
+            ElementKind::Kinetic | ElementKind::Potential if self.plan.constant => {
                 for (i, partners) in (0..2 * N).map(|i| (i % N, self.partners(&local, &b, i))) {
                     entries.extend((0..N).filter(|&j| has(partners, j)).map(|j| (self.q[i], self.q[j])));
                 }
             }
-            Form::Applied if self.plan.constant => {
+            ElementKind::Applied if self.plan.constant => {
                 let mut rows = self.q.iter();
                 let mut put = |component: Trace| {
                     let row = rows.next().into_iter();
@@ -98,7 +98,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
                 };
                 self.jet.values(&local, &b, &mut put);
             }
-            Form::Holonomic if self.plan.is_traced => {
+            ElementKind::Holonomic if self.plan.is_traced => {
                 let linear = self.plan.linear_columns();
                 let mut rows = self.sigma.iter();
                 let mut put = |phi: Trace| {

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec, gradient, hessian, partial_hessian};
 
-use super::jet::{First, Form, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
 use crate::{KineticEnergy, PotentialEnergy, Scalar};
 
 /// A kinetic energy: 𝓛_v = T_v, 𝓛_q = T_q.
@@ -17,13 +17,13 @@ fn constant<R: Number, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVe
 }
 
 impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Kinetic<E> {
-    const FORM: Form = Form::Kinetic;
+    const KIND: ElementKind = ElementKind::Kinetic;
 
-    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> FirstDerivatives<R, N, 0> {
         let (q, v, b) = (constant(&at.q), constant(&at.v), constant(b));
         let (_, l_v) = gradient(|v| self.0.kinetic_energy(&q, &v, &b), &at.v);
         let (_, force) = gradient(|q| self.0.kinetic_energy(&q, &v, &b), &at.q);
-        First { l_v, force, phi_dot: SVector::zeros() }
+        FirstDerivatives { l_v, force, phi_dot: SVector::zeros() }
     }
 
     fn values<S: Scalar>(&self, at: &Local<S, N, 0, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
@@ -35,7 +35,7 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
         seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
-        first: &mut First<f64, N, 0>,
+        first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
         let (_, t_v, t_vv) = hessian(|v| self.0.kinetic_energy(&at.q.map(From::from), &v, &b.map(From::from)), &at.v);
@@ -52,12 +52,12 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
 }
 
 impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Potential<E> {
-    const FORM: Form = Form::Potential;
+    const KIND: ElementKind = ElementKind::Potential;
 
-    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> First<R, N, 0> {
+    fn first<R: Number>(&self, at: &Local<R, N, 0, 0>, b: &SVector<R, P>) -> FirstDerivatives<R, N, 0> {
         let (b, t) = (constant(b), DualSVec::from_re(at.t));
         let (_, v_q) = gradient(|q| self.0.potential_energy(&q, &b, t), &at.q);
-        First { l_v: SVector::zeros(), force: -v_q, phi_dot: SVector::zeros() }
+        FirstDerivatives { l_v: SVector::zeros(), force: -v_q, phi_dot: SVector::zeros() }
     }
 
     fn values<S: Scalar>(&self, at: &Local<S, N, 0, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
@@ -69,7 +69,7 @@ impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> f
         seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
-        first: &mut First<f64, N, 0>,
+        first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
         let mut q: SVector<Dual2SVec64<A>, N> = at.q.map(Dual2SVec64::from_re);

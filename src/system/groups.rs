@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use super::batch::AnyBatch;
 use super::constants::Entry;
-use super::jet::Form;
+use super::jet::ElementKind;
 use super::view::NodeView;
 use crate::linear::equilibrate;
 use crate::linear::{Branch, Group};
@@ -38,7 +38,7 @@ struct Tree {
 /// What is eliminated together, and the equations that close loops.
 pub(super) struct Groups {
     pub(super) groups: Vec<Group>,
-    pub(super) closing: Vec<usize>,
+    pub(super) loop_equations: Vec<usize>,
 }
 
 pub(super) fn groups(
@@ -54,7 +54,7 @@ pub(super) fn groups(
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
-    let mut closing = Vec::new();
+    let mut loop_equations = Vec::new();
     for joint in joints {
         let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q);
         match tree.carried_by(&joint.blocks).filter(regular) {
@@ -62,21 +62,21 @@ pub(super) fn groups(
                 owned[b].extend(&joint.equations);
                 groups[b].unknowns.extend(joint.equations.iter().map(|j| n + j));
             }
-            None => closing.push(joint),
+            None => loop_equations.push(joint),
         }
     }
-    for joint in &closing {
+    for joint in &loop_equations {
         let after = tree.loop_of(&joint.blocks);
         groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), parent: None, after });
     }
-    Groups { groups, closing: closing.into_iter().flat_map(|joint| joint.equations).collect() }
+    Groups { groups, loop_equations: loop_equations.into_iter().flat_map(|joint| joint.equations).collect() }
 }
 
 fn joints(batches: &[Box<dyn AnyBatch>], block_of: &[usize]) -> Vec<Joint> {
     let mut joints: Vec<Joint> = batches
         .iter()
         .flat_map(|batch| batch.footprints())
-        .filter(|footprint| footprint.form == Form::Holonomic)
+        .filter(|footprint| footprint.form == ElementKind::Holonomic)
         .map(|footprint| {
             let blocks: BTreeSet<usize> = footprint.q.iter().map(|&i| block_of[i]).collect();
             Joint { equations: footprint.sigma.to_vec(), blocks: blocks.into_iter().collect() }

@@ -12,7 +12,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
 
-use super::jet::{First, Form, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
 use crate::{Constraint, Scalar};
 
 /// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.
@@ -22,16 +22,16 @@ impl<E, const N: usize, const M: usize, const P: usize> Jet<N, M, 0, P> for Holo
 where
     E: Constraint<N, M, P>,
 {
-    const FORM: Form = Form::Holonomic;
+    const KIND: ElementKind = ElementKind::Holonomic;
 
-    fn first<R: Number>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> First<R, N, M> {
+    fn first<R: Number>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M> {
         let q = SVector::from_fn(|i, _| {
             let q: DualSVec<R, N> = DualSVec::from_re(at.q[i]).derivative(i);
             Dual::new(q, DualSVec::from_re(at.v[i]))
         });
         let one = DualSVec::from_re(R::one());
         let phi = self.0.phi(&q, &b.map(|b| Dual::from_re(DualSVec::from_re(b))), Dual::new(DualSVec::from_re(at.t), one));
-        let mut sums = First::zero();
+        let mut sums = FirstDerivatives::zero();
         for (j, phi) in phi.iter().enumerate() {
             sums.phi_dot[j] = phi.eps.re;
             if let Some(phi_q) = phi.re.eps.0 {
@@ -57,7 +57,7 @@ where
         seeds: &Seeds<A>,
         at: &Local<f64, N, M, 0>,
         b: &SVector<f64, P>,
-        first: &mut First<f64, N, M>,
+        first: &mut FirstDerivatives<f64, N, M>,
         blocks: &mut [f64],
     ) {
         let mut q: SVector<Dual2SVec<Dual64, A>, N> = at.q.map(|q| Dual2SVec::from_re(Dual64::from_re(q)));
@@ -109,7 +109,7 @@ mod tests {
         let sigma = SVector::from([1.5, -0.25]);
         let at = Local { q: SVector::from([x, y]), v: SVector::from([dx, dy]), sigma, u: SVector::zeros(), t };
         let jet = Holonomic(Sample);
-        let mut first = First::zero();
+        let mut first = FirstDerivatives::zero();
         let mut blocks = [0.0; 16];
         jet.blocks(&Seeds { of: [0, 1], by_q: true, by_v: true }, &at, &SVector::zeros(), &mut first, &mut blocks);
         let plain = jet.first(&at, &SVector::zeros());

@@ -7,15 +7,15 @@ use std::f64::consts::FRAC_PI_2;
 use super::batch::{Covector, InputRows, Sums, Within};
 use super::blame::Argument;
 use super::constants::{Constants, Entry};
-use super::jet::{First, Form, Jet, Local, Number, Slope, slope};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, slope};
 use super::plan::{MOST_SEEDS, Plan};
-use super::sines::Wave;
+use super::sines::SinusoidalTerm;
 use super::view::NodeView;
 use crate::model::Param;
 use crate::number::Real;
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
-pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usize> {
+pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, const P: usize> {
     pub name: String,
     pub jet: J,
     pub q: [usize; N],
@@ -26,7 +26,7 @@ pub struct Item<J, const N: usize, const M: usize, const K: usize, const P: usiz
     pub plan: Plan<N>,
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
     pub fn local<R: Real>(&self, at: &NodeView<R>) -> Local<R, N, M, K> {
         Local {
             q: SVector::from_fn(|i, _| at.q[self.q[i]]),
@@ -42,25 +42,25 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Derivatives with `A` seeded coordinates.
-    fn blocks<const A: usize>(&self, at: &NodeView<f64>, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
+    fn blocks<const A: usize>(&self, at: &NodeView<f64>, first: &mut FirstDerivatives<f64, N, M>, blocks: &mut [f64]) {
         let seeds = self.plan.seeds();
         let mut local = self.local(at);
-        if J::FORM == Form::Holonomic {
+        if J::KIND == ElementKind::Holonomic {
             self.plan.gather_velocities(&mut local.v);
         }
-        let len = self.plan.seeded_len(J::FORM, M);
+        let len = self.plan.seeded_len(J::KIND, M);
         self.jet.blocks::<A>(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
     }
 
     /// The arguments by which its derivatives are not finite, if anything of it is not.
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let (local, b) = (self.local(at), self.b(at.design));
-        let mut blocks = vec![0.0; J::FORM.length(N, M)];
-        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &b, &mut First::zero(), &mut blocks);
+        let mut blocks = vec![0.0; J::KIND.length(N, M)];
+        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &b, &mut FirstDerivatives::zero(), &mut blocks);
         let mut arguments = Vec::new();
         for (which, _) in blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite()) {
             // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
-            let by_v = matches!(J::FORM, Form::Kinetic | Form::Applied) && which < N * N;
+            let by_v = matches!(J::KIND, ElementKind::Kinetic | ElementKind::Applied) && which < N * N;
             let i = self.q[which % N];
             arguments.push(if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) });
         }
@@ -77,7 +77,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// Value and derivatives: the number of seeds selects the size of the dual numbers.
     pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
-        let mut first = First::zero();
+        let mut first = FirstDerivatives::zero();
         match self.plan.seeded {
             seeded if seeded == N => self.blocks::<N>(at, &mut first, blocks),
             0 => self.blocks::<0>(at, &mut first, blocks),
@@ -86,11 +86,11 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             3 => self.blocks::<3>(at, &mut first, blocks),
             _ => self.blocks::<MOST_SEEDS>(at, &mut first, blocks),
         }
-        self.plan.spread(J::FORM, &mut first, blocks);
+        self.plan.spread(J::KIND, &mut first, blocks);
         self.scatter_first(&first, sums);
     }
 
-    pub fn scatter_first<R: Real>(&self, first: &First<R, N, M>, sums: &mut Sums<R>) {
+    pub fn scatter_first<R: Real>(&self, first: &FirstDerivatives<R, N, M>, sums: &mut Sums<R>) {
         for (i, &coordinate) in self.q.iter().enumerate() {
             sums.l_v[coordinate] += first.l_v[i];
             sums.force[coordinate] += first.force[i];
@@ -101,7 +101,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// Whether its derivatives with respect to inputs must be asked for at every node.
-    pub fn is_sensitive(&self) -> bool {
+    pub fn has_input_derivatives(&self) -> bool {
         self.plan.timed || self.plan.bound || K > 0 && !self.plan.constant
     }
 
@@ -111,18 +111,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     pub fn block_len(&self) -> usize {
-        J::FORM.length(self.plan.count, M)
+        J::KIND.length(self.plan.count, M)
     }
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> Item<J, N, M, K, P> {
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt with their derivatives with respect to one input, seeded by `seed`.
     #[inline]
     fn differentiate(
         &self,
         at: &NodeView<f64>,
         seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
-    ) -> First<Slope, N, M> {
+    ) -> FirstDerivatives<Slope, N, M> {
         let real: Local<f64, N, M, K> = self.local(at);
         let mut local = Local {
             q: real.q.map(Slope::from_re),
@@ -147,7 +147,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
-    fn pair<R: Number>(&self, first: &First<R, N, M>, with: &Covector) -> R {
+    fn pair<R: Number>(&self, first: &FirstDerivatives<R, N, M>, with: &Covector) -> R {
         let mut sum = R::zero();
         for (i, &coordinate) in self.q.iter().enumerate() {
             sum += first.l_v[i] * with.c[coordinate] + first.force[i] * with.d[coordinate];
@@ -167,7 +167,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// The first input with respect to which the derivatives are not finite.
     pub fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Argument> {
-        let is_bad = |first: First<Slope, N, M>| {
+        let is_bad = |first: FirstDerivatives<Slope, N, M>| {
             let mut slopes = first.l_v.iter().chain(&first.force).chain(&first.phi_dot).map(slope);
             slopes.any(|slope| !slope.is_finite())
         };
@@ -226,18 +226,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     ///
     /// The former is a polynomial, which has its constants at zero; the latter may be defined only where a motion can start.
     pub fn add_constants(&self, start: &NodeView<f64>, into: &mut Constants) {
-        if J::FORM == Form::Holonomic {
+        if J::KIND == ElementKind::Holonomic {
             self.add_linear_columns(start, into);
             return;
         }
         if !self.plan.constant {
             return;
         }
-        let mut first = First::zero();
-        let mut blocks = vec![0.0; J::FORM.length(N, M)];
+        let mut first = FirstDerivatives::zero();
+        let mut blocks = vec![0.0; J::KIND.length(N, M)];
         let b = self.b(start.design);
         self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &Local::zeros(), &b, &mut first, &mut blocks);
-        into.add_squares(J::FORM, &self.q, &blocks);
+        into.add_squares(J::KIND, &self.q, &blocks);
         into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
         for (k, &channel) in self.u.iter().enumerate() {
             let mut local: Local<Slope, N, M, K> = Local::zeros();
@@ -276,7 +276,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
             let linear = clean(0.5 * (at_0 + at_180));
             let (sine, cosine) = (clean(0.5 * (at_0 - at_180)), clean(linear - at_90));
-            into.waves.push(Wave { coordinate: self.q[i], equation, sine, cosine });
+            into.waves.push(SinusoidalTerm { coordinate: self.q[i], equation, sine, cosine });
             into.add_phi_q(Entry { row: equation, col: self.q[i], value: linear });
         }
     }

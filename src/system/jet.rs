@@ -38,21 +38,21 @@ impl<R: Number, const N: usize, const M: usize, const K: usize> Local<R, N, M, K
 
 /// What one element adds to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
 #[derive(Clone, Copy)]
-pub struct First<R, const N: usize, const M: usize> {
+pub struct FirstDerivatives<R, const N: usize, const M: usize> {
     pub l_v: SVector<R, N>,
     pub force: SVector<R, N>,
     pub phi_dot: SVector<R, M>,
 }
 
-impl<R: Number, const N: usize, const M: usize> First<R, N, M> {
+impl<R: Number, const N: usize, const M: usize> FirstDerivatives<R, N, M> {
     pub fn zero() -> Self {
-        First { l_v: SVector::zeros(), force: SVector::zeros(), phi_dot: SVector::zeros() }
+        FirstDerivatives { l_v: SVector::zeros(), force: SVector::zeros(), phi_dot: SVector::zeros() }
     }
 }
 
 /// Which second derivatives a kind of element has, besides qq (𝓛_qq + Q_q).
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum ElementKind {
     /// Kinetic energy: 𝓛_vv, 𝓛_vq = 𝓛_qvᵀ, 𝓛_qq.
     Kinetic,
     /// Potential energy: 𝓛_qq.
@@ -63,19 +63,19 @@ pub enum Form {
     Holonomic,
 }
 
-impl Form {
+impl ElementKind {
     /// How many a × a blocks it has.
     pub const fn squares(self) -> usize {
         match self {
-            Form::Kinetic => 3,
-            Form::Potential => 1,
-            Form::Applied | Form::Holonomic => 2,
+            ElementKind::Kinetic => 3,
+            ElementKind::Potential => 1,
+            ElementKind::Applied | ElementKind::Holonomic => 2,
         }
     }
 
     /// The length of the blocks of an element with `a` active coordinates and `m` equations.
     pub const fn length(self, a: usize, m: usize) -> usize {
-        self.squares() * a * a + if matches!(self, Form::Holonomic) { 2 * a * m } else { 0 }
+        self.squares() * a * a + if matches!(self, ElementKind::Holonomic) { 2 * a * m } else { 0 }
     }
 }
 
@@ -94,9 +94,9 @@ pub struct Seeds<const A: usize> {
 /// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
 /// all second derivatives, in real numbers, with respect to the coordinates that are seeded.
 pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
-    const FORM: Form;
+    const KIND: ElementKind;
 
-    fn first<R: Number>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> First<R, N, M>;
+    fn first<R: Number>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M>;
 
     /// Φ itself.
     fn phi<R: Number>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
@@ -115,7 +115,7 @@ pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: S
         seeds: &Seeds<A>,
         at: &Local<f64, N, M, K>,
         b: &SVector<f64, P>,
-        first: &mut First<f64, N, M>,
+        first: &mut FirstDerivatives<f64, N, M>,
         blocks: &mut [f64],
     );
 }

@@ -27,12 +27,12 @@ use nalgebra::DVector;
 use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
-pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, Rows, Sums, Within};
+pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, Item as CostItem, Weights};
+pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights};
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
-pub(crate) use item::Item;
+pub(crate) use item::PlacedElement;
 pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
@@ -63,7 +63,7 @@ pub struct System {
     /// The batches with elements that dual numbers differentiate at every iteration, and the lengths of their blocks.
     differentiated: Vec<(usize, usize)>,
     /// The batches with elements whose derivatives with respect to inputs are not constant.
-    sensitive: Vec<usize>,
+    with_input_derivatives: Vec<usize>,
     /// The batches with elements that may bend within a step.
     bending: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
@@ -72,7 +72,7 @@ pub struct System {
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
-    closing: Vec<usize>,
+    loop_equations: Vec<usize>,
     names: Names,
     initial: Vec<f64>,
     design: Vec<f64>,
@@ -100,7 +100,7 @@ impl System {
         check_inertia(&batches, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let analysis = structure::analyse(&mut batches, &blocks, (n, m), &at);
-        let structure::Analysis { symbolic, sines, closing } = analysis;
+        let structure::Analysis { symbolic, sines, loop_equations } = analysis;
         // Its entries are numbered by `u32`.
         let entries = symbolic.values_len();
         let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
@@ -112,7 +112,7 @@ impl System {
         let (initial, positive) = (scene.initial, scene.positive);
         let numbered = || batches.iter().enumerate();
         let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
-        let sensitive = numbered().filter(|(_, b)| b.is_sensitive()).map(|(i, _)| i).collect();
+        let with_input_derivatives = numbered().filter(|(_, b)| b.has_input_derivatives()).map(|(i, _)| i).collect();
         let bending = numbered().filter(|(_, b)| !b.bending().is_empty()).map(|(i, _)| i).collect();
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -121,7 +121,7 @@ impl System {
             k,
             batches,
             differentiated,
-            sensitive,
+            with_input_derivatives,
             bending,
             costs,
             running,
@@ -129,7 +129,7 @@ impl System {
             symbolic,
             positions,
             sines,
-            closing,
+            loop_equations,
             names,
             initial,
             design,
@@ -210,8 +210,8 @@ impl System {
     }
 
     /// The batches that have derivatives with respect to inputs beyond the constant ones.
-    pub(crate) fn sensitive(&self) -> impl Iterator<Item = &dyn AnyBatch> {
-        self.sensitive.iter().map(|&i| self.batches[i].as_ref())
+    pub(crate) fn with_input_derivatives(&self) -> impl Iterator<Item = &dyn AnyBatch> {
+        self.with_input_derivatives.iter().map(|&i| self.batches[i].as_ref())
     }
 
     /// The batches with elements that may bend within a step: whose derivatives vary, other than as sines.
@@ -253,8 +253,8 @@ impl System {
     }
 
     /// The constraint equations that close loops: the only ones that can depend on others wherever the mechanism goes.
-    pub(crate) fn closing(&self) -> &[usize] {
-        &self.closing
+    pub(crate) fn loop_equations(&self) -> &[usize] {
+        &self.loop_equations
     }
 
     /// Appends the entries of Φ_q.
@@ -266,7 +266,8 @@ impl System {
 
     /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
     pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
-        let kinetic = self.batches.iter().flat_map(|batch| batch.footprints()).filter(|f| f.form == jet::Form::Kinetic);
+        let kinetic =
+            self.batches.iter().flat_map(|batch| batch.footprints()).filter(|f| f.form == jet::ElementKind::Kinetic);
         let energies: Vec<&[usize]> = kinetic.map(|footprint| footprint.q).collect();
         let mut of_coordinate = vec![Vec::new(); self.n];
         for (e, q) in energies.iter().enumerate() {
@@ -328,7 +329,7 @@ impl System {
     /// What the kinetic energies alone contribute: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        for batch in self.batches.iter().filter(|batch| batch.form() == jet::Form::Kinetic) {
+        for batch in self.batches.iter().filter(|batch| batch.form() == jet::ElementKind::Kinetic) {
             plain::<R>(batch.as_ref()).add(at, sums);
         }
     }
@@ -379,7 +380,7 @@ impl System {
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.sensitive().find_map(|batch| batch.find_bad_input(at))?;
+        let suspect = self.with_input_derivatives().find_map(|batch| batch.find_bad_input(at))?;
         Some(suspect.explain(&self.names, &at.without_momenta(), node))
     }
 
@@ -419,7 +420,7 @@ fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Er
 fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Result<(), Error> {
     let mut heavy = vec![false; n];
     for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
-        if footprint.form == jet::Form::Kinetic {
+        if footprint.form == jet::ElementKind::Kinetic {
             footprint.q.iter().for_each(|&i| heavy[i] = true);
         }
     }
@@ -443,7 +444,7 @@ mod tests {
             all.sort_unstable();
             assert!(all.into_iter().eq(0..system.n()));
             let energies = system.batches.iter().flat_map(|batch| batch.footprints());
-            for energy in energies.filter(|footprint| footprint.form == super::jet::Form::Kinetic) {
+            for energy in energies.filter(|footprint| footprint.form == super::jet::ElementKind::Kinetic) {
                 let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
                 assert!(lists.iter().all(|list| shared(list) <= 1));
             }

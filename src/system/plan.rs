@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use super::jet::{First, Form, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Seeds};
 use crate::number::trace::Structure;
 
 /// The sizes of dual numbers that are made; beyond this, all coordinates are seeded.
@@ -72,7 +72,7 @@ impl<const N: usize> Default for Plan<N> {
 impl<const N: usize> Plan<N> {
     /// From what is known of the formula; `time` is the number of its input t, `bound` tells whether design variables are among its constants.
     pub fn new(
-        form: Form,
+        form: ElementKind,
         structure: &Structure,
         (time, bound): (usize, bool),
         difference: impl Fn(usize, usize) -> bool,
@@ -82,12 +82,12 @@ impl<const N: usize> Plan<N> {
             return plan;
         }
         plan.timed = structure.depends_on(time);
-        let highest = if matches!(form, Form::Kinetic | Form::Potential) { 2 } else { 1 };
+        let highest = if matches!(form, ElementKind::Kinetic | ElementKind::Potential) { 2 } else { 1 };
         plan.constant = structure.degree <= highest && !plan.timed;
-        plan.sinusoidal = form == Form::Holonomic && structure.sinusoidal && !plan.timed && !plan.constant;
+        plan.sinusoidal = form == ElementKind::Holonomic && structure.sinusoidal && !plan.timed && !plan.constant;
         if plan.sinusoidal {
             plan.activate((0..N).filter(|&i| structure.is_bent_in(i)));
-        } else if !plan.constant && form != Form::Kinetic {
+        } else if !plan.constant && form != ElementKind::Kinetic {
             plan.seed(form, structure, difference);
         }
         plan
@@ -113,12 +113,12 @@ impl<const N: usize> Plan<N> {
     }
 
     /// Chooses what is seeded: what the formula depends on (or is other than linear in, for a constraint), one of each difference.
-    fn seed(&mut self, form: Form, structure: &Structure, difference: impl Fn(usize, usize) -> bool) {
+    fn seed(&mut self, form: ElementKind, structure: &Structure, difference: impl Fn(usize, usize) -> bool) {
         let is_used = |&i: &usize| match form {
-            Form::Kinetic => true,
-            Form::Potential => structure.depends_on(i),
-            Form::Applied => structure.depends_on(i) || structure.depends_on(N + i),
-            Form::Holonomic => structure.is_bent_in(i),
+            ElementKind::Kinetic => true,
+            ElementKind::Potential => structure.depends_on(i),
+            ElementKind::Applied => structure.depends_on(i) || structure.depends_on(N + i),
+            ElementKind::Holonomic => structure.is_bent_in(i),
         };
         let used: Vec<usize> = (0..N).filter(is_used).collect();
         self.by_q = (0..N).any(|i| structure.depends_on(i));
@@ -129,7 +129,7 @@ impl<const N: usize> Plan<N> {
             return;
         }
         // Of a force every component may depend on what is seeded.
-        if form != Form::Applied {
+        if form != ElementKind::Applied {
             self.activate(used.into_iter());
         }
         self.seeded = seeds.len();
@@ -162,29 +162,29 @@ impl<const N: usize> Plan<N> {
     }
 
     /// The length of the blocks with seeded coordinates only; of a force, all rows.
-    pub fn seeded_len(&self, form: Form, m: usize) -> usize {
-        if form == Form::Applied { 2 * N * self.seeded } else { form.length(self.seeded, m) }
+    pub fn seeded_len(&self, form: ElementKind, m: usize) -> usize {
+        if form == ElementKind::Applied { 2 * N * self.seeded } else { form.length(self.seeded, m) }
     }
 
     /// Spreads derivatives with respect to the seeds, which lie at the beginning of the blocks, to all active coordinates.
-    pub fn spread<const M: usize>(&self, form: Form, first: &mut First<f64, N, M>, blocks: &mut [f64]) {
+    pub fn spread<const M: usize>(&self, form: ElementKind, first: &mut FirstDerivatives<f64, N, M>, blocks: &mut [f64]) {
         if self.seeded == self.count {
             return;
         }
         let (a, s) = (self.count, self.seeded);
         // From the end, so that nothing is overwritten that is still to be read.
-        if form == Form::Holonomic {
+        if form == ElementKind::Holonomic {
             self.widen(&mut blocks[form.squares() * s * s..], form.squares() * (a * a - s * s), 2 * M);
         }
         for square in (0..form.squares()).rev() {
-            if form == Form::Applied {
+            if form == ElementKind::Applied {
                 self.widen(&mut blocks[square * a * s..], square * a * (a - s), a);
             } else {
                 self.widen_square(&mut blocks[square * s * s..], square * (a * a - s * s));
             }
         }
         // All of a force is in its value.
-        if form != Form::Applied {
+        if form != ElementKind::Applied {
             for &Mirror { i, j } in self.mirrors() {
                 first.l_v[i] = -first.l_v[j];
                 first.force[i] = -first.force[j];
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
     use crate::model::Param;
     use crate::scene::planar::{Actuator, Damper, Distance, LinearSpring, Prismatic};
-    use crate::system::item::Item;
+    use crate::system::item::PlacedElement;
     use crate::system::jet::Jet;
     use crate::system::{Applied, Holonomic, NodeView, Potential, Sums};
     use crate::{Constraint, Force, ForcePoint, Scalar};
@@ -244,12 +244,12 @@ mod tests {
         J: Jet<N, M, K, P>,
     {
         let (q, sigma, u) = (std::array::from_fn(|i| i), std::array::from_fn(|j| j), std::array::from_fn(|k| k));
-        let mut item = Item { name: String::new(), jet, q, sigma, u, b, plan: Plan::default() };
+        let mut item = PlacedElement { name: String::new(), jet, q, sigma, u, b, plan: Plan::default() };
         let number = |k: usize| (12.9898 * (k + 1) as f64).sin();
         let numbers = |from: usize, len: usize| (from..from + len).map(number).collect::<Vec<_>>();
         let (q, v, sigma, u) = (numbers(0, N), numbers(20, N), numbers(40, M), numbers(50, K));
         let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.3, &[0.37]));
-        let evaluate = |item: &Item<J, N, M, K, P>| {
+        let evaluate = |item: &PlacedElement<J, N, M, K, P>| {
             let (mut sums, mut blocks) = (Sums::new(N, M), vec![f64::NAN; item.block_len()]);
             item.evaluate(&at, &mut sums, &mut blocks);
             (sums, blocks)
@@ -265,7 +265,7 @@ mod tests {
             close(all_sums.l_v[i], sums.l_v[i]);
             close(all_sums.force[i], sums.force[i]);
         }
-        let (squares, rest) = all.split_at(J::FORM.squares() * N * N);
+        let (squares, rest) = all.split_at(J::KIND.squares() * N * N);
         let expected_squares = squares
             .chunks_exact(N * N)
             .flat_map(|square| active.iter().flat_map(move |&i| active.iter().map(move |&j| square[i * N + j])));

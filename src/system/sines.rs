@@ -10,12 +10,12 @@
 //!
 //! The plain formulas hold these expressions to account in the tests.
 
-use super::batch::{Covector, Rows};
+use super::batch::{Covector, StateRows};
 use super::sincos::Known;
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wave {
+pub struct SinusoidalTerm {
     pub coordinate: usize,
     pub equation: usize,
     pub sine: f64,
@@ -98,7 +98,10 @@ pub struct Places<P, S> {
 
 impl Sines {
     /// Sorts waves by coordinate.
-    pub fn new<P: Fn(usize) -> usize, S: Fn(usize, usize) -> usize>(mut waves: Vec<Wave>, places: &Places<P, S>) -> Self {
+    pub fn new<P: Fn(usize) -> usize, S: Fn(usize, usize) -> usize>(
+        mut waves: Vec<SinusoidalTerm>,
+        places: &Places<P, S>,
+    ) -> Self {
         waves.sort_by_key(|wave| (wave.coordinate, wave.equation));
         let mut sines = Sines::default();
         for run in waves.chunk_by(|a, b| a.coordinate == b.coordinate) {
@@ -126,7 +129,7 @@ impl Sines {
     }
 
     /// Takes over coefficients for other design variables; the waves are those of `new`, in any order.
-    pub fn set_coefficients(&mut self, waves: &mut [Wave]) {
+    pub fn set_coefficients(&mut self, waves: &mut [SinusoidalTerm]) {
         waves.sort_by_key(|wave| (wave.coordinate, wave.equation));
         for (term, wave) in self.terms.iter_mut().zip(waves) {
             (term.sine, term.cosine) = (wave.sine, wave.cosine);
@@ -204,7 +207,7 @@ impl Sines {
     }
 
     /// Adds the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)).
-    pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut Rows) {
+    pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;
             let (c, d) = (with.c[i], with.d[i]);
@@ -253,7 +256,7 @@ mod tests {
 
     /// Two angles in three equations, and a state of each.
     fn sample() -> (Sines, [f64; 2 * STATE]) {
-        let wave = |coordinate, equation, sine, cosine| Wave { coordinate, equation, sine, cosine };
+        let wave = |coordinate, equation, sine, cosine| SinusoidalTerm { coordinate, equation, sine, cosine };
         let waves = vec![wave(2, 1, 0.3, -0.4), wave(0, 0, 0.5, 0.7), wave(2, 0, -0.2, 0.9), wave(0, 2, 0.0, 1.1)];
         let places = Places { n: 3, position: |unknown| 5 - unknown, slot: |row, col| 6 * row + col };
         (Sines::new(waves, &places), [0.6, 0.8, 1.3, 0.2, -0.7, -0.28, 0.96, -0.4, 1.9, 0.35])
@@ -264,7 +267,7 @@ mod tests {
         let (sines, blocks) = sample();
         let (c, d, e) = ([0.3, -0.8, 1.7], [-1.1, 0.6, 0.9], [0.45, -0.35, 2.2]);
         let (h, zeros) = (0.37, [0.0; 3]);
-        let mut rows = Rows::new(3, 3);
+        let mut rows = StateRows::new(3, 3);
         sines.pull_back(&blocks, &Covector { c: &zeros, d: &d, e: &zeros }, &mut rows);
         let mut right = [0.0; 6];
         sines.subtract_force_rows(&blocks, h, &d, &mut right);
@@ -274,7 +277,7 @@ mod tests {
         }
 
         let with = Covector { c: &c, d: &d, e: &e };
-        let mut rows = Rows::new(3, 3);
+        let mut rows = StateRows::new(3, 3);
         sines.pull_back(&blocks, &with, &mut rows);
         let mut row_q = [0.0; 3];
         sines.subtract_row_q(&blocks, &with, &mut row_q);

@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::batch::AnyBatch;
 use super::constants::Constants;
 use super::groups::{self, Groups};
-use super::jet::Form;
+use super::jet::ElementKind;
 use super::sines::{Places, Sines};
 use super::view::NodeView;
 use crate::linear::{Pattern, Symbolic};
@@ -26,7 +26,7 @@ pub(super) struct Analysis {
     pub(super) symbolic: Symbolic,
     pub(super) sines: Sines,
     /// The constraint equations that close loops: the only ones that can depend on others.
-    pub(super) closing: Vec<usize>,
+    pub(super) loop_equations: Vec<usize>,
 }
 
 /// Analyses K and tells every varying element where its entries are stored.
@@ -37,9 +37,9 @@ pub(super) fn analyse(
     at: &NodeView<f64>,
 ) -> Analysis {
     let (mut entries, mut constant) = entries(batches, (n, m), at);
-    let Groups { groups, closing } = groups::groups(batches, blocks, (n, m), at);
+    let Groups { groups, loop_equations } = groups::groups(batches, blocks, (n, m), at);
     // Room for a compliance, should the loops depend on each other.
-    for &j in &closing {
+    for &j in &loop_equations {
         entries.push((n + j, n + j));
         constant[n + j] = false;
     }
@@ -51,7 +51,7 @@ pub(super) fn analyse(
     constants(batches, at, &mut values);
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
-    Analysis { symbolic, sines, closing }
+    Analysis { symbolic, sines, loop_equations }
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
@@ -64,7 +64,7 @@ fn entries(batches: &Batches, (n, m): (usize, usize), at: &NodeView<f64>) -> (Ve
             constant[row] = false;
             let mixed = footprint.active.iter().filter(|&&col| col == row || !footprint.separable);
             entries.extend(mixed.map(|&col| (row, col)));
-            if footprint.form == Form::Holonomic {
+            if footprint.form == ElementKind::Holonomic {
                 entries.extend(footprint.sigma.iter().map(|j| (n + j, row)));
                 footprint.sigma.iter().for_each(|j| constant[n + j] = false);
             }

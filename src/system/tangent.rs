@@ -9,12 +9,12 @@
 //!
 //! What comes from 𝓛 obeys K(−h) = K(h)ᵀ. The blocks of an element lie one after the other, by rows (see [`Jet::blocks`](super::jet::Jet::blocks)).
 
-use super::batch::{Covector, Rows};
-use super::jet::Form;
+use super::batch::{Covector, StateRows};
+use super::jet::ElementKind;
 
 /// The blocks of one element with `a` active coordinates, by name.
 struct Blocks<'a> {
-    form: Form,
+    form: ElementKind,
     a: usize,
     squares: [&'a [f64]; 3],
     phi_q: &'a [f64],
@@ -22,7 +22,7 @@ struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    fn new(form: Form, a: usize, m: usize, blocks: &'a [f64]) -> Self {
+    fn new(form: ElementKind, a: usize, m: usize, blocks: &'a [f64]) -> Self {
         let square = |k: usize| if k < form.squares() { &blocks[k * a * a..(k + 1) * a * a] } else { &[][..] };
         let rest = &blocks[form.squares() * a * a..];
         let (phi_q, phi_dot_q) = rest.split_at(rest.len().min(m * a));
@@ -34,11 +34,11 @@ impl<'a> Blocks<'a> {
         let [first, second, third] = self.squares;
         let (ij, ji) = (i * self.a + j, j * self.a + i);
         match self.form {
-            Form::Kinetic => first[ij] + h * (second[ij] - second[ji]) - h * h * third[ij],
-            Form::Potential => -h * h * first[ij],
-            Form::Applied => -h * first[ij] - h * h * second[ij],
+            ElementKind::Kinetic => first[ij] + h * (second[ij] - second[ji]) - h * h * third[ij],
+            ElementKind::Potential => -h * h * first[ij],
+            ElementKind::Applied => -h * first[ij] - h * h * second[ij],
             // σᵀΦ_qq is symmetric: h (𝓛_vq − 𝓛_qv) cancels.
-            Form::Holonomic => -h * h * second[ij],
+            ElementKind::Holonomic => -h * h * second[ij],
         }
     }
 
@@ -47,16 +47,16 @@ impl<'a> Blocks<'a> {
         let [first, second, third] = self.squares;
         let (ij, ji) = (i * self.a + j, j * self.a + i);
         match self.form {
-            Form::Kinetic => (first[ji] * c + second[ij] * d, second[ji] * c + third[ji] * d),
-            Form::Potential => (0.0, first[ji] * d),
-            Form::Applied => (first[ji] * d, second[ji] * d),
-            Form::Holonomic => (first[ij] * d, first[ji] * c + second[ji] * d),
+            ElementKind::Kinetic => (first[ji] * c + second[ij] * d, second[ji] * c + third[ji] * d),
+            ElementKind::Potential => (0.0, first[ji] * d),
+            ElementKind::Applied => (first[ji] * d, second[ji] * d),
+            ElementKind::Holonomic => (first[ij] * d, first[ji] * c + second[ji] * d),
         }
     }
 }
 
 /// Adds an element's entries of K(h) at its slots: (v, v) by rows, then for each multiplier (σ, v) and (v, σ).
-pub fn scatter(form: Form, blocks: &[f64], a: usize, m: usize, slots: &[u32], h: f64, values: &mut [f64]) {
+pub fn scatter(form: ElementKind, blocks: &[f64], a: usize, m: usize, slots: &[u32], h: f64, values: &mut [f64]) {
     let blocks = Blocks::new(form, a, m, blocks);
     let (square, coupling) = slots.split_at(a * a);
     for (k, &slot) in square.iter().enumerate() {
@@ -80,7 +80,14 @@ pub fn scatter(form: Form, blocks: &[f64], a: usize, m: usize, slots: &[u32], h:
 /// ```text
 ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
 /// ```
-pub fn pull_back(form: Form, blocks: &[f64], active: &[usize], sigma: &[usize], with: &Covector, rows: &mut Rows) {
+pub fn pull_back(
+    form: ElementKind,
+    blocks: &[f64],
+    active: &[usize],
+    sigma: &[usize],
+    with: &Covector,
+    rows: &mut StateRows,
+) {
     let a = active.len();
     let blocks = Blocks::new(form, a, sigma.len(), blocks);
     for (i, &row) in active.iter().enumerate() {
