@@ -100,7 +100,7 @@ pub struct BlockReport {
     pub absolute_error: f64,
     /// The largest |hand − true| relative to the size of its row and column.
     pub relative_error: f64,
-    /// The smallest relative error that this block's tolerance lets through nowhere.
+    /// A relative error of this size or more is found in whichever entry of the block it is.
     pub tolerance: f64,
     /// The largest relative difference of dual numbers and complex step.
     pub complex_step_error: f64,

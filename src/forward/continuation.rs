@@ -36,7 +36,7 @@ impl Continuation {
 }
 
 impl ForwardSweep {
-    /// Whether the velocities at the nodes before a column go to and fro between them, and it is more than rounding.
+    /// Whether the velocities at the nodes before a column jump up and down from each to the next, by more than rounding.
     pub(crate) fn is_rough(&self, system: &System, k: usize) -> bool {
         let (positions, weights) = (system.positions(), &self.stepper.newton.weights);
         let momentum = weights.of_momenta(positions, column(&self.motion.trajectory.p_star, k - 1));
@@ -123,7 +123,7 @@ impl ForwardSweep {
                     self.warn_of_roughness(node);
                 }
             }
-            // What is said of the failure is about this step.
+            // The error shall tell of the whole step, not of a part of it.
             Err(_) => {
                 let k = node - self.motion.first;
                 self.stepper.begin_stage(&mut self.motion, k, s, dt);
