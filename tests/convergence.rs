@@ -141,7 +141,7 @@ fn designed() -> System {
     scene.revolute("first hinge", centre, one.at(-0.5, 0.0));
     scene.revolute("second hinge", one.at(arm, 0.0), two.at(-0.5, 0.0));
     scene.joint_friction("friction", cart, one, 0.2);
-    let angle = scene.find_coordinate("two.φ").expect("coordinate");
+    let [_, _, angle] = two.coordinates;
     scene.cost("angle", AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
     scene.compile().expect("scene")
 }

@@ -72,12 +72,6 @@ impl Scene {
         std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
     }
 
-    /// The coordinate called `group.name`, if there is one.
-    pub fn find_coordinate(&self, name: &str) -> Option<Coordinate> {
-        let index = self.parts.coordinates.iter().position(|own| own == name)?;
-        Some(Coordinate(self.tag.handle(index)))
-    }
-
     /// Sets the value that a coordinate has in [`System::initial_coordinates`].
     pub fn place(&mut self, coordinate: Coordinate, value: f64) {
         if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
