@@ -200,3 +200,16 @@ fn what_is_too_stiff_to_be_seen_does_not_shorten_steps_of_l_stable_schemes() {
         }
     }
 }
+
+#[test]
+fn a_solver_that_made_a_grid_has_no_motion_until_it_simulates_one() {
+    let (system, inputs) = resolved::slider_crank();
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK4));
+    let adapted = solver.adapt(&inputs, 1e-3).expect("grid");
+    assert_eq!(solver.inputs(), &adapted);
+    assert!(matches!(solver.gradient(), Err(Error::Incomplete { computed: 0, .. })));
+    assert!(matches!(solver.cost(), Err(Error::Incomplete { computed: 0, .. })));
+    let motion = solver.simulate(&adapted).expect("motion").clone();
+    // The same numbers as by a solver that knows nothing of how the grid was found.
+    assert_eq!(&motion, Solver::new(&system, with(Scheme::ESDIRK4)).simulate(&adapted).expect("motion"));
+}

@@ -142,7 +142,8 @@ impl ForwardSweep {
         self.motion.trajectory.computed = 0;
         let steps: Vec<f64> = self.motion.inputs.grid.steps[..node - 1].to_vec();
         let controls = self.motion.inputs.controls.columns(0, node).into_owned();
-        Ok(Inputs { grid: Grid::new(inputs.grid.start, steps), controls, ..inputs.clone() })
+        self.motion.inputs = Inputs { grid: Grid::new(inputs.grid.start, steps), controls, ..inputs.clone() };
+        Ok(self.motion.inputs.clone())
     }
 
     fn give_up_if_hopeless(

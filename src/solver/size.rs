@@ -23,6 +23,8 @@ impl System {
         // Their lists grow as they are filled, to twice what they hold.
         let restart = if settings.may_restart() { 2 * (3 * n + 3 * m + 3 * blocks + 5) } else { 0 };
         let adjoint = if settings.keep_adjoint { 10 * n + 3 * m } else { 0 };
-        ((Trajectory::<f64>::len_of_node(n, m) + blocks) * settings.scheme.stages() + restart + adjoint) * size_of::<f64>()
+        let (stages, inner) = (settings.scheme.stages(), settings.scheme.inner());
+        let states = (Trajectory::<f64>::len_of_node(n, m) + blocks) * stages + self.k() * inner;
+        (states + restart + adjoint) * size_of::<f64>()
     }
 }
