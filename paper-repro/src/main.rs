@@ -13,6 +13,8 @@ mod jacobians;
 #[path = "../../tests/scenes/mechanisms.rs"]
 mod mechanisms;
 mod plot;
+#[path = "../../tests/scenes/resolved.rs"]
+mod resolved;
 mod settings;
 mod statistics;
 mod steepest_descent;

@@ -2,9 +2,10 @@
 
 use hamiltonian_adjoint::element::ForcePoint;
 use hamiltonian_adjoint::{
-    Constraint, Cost, CostPoint, Force, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Start, Sum, System,
+    Constraint, Cost, CostPoint, Error, Force, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Scheme,
+    Settings, Solver, Start, Sum, System, Trajectory, simulate,
 };
-use nalgebra::{DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// The crank's angle q, the slider's place x, the rod's angle p: an example of SUNDIALS (idasSlCrank_FSA_dns), written anew.
 ///
@@ -61,11 +62,8 @@ impl Cost<3> for SliderCrank {
     }
 }
 
-/// ∫₀¹⁰ T dt, its derivatives by k and c, and q(10): DOP853 at 1e-13 and complex step.
-pub const SLIDER_CRANK: [f64; 4] = [3.3366067994827757, 0.33344810612844017, -0.3637540339709487, 1.2756758486502386];
-
 /// The slider-crank over 10 s from rest, on a grid of one step.
-pub fn slider_crank() -> (System, Inputs) {
+pub fn slider_crank() -> Result<(System, Inputs), Error> {
     let mut scene = Scene::new();
     let y = scene.coordinates("mechanism", ["q", "x", "p"]);
     let (k, c) = (scene.design("k", 1.0), scene.design("c", 1.0));
@@ -74,12 +72,12 @@ pub fn slider_crank() -> (System, Inputs) {
     scene.force("damper", SliderCrank, y, [], [c.into()]);
     scene.constraint("closure", SliderCrank, y, []);
     scene.cost("work", SliderCrank, Sum::Integral, y, [], [], []);
-    let system = scene.compile().expect("scene");
+    let system = scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 10.0));
     let p = (-A).asin();
     let q = DVector::from_vec(vec![std::f64::consts::FRAC_PI_2, p.cos(), p]);
     inputs.start = Start::Velocity { q, v: DVector::zeros(3) };
-    (system, inputs)
+    Ok((system, inputs))
 }
 
 /// A block on a belt: ½ m v², ½ k x², and friction that is weaker for a sliding block, smoothed over v_s.
@@ -112,14 +110,61 @@ impl Cost<1> for Block {
 }
 
 /// Three periods of sticking and slipping.
-pub fn stick_slip() -> (System, Inputs) {
+pub fn stick_slip() -> Result<(System, Inputs), Error> {
     let mut scene = Scene::new();
     let x = scene.coordinates("block", ["x"]);
     scene.kinetic_energy("mass", Block, x, []);
     scene.potential_energy("spring", Block, x, []);
     scene.force("friction", Block, x, [], []);
     scene.cost("excursion", Block, Sum::Integral, x, [], [], []);
-    let system = scene.compile().expect("scene");
+    let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(1, 6.0));
-    (system, inputs)
+    Ok((system, inputs))
+}
+
+/// The same motion on a uniform grid, with the controls of the start.
+pub fn uniform(inputs: &Inputs, steps: usize) -> Inputs {
+    let end: f64 = inputs.grid.steps.iter().sum();
+    let controls = DMatrix::from_fn(inputs.controls.nrows(), steps + 1, |channel, _| inputs.controls[(channel, 0)]);
+    Inputs { grid: Grid::uniform(steps, end / steps as f64), controls, ..inputs.clone() }
+}
+
+/// A motion that is as good as exact, for every time.
+pub struct Exact(Trajectory);
+
+impl Exact {
+    pub fn new(system: &System, inputs: &Inputs) -> Result<Self, Error> {
+        let settings = Settings { scheme: Scheme::ESDIRK5, ..Settings::default() };
+        Ok(Exact(simulate(system, &uniform(inputs, 15_000), settings)?))
+    }
+
+    /// The largest error of the coordinates at all nodes, absolute or relative, against cubic interpolation.
+    pub fn error(&self, motion: &Trajectory) -> f64 {
+        let (times, dt) = (&self.0.times, self.0.times[1] - self.0.times[0]);
+        let of_node = |k: usize| {
+            let node = (((motion.times[k] - times[0]) / dt) as usize).min(times.len() - 2);
+            let s = (motion.times[k] - times[node]) / dt;
+            let exact = |i: usize| {
+                let [q, v] = [&self.0.q, &self.0.v].map(|x| [x[(i, node)], x[(i, node + 1)]]);
+                let rise = q[1] - q[0];
+                let (begin, end) = (dt * v[0] - rise, rise - dt * v[1]);
+                q[0] + s * rise + s * (1.0 - s) * ((1.0 - s) * begin + s * end)
+            };
+            (0..motion.q.nrows()).map(|i| (motion.q[(i, k)] - exact(i)).abs() / exact(i).abs().max(1.0)).fold(0.0, f64::max)
+        };
+        (0..motion.computed).map(of_node).fold(0.0, f64::max)
+    }
+
+    /// The fewest steps of a uniform grid that are as good, to a tenth.
+    pub fn steps_of_uniform(&self, solver: &mut Solver, inputs: &Inputs, wanted: f64) -> usize {
+        let mut steps = 8.0f64;
+        // From here on all finer grids are as good.
+        let mut good = None;
+        while steps < 1.2e4 && good.is_none_or(|first| steps < 2.0 * first as f64) {
+            let is_good = solver.simulate(&uniform(inputs, steps as usize)).is_ok_and(|motion| self.error(motion) <= wanted);
+            good = if is_good { good.or(Some(steps as usize)) } else { None };
+            steps *= 1.1;
+        }
+        good.unwrap_or(steps as usize)
+    }
 }

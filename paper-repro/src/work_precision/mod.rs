@@ -15,6 +15,7 @@ mod methods;
 mod order;
 mod reference;
 mod tables;
+mod tolerance;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -32,6 +33,7 @@ use convergence::{Convergence, Reading};
 use exactness::Exactness;
 use methods::Methods;
 use reference::{END, FORCE};
+use tolerance::Tolerance;
 
 /// Measures errors against run time and writes figures, tables and numbers
 #[derive(clap::Args, Clone, Debug)]
@@ -111,6 +113,7 @@ pub struct Measured {
     convergence: Vec<Convergence>,
     exactness: Vec<Exactness>,
     methods: Methods,
+    tolerances: Vec<Tolerance>,
 }
 
 /// Measures, writes the files, prints the table; false if an order or an exactness is not as it must be.
@@ -146,6 +149,7 @@ fn measure(short: bool) -> Result<Measured, Error> {
         convergence: convergence::measure(&system, &cases, short, repeats)?,
         exactness: exactness::measure(&system, macro_steps)?,
         methods: methods::measure(&system, &sizes, repeats)?,
+        tolerances: tolerance::measure(short)?,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::convergence::{Convergence, Reading};
 use super::exactness::Exactness;
+use super::tolerance::Tolerance;
 use super::{Measured, findings, order};
 use crate::table::{Row, Table};
 
@@ -9,10 +10,14 @@ use crate::table::{Row, Table};
 const ERRORS: [f64; 5] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
 
 /// All tables with their titles.
-pub fn all(measured: &Measured, findings: &[Row]) -> [(&'static str, Table); 3] {
+pub fn all(measured: &Measured, findings: &[Row]) -> [(&'static str, Table); 4] {
     let exactness = Table {
         heads: vec!["Scheme", "Macro steps", "Steps", "dJ/du", "dJ/dΔt"],
         rows: measured.exactness.iter().map(exactness).collect(),
+    };
+    let tolerances = Table {
+        heads: vec!["Motion", "Scheme", "Tolerance", "Steps", "Error", "Uniform steps for it"],
+        rows: measured.tolerances.iter().map(Tolerance::cells).collect(),
     };
     let schemes: Vec<&Convergence> = measured.convergence.iter().filter(|it| it.reading == Reading::Piece).collect();
     let mut rows = times("J", &schemes, Convergence::cost_over_time);
@@ -20,6 +25,7 @@ pub fn all(measured: &Measured, findings: &[Row]) -> [(&'static str, Table); 3] 
     [
         ("Orders and exactness", findings::rows(findings).table()),
         ("Adjoint against complex step", exactness),
+        ("Grids by tolerance, only reported", tolerances),
         ("Times to relative errors, only reported", Table { heads: vec!["Of", "Error", "Fastest first"], rows }),
     ]
 }
