@@ -12,7 +12,7 @@ mod motion;
 mod redundant;
 mod row;
 mod singular;
-mod stiff;
+pub mod stiff;
 mod units;
 
 use std::path::PathBuf;

@@ -19,7 +19,7 @@ const STEPS: usize = 100;
 /// k, N/m: a period of 1.4 s.
 const SOFT: f64 = 40.0;
 /// The motion's largest velocity, m/s.
-const FAST: f64 = 4.5;
+pub const FAST: f64 = 4.5;
 /// How far, in m or m/s, the masses are apart at the start.
 const APART: f64 = 1e-3;
 
@@ -35,7 +35,7 @@ pub fn trials() -> Vec<Trial> {
 
 fn judged(scheme: Scheme, spring: f64, damper: f64) -> Result<Vec<Measure>, Error> {
     let settings = Settings { scheme, ..Settings::default() };
-    let (system, inputs) = scene(spring, damper)?;
+    let (system, inputs) = masses(spring, damper, STEPS, DT)?;
     let motion = simulate(&system, &inputs, settings)?;
     let apart = |node: usize| {
         let of = |x: &nalgebra::DMatrix<f64>| (x[(1, node)] - x[(0, node)]).abs();
@@ -61,7 +61,7 @@ fn judged(scheme: Scheme, spring: f64, damper: f64) -> Result<Vec<Measure>, Erro
 }
 
 /// Both masses 1 m from rest, and a little apart.
-fn scene(spring: f64, damper: f64) -> Result<(System, Inputs), Error> {
+pub fn masses(spring: f64, damper: f64, steps: usize, dt: f64) -> Result<(System, Inputs), Error> {
     let mut scene = Scene::new();
     let x = scene.coordinates("masses", ["first", "second"]);
     let force = scene.control("force");
@@ -70,7 +70,7 @@ fn scene(spring: f64, damper: f64) -> Result<(System, Inputs), Error> {
     scene.force("damper", Masses, x, [force], [damper.into()]);
     scene.cost("excursion", Masses, Sum::Integral, x, [], [], []);
     let system = scene.compile()?;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, DT));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
     let (q, v) = if spring > 0.0 { (APART, 0.0) } else { (0.0, APART) };
     inputs.start = Start::Velocity { q: DVector::from_vec(vec![1.0, 1.0 + q]), v: DVector::from_vec(vec![0.0, v]) };
     Ok((system, inputs))

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::Measured;
 use super::convergence::{Convergence, Reading};
 use super::methods::Methods;
+use super::stiff;
 use crate::error::Error;
 use crate::plot::{Axis, Chart, Panels, Place, Point, Series, Style, colour};
 
@@ -35,6 +36,7 @@ pub fn draw(measured: &Measured, folder: &Path) -> Result<(), Error> {
         chart(&titles[1], all.iter().map(|it| series(it, label(it, it.order_of_gradient), it.gradient_over_steps()))),
     ];
     side_by_side(over_steps, "steps of the rule: stages × macro steps").save(&folder.join("convergence"))?;
+    stiff::chart(&measured.stiff).save(&folder.join("stiff"))?;
     methods(&measured.methods).save(&folder.join("gradient_methods"))
 }
 

@@ -14,6 +14,7 @@ mod knots;
 mod methods;
 mod order;
 mod reference;
+mod stiff;
 mod tables;
 mod tolerance;
 
@@ -33,6 +34,7 @@ use convergence::{Convergence, Reading};
 use exactness::Exactness;
 use methods::Methods;
 use reference::{END, FORCE};
+use stiff::Stiff;
 use tolerance::Tolerance;
 
 /// Measures errors against run time and writes figures, tables and numbers
@@ -114,6 +116,7 @@ pub struct Measured {
     exactness: Vec<Exactness>,
     methods: Methods,
     tolerances: Vec<Tolerance>,
+    stiff: Vec<Stiff>,
 }
 
 /// Measures, writes the files, prints the table; false if an order or an exactness is not as it must be.
@@ -150,6 +153,7 @@ fn measure(short: bool) -> Result<Measured, Error> {
         exactness: exactness::measure(&system, macro_steps)?,
         methods: methods::measure(&system, &sizes, repeats)?,
         tolerances: tolerance::measure(short)?,
+        stiff: stiff::measure()?,
     })
 }
 
