@@ -4,7 +4,7 @@ mod common;
 
 use common::bench::{Bench, Part, number};
 use common::{assert_gradient_is_exact_to, assert_gradient_is_exact_with, assert_order, assert_says, largest_difference};
-use hamiltonian_adjoint::planar::{Body, Harmonic};
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Composition, Error, Gradient, Grid, Inputs, LongSolver, Scene, Settings, Start, Sum, System, check, gradient,
     scenes::{AngleError, CartPendulum},
@@ -42,20 +42,9 @@ fn doubled() -> System {
     scene.compile().expect("scene")
 }
 
-/// Four rods on two feet; the angle of one crank is prescribed, the other one is driven.
 fn five_bar() -> System {
     let mut bench = Bench::new();
-    let [a, b, c, d, e] = [[0.0, 0.0], [0.1, 0.4], [0.6, 0.8], [1.0, 0.5], [1.2, 0.0]];
-    let (crank, left, right, rocker) = (bench.rod(a, b), bench.rod(b, c), bench.rod(c, d), bench.rod(e, d));
-    bench.hinge(Part::GROUND, crank, a);
-    bench.hinge(crank, left, b);
-    bench.hinge(left, right, c);
-    bench.hinge(right, rocker, d);
-    bench.hinge(Part::GROUND, rocker, e);
-    let constants = [crank.angle(), 0.3, 3.0, 0.0].map(|x| bench.bound(x).into());
-    let sigma = bench.scene.driven_angle("prescribed", Body::GROUND, crank.body, Harmonic, constants);
-    bench.multipliers.extend(sigma);
-    bench.drive(Part::GROUND, rocker);
+    bench.five_bar();
     bench.compile(Sum::Trapezoidal)
 }
 

@@ -1,6 +1,6 @@
 //! A scene under test: every constant in it is a design variable, and a cost that uses everything a cost may use.
 
-use hamiltonian_adjoint::planar::{Body, Frame, Point};
+use hamiltonian_adjoint::planar::{Body, Frame, Harmonic, Point};
 use hamiltonian_adjoint::{
     Control, Cost, CostPoint, Design, Grid, Inputs, Multiplier, Scalar, Scene, Settings, Start, Sum, System, simulate,
 };
@@ -104,6 +104,21 @@ impl Bench {
         self.hinge(coupler, rocker, c);
         self.hinge(Part::GROUND, rocker, d);
         self.drive(Part::GROUND, crank);
+    }
+
+    /// Four rods on two feet; the angle of one crank is prescribed as a function of time, the other one is driven.
+    pub fn five_bar(&mut self) {
+        let [a, b, c, d, e] = [[0.0, 0.0], [0.1, 0.4], [0.6, 0.8], [1.0, 0.5], [1.2, 0.0]];
+        let (crank, left, right, rocker) = (self.rod(a, b), self.rod(b, c), self.rod(c, d), self.rod(e, d));
+        self.hinge(Part::GROUND, crank, a);
+        self.hinge(crank, left, b);
+        self.hinge(left, right, c);
+        self.hinge(right, rocker, d);
+        self.hinge(Part::GROUND, rocker, e);
+        let constants = [crank.angle(), 0.3, 3.0, 0.0].map(|x| self.bound(x).into());
+        let sigma = self.scene.driven_angle("prescribed", Body::GROUND, crank.body, Harmonic, constants);
+        self.multipliers.extend(sigma);
+        self.drive(Part::GROUND, rocker);
     }
 
     /// Adds costs on every body and every multiplier: along the motion, summed like this, and at its end.
