@@ -33,7 +33,7 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
 
 /// The scalar product; the vectors have the same length.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y[..x.len()].as_chunks::<4>());
     let mut lanes = [0.0; 4];
     for (x, y) in x.iter().zip(y) {
         for k in 0..4 {
@@ -41,7 +41,8 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
         }
     }
     let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
+    // Halves of the lanes are added as they lie in registers.
+    (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]) + rest
 }
 
 #[cfg(test)]
