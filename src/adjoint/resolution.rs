@@ -192,11 +192,12 @@ impl AdjointSweep {
         design.iter_mut().zip(here.design).for_each(|(design, &value)| *design = Dual64::from_re(value));
         // c and e belong to the halves of both steps at the node.
         let per_second = if both == 0.0 { 0.0 } else { both.recip() };
-        c.iter_mut().zip(&self.node.c).for_each(|(c, of_node)| *c = per_second * of_node);
-        e.iter_mut().zip(&self.node.e).for_each(|(e, of_node)| *e = per_second * of_node);
-        d.iter_mut().zip(&self.node.b).for_each(|(d, b)| *d = -b);
+        let done = &self.step[self.stage];
+        c.iter_mut().zip(&done.c).for_each(|(c, of_node)| *c = per_second * of_node);
+        e.iter_mut().zip(&done.e).for_each(|(e, of_node)| *e = per_second * of_node);
+        d.iter_mut().zip(&done.b).for_each(|(d, b)| *d = -b);
         let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * (dot(x, y) + dot(x, z)).abs();
-        let gain = mean(&self.node.a, end.v, before.v) + mean(&self.node.b, rate_end, column(rates, k - 1));
+        let gain = mean(&done.a, end.v, before.v) + mean(&done.b, rate_end, column(rates, k - 1));
         *most = most.max(gain);
         let place = Place { step: self.refinement.given_step(node), time: here.t };
         let mut bends = bends.iter_mut();

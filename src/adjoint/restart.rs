@@ -7,6 +7,7 @@ use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
 use crate::number::largest;
+use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView};
 
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
@@ -24,8 +25,9 @@ impl AdjointSweep {
     ) -> Result<(), Breakdown> {
         self.cost.clear();
         self.cost_is_zero = false;
-        self.cost.q.iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
-        self.node.b.iter_mut().for_each(|b| *b = -*b);
+        let StageAdjoint { a, b, .. } = &mut self.step[self.stage];
+        self.cost.q.iter_mut().zip(a).for_each(|(q, a)| *q = -*a);
+        b.iter_mut().for_each(|b| *b = -*b);
         self.cross_momentum(system, motion, newton, restart, node);
         if let Some(projection) = restart.projection {
             self.cross_projection(system, motion, newton, (restart.q, projection), node)?;
@@ -36,7 +38,8 @@ impl AdjointSweep {
 
     /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
     fn cross_momentum(&mut self, system: &System, motion: &Motion, newton: &Newton, restart: &Restart, node: usize) {
-        let with = Covector { c: &self.node.b, d: &self.zeros.v, e: &self.zeros.sigma };
+        let StageAdjoint { b, e, .. } = &self.step[self.stage];
+        let with = Covector { c: b, d: &self.zeros.v, e: &self.zeros.sigma };
         newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
         self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
@@ -45,7 +48,7 @@ impl AdjointSweep {
         self.sigma_before.copy_from_slice(&self.rows.sigma);
         self.sigma_before_at = Some(restart.before);
         for &(j, mu) in &motion.trajectory.compliance {
-            self.sigma_before[j] += mu * self.node.e[j];
+            self.sigma_before[j] += mu * e[j];
         }
         let [now, before] = restart.weights;
         for (j_sigma, carried) in self.cost.sigma.iter_mut().zip(&mut self.sigma_before) {
@@ -67,23 +70,24 @@ impl AdjointSweep {
         (q_before, (nu, blocks)): (&[f64], (&[f64], &[f64])),
         node: usize,
     ) -> Result<(), Breakdown> {
+        let StageAdjoint { c, d, e, .. } = &mut self.step[self.stage];
         self.rows.q.fill(0.0);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
             // c of the iterate before, to see what changes.
-            self.node.d.copy_from_slice(&self.node.c);
+            d.copy_from_slice(c);
             let (positions, right) = (system.positions(), &mut self.right);
             let terms = self.cost.q.iter().zip(&self.rows.q);
             positions.v.iter().zip(terms).for_each(|(&position, (j_q, row))| right[position] = -(j_q + row));
             positions.sigma.iter().for_each(|&position| right[position] = 0.0);
             newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
-            self.node.c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
-            self.node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
-            let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
+            c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
+            e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
+            let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
-            self.node.d.iter_mut().zip(&self.node.c).for_each(|(d, c)| *d -= c);
-            let change = largest(&self.node.d);
-            if change <= 1e-16 * largest(&self.node.c) || change >= 0.5 * last {
+            d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
+            let change = largest(d);
+            if change <= 1e-16 * largest(c) || change >= 0.5 * last {
                 break;
             }
             last = change;
@@ -92,14 +96,14 @@ impl AdjointSweep {
 
         let here = motion.at(node);
         // w in the place of d, which is no longer needed.
-        self.node.d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
-        let at = NodeView { v: &self.node.d, sigma: nu, ..here };
-        let with = Covector { c: &self.node.c, d: &self.zeros.v, e: &self.zeros.sigma };
+        d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
+        let at = NodeView { v: d, sigma: nu, ..here };
+        let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         for batch in system.with_input_derivatives() {
             batch.pull_back_inputs(&at, &with, &mut rows);
-            batch.pull_back_phi(&at, &self.node.e, &mut rows);
+            batch.pull_back_phi(&at, e, &mut rows);
         }
         Ok(())
     }

@@ -41,9 +41,9 @@ pub(crate) struct AdjointSweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
-    /// The node or stage at hand, and the stages of the step at hand that are done.
-    pub(crate) node: StageAdjoint,
-    step: Vec<StageAdjoint>,
+    /// The stages of the step at hand, and which of them is at hand; the last one is the node.
+    pub(crate) step: Vec<StageAdjoint>,
+    pub(crate) stage: usize,
     /// What later stages carry to the one at hand.
     pub(crate) carried: Carried,
     pub(crate) cost: CostRows,
@@ -68,15 +68,15 @@ impl AdjointSweep {
     pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![0.0; len];
-        let node = StageAdjoint { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
+        let stage = StageAdjoint { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
         let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
         let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
         AdjointSweep {
             gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
             report: Report::default(),
             variables: None,
-            step: vec![node.clone(); scheme.stages()],
-            node,
+            step: vec![stage; scheme.stages()],
+            stage: scheme.inner(),
             carried: Carried::new(n, m),
             cost: CostRows::new(n, m, system.k(), system.designs()),
             rows: StateRows::new(n, m),
@@ -166,13 +166,13 @@ impl AdjointSweep {
         self.store(node);
         if node == 0 {
             self.start_rows(system, motion, newton);
-            self.growth.watch(system, &newton.weights, (&self.node.a, &self.node.b));
+            let StageAdjoint { a, b, .. } = &self.step[self.stage];
+            self.growth.watch(system, &newton.weights, (a, b));
             return Ok(());
         }
         if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
             self.watch_resolution(system, motion, restart.as_ref(), node);
         }
-        std::mem::swap(&mut self.node, &mut self.step[last - 1]);
         if last > 1 {
             self.inner_stages(system, motion, newton, node)?;
         }
@@ -203,7 +203,6 @@ impl AdjointSweep {
             // A longer step moves the stage by its share of it, and all that comes later by all of it.
             self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
             self.time += before;
-            std::mem::swap(&mut self.node, &mut self.step[s - 1]);
         }
         Ok(())
     }
@@ -313,27 +312,28 @@ impl AdjointSweep {
         blocks: Option<&[f64]>,
     ) -> Result<(), Error> {
         let n = system.n();
-        let (node, carried) = (&mut self.node, &self.carried);
+        self.stage = s - 1;
+        let (node, carried) = (&mut self.step[s - 1], &self.carried);
         let cost = (!self.cost_is_zero).then_some(&self.cost);
         let at = motion.block_column(i - motion.first, s);
         let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
         let positions = system.positions();
         let right = &mut self.right[..];
         // Of equal length, so that the loops below need no checks.
-        let (a_sum, b_sum) = (&carried.a[..n], &carried.b[..n]);
+        let (a_sum, b_sum, position) = (&carried.a[..n], &carried.b[..n], &positions.v[..n]);
         let (alpha, beta, h_sum) = (&carried.alpha[..n], &carried.beta[..n], h + carried.factor);
 
         // d̂, and the right-hand side.
         let d = &mut node.d[..n];
-        for (k, &position) in positions.v[..n].iter().enumerate() {
+        right.fill(0.0);
+        for k in 0..n {
             d[k] = -(h_sum * b_sum[k] + beta[k]);
-            right[position] = h_sum * a_sum[k] + alpha[k];
+            right[position[k]] = h_sum * a_sum[k] + alpha[k];
         }
-        positions.sigma.iter().for_each(|&position| right[position] = 0.0);
         if let Some(cost) = cost {
-            for (k, &position) in positions.v[..n].iter().enumerate() {
+            for k in 0..n {
                 d[k] += cost.p_star_dot[k] + h * cost.p_star[k];
-                right[position] -= cost.v[k] + h * cost.q[k];
+                right[position[k]] -= cost.v[k] + h * cost.q[k];
             }
             positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
         }
@@ -347,10 +347,11 @@ impl AdjointSweep {
         }
 
         let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
-        for (k, &position) in positions.v[..n].iter().enumerate() {
-            c[k] = right[position];
-            d[k] -= h * c[k];
-            b[k] = c[k] + b_sum[k];
+        for k in 0..n {
+            let of_v = right[position[k]];
+            c[k] = of_v;
+            d[k] -= h * of_v;
+            b[k] = of_v + b_sum[k];
         }
         node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
         a.copy_from_slice(a_sum);
@@ -370,8 +371,9 @@ impl AdjointSweep {
         at: impl Fn() -> NodeView<'a, f64>,
         node: usize,
     ) -> Result<(), Error> {
-        newton.evaluation.constants.pull_back_controls(&self.node.d, &mut self.u);
-        let with = Covector { c: &self.node.c, d: &self.node.d, e: &self.node.e };
+        let StageAdjoint { c, d, e, .. } = &self.step[self.stage];
+        newton.evaluation.constants.pull_back_controls(d, &mut self.u);
+        let with = Covector { c, d, e };
         let design = self.gradient.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
@@ -392,11 +394,10 @@ impl AdjointSweep {
             (j, _) => trajectory.rates(k, j),
         };
         let mut own = 0.0;
-        for s in 1..=last {
-            let StageAdjoint { a, b, .. } = &self.step[s - 1];
-            for j in 0..=s {
+        for (stage, row) in self.step.iter().zip(scheme.rows) {
+            for (j, weight) in row.iter().enumerate() {
                 let (v, rate) = rates(j);
-                own += scheme.a(s, j) * (dot(a, v) + dot(b, rate));
+                own += weight * (dot(&stage.a, v) + dot(&stage.b, rate));
             }
         }
         self.refinement.add_step(i, self.time - own, &mut self.gradient.steps);
@@ -405,7 +406,7 @@ impl AdjointSweep {
     /// Keeps the adjoint variables of node `i`, if they are wanted.
     fn store(&mut self, i: usize) {
         let Some(variables) = &mut self.variables else { return };
-        let (node, carried, cost) = (&self.node, &self.carried, &self.cost);
+        let (node, carried, cost) = (&self.step[self.stage], &self.carried, &self.cost);
         // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
         column_mut(&mut variables.b, i).copy_from_slice(&node.b);
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
@@ -429,8 +430,9 @@ impl AdjointSweep {
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
     fn start_rows(&mut self, system: &System, motion: &Motion, newton: &Newton) {
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
-        self.gradient.start.q_mut().iter_mut().zip(&self.node.a).for_each(|(q, a)| *q = -a);
-        self.gradient.start.rate_mut().iter_mut().zip(&self.node.b).for_each(|(p, b)| *p = -b);
+        let StageAdjoint { a, b, .. } = &self.step[self.stage];
+        self.gradient.start.q_mut().iter_mut().zip(a).for_each(|(q, a)| *q = -a);
+        self.gradient.start.rate_mut().iter_mut().zip(b).for_each(|(p, b)| *p = -b);
         if let Start::Velocity { q, v } = &mut self.gradient.start {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];

@@ -11,6 +11,7 @@
 
 use nalgebra::DMatrix;
 
+use super::column_mut;
 use crate::number::Real;
 use crate::system::{GivenWeights, Weights};
 use crate::{Grid, Inputs, Scheme};
@@ -121,13 +122,14 @@ impl Refinement {
     /// Adds dJ/du of a node taken, times a factor, to those of the given nodes.
     pub(crate) fn add_controls(&self, node: usize, factor: f64, taken: &[f64], given: &mut DMatrix<f64>) {
         let (step, end) = if node == 0 { (0, 0.0) } else { (self.part(node).step, self.part(node).end) };
-        for (channel, derivative) in taken.iter().enumerate() {
-            if end < 1.0 {
-                given[(channel, step)] += factor * (1.0 - end) * derivative;
-            }
-            if end > 0.0 {
-                given[(channel, step + 1)] += factor * end * derivative;
-            }
+        let mut add = |step: usize, factor: f64| {
+            column_mut(given, step).iter_mut().zip(taken).for_each(|(sum, derivative)| *sum += factor * derivative);
+        };
+        if end < 1.0 {
+            add(step, factor * (1.0 - end));
+        }
+        if end > 0.0 {
+            add(step + 1, factor * end);
         }
     }
 

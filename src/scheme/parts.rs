@@ -56,6 +56,31 @@ impl Carried {
         self.factor = 0.0;
     }
 
+    /// All of the only stage of a step, which is done with.
+    #[inline]
+    fn take(&mut self, only: &mut StageAdjoint, factor: f64) {
+        std::mem::swap(&mut self.a, &mut only.a);
+        std::mem::swap(&mut self.b, &mut only.b);
+        std::mem::swap(&mut self.e, &mut only.e);
+        self.factor = factor;
+    }
+
+    // By itself, so that one stage has nothing to do with it.
+    #[inline(never)]
+    fn sum(&mut self, (scheme, s): (&Scheme, usize), dt: f64, stages: &[StageAdjoint]) {
+        self.clear();
+        for r in s + 1..=scheme.stages() {
+            let (stage, factor) = (&stages[r - 1], dt * scheme.a(r, s));
+            add(&mut self.alpha, factor, &stage.a);
+            add(&mut self.beta, factor, &stage.b);
+            if s == 0 {
+                add(&mut self.a, 1.0, &stage.a);
+                add(&mut self.b, 1.0, &stage.b);
+                add(&mut self.e, 1.0, &stage.e);
+            }
+        }
+    }
+
     /// α and β of coordinate k.
     #[inline]
     pub(crate) fn alpha_and_beta(&self, k: usize) -> (f64, f64) {
@@ -67,23 +92,9 @@ impl Carried {
 /// the step begins, and then they are done with).
 #[inline]
 pub(crate) fn carried_part((scheme, s): (&Scheme, usize), dt: f64, stages: &mut [StageAdjoint], into: &mut Carried) {
-    if let [only] = stages {
-        std::mem::swap(&mut into.a, &mut only.a);
-        std::mem::swap(&mut into.b, &mut only.b);
-        std::mem::swap(&mut into.e, &mut only.e);
-        into.factor = dt * scheme.a(1, 0);
-        return;
-    }
-    into.clear();
-    for r in s + 1..=scheme.stages() {
-        let (stage, factor) = (&stages[r - 1], dt * scheme.a(r, s));
-        add(&mut into.alpha, factor, &stage.a);
-        add(&mut into.beta, factor, &stage.b);
-        if s == 0 {
-            add(&mut into.a, 1.0, &stage.a);
-            add(&mut into.b, 1.0, &stage.b);
-            add(&mut into.e, 1.0, &stage.e);
-        }
+    match stages {
+        [only] => into.take(only, dt * scheme.a(1, 0)),
+        _ => into.sum((scheme, s), dt, stages),
     }
 }
 
