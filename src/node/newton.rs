@@ -30,7 +30,7 @@ use crate::linear::{BlockLu, Breakdown};
 use crate::motion::Report;
 use crate::node::Evaluation;
 use crate::node::{StepFailure, Unknowns};
-use crate::number::{all_finite, larger};
+use crate::number::{add, all_finite, larger};
 use crate::system::{Given, KnownPart};
 use crate::system::{NodeView, Pair};
 use crate::{Settings, System};
@@ -259,11 +259,11 @@ impl Newton {
         self.delta.fill(0.0);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         // What N has in the rows of condensed unknowns depends on time at most.
-        self.linear[..self.condensed].iter_mut().zip(&self.delta).for_each(|(linear, n)| *linear += n);
+        add(&mut self.linear[..self.condensed], &self.delta);
         self.matrix.reduce(&mut self.linear);
         self.matrix.subtract_constant_product(&self.x, &mut self.linear);
         let free = self.condensed..;
-        self.delta[free.clone()].iter_mut().zip(&self.linear[free]).for_each(|(r, linear)| *r += linear);
+        add(&mut self.delta[free.clone()], &self.linear[free]);
         let scale = self.weights.of_momenta(system.positions(), from.p_star);
         self.floor = SMALL * scale;
         Ok(scale)
@@ -290,7 +290,7 @@ impl Newton {
             report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         }
         let free = self.condensed..;
-        self.x[free.clone()].iter_mut().zip(&self.delta[free]).for_each(|(x, delta)| *x += delta);
+        add(&mut self.x[free.clone()], &self.delta[free]);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
             self.size = self.weights.of(&self.x);
         }

@@ -31,6 +31,12 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
     lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|x| x.is_finite())
 }
 
+/// x += y; that the two do not overlap is known from here on.
+#[inline]
+pub(crate) fn add(x: &mut [f64], y: &[f64]) {
+    x.iter_mut().zip(y).for_each(|(x, y)| *x += y);
+}
+
 /// The scalar product; the vectors have the same length.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y[..x.len()].as_chunks::<4>());

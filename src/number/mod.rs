@@ -10,6 +10,6 @@ pub mod trace;
 
 pub use complex::Cx;
 pub(crate) use fingerprint::Fingerprint;
-pub(crate) use lanes::{all_finite, dot, larger, largest};
+pub(crate) use lanes::{add, all_finite, dot, larger, largest};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};

@@ -103,11 +103,11 @@ impl Constants {
     /// in the solver's order and with the opposite sign.
     pub(crate) fn step_constants(&self, from: &KnownPart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
+        r.fill(0.0);
         let terms = self.l_v.iter().zip(&self.force).zip(from.p_star);
         for (((l_v, force), start), &position) in terms.zip(&positions.v) {
             r[position] = start - l_v + h * force;
         }
-        positions.sigma.iter().for_each(|&position| r[position] = 0.0);
         for (matrix, x, factor) in [(&self.vq, from.q, -1.0), (&self.qq, from.q, h), (&self.q_u, given.u, h)] {
             matrix.iter().for_each(|e| r[positions.v[e.row]] += factor * e.value * x[e.col]);
         }
