@@ -168,6 +168,8 @@ impl ForwardSweep {
         Ok(())
     }
 
+    // By itself, so that nothing is prepared for a loop over one stage.
+    #[inline(never)]
     fn solve_stage(&mut self, system: &System, node: usize, s: usize, settings: &Settings) -> Result<(), StepFailure> {
         let (dt, k) = (self.motion.inputs.grid.steps[node - 1], node - self.motion.first);
         self.stepper.begin_stage(&mut self.motion, k, s, dt);
@@ -218,7 +220,6 @@ impl ForwardSweep {
         settings: &Settings,
     ) -> Result<(), StepFailure> {
         self.stepper.stage = self.motion.trajectory.last_stage();
-        self.stepper.u.copy_from_slice(self.motion.inputs.at(node).0);
         self.solve(system, node, h, settings)
     }
 
@@ -228,8 +229,10 @@ impl ForwardSweep {
         let from =
             KnownPart { h, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
         let design = self.motion.inputs.design.as_slice();
+        let is_node = s == self.motion.trajectory.last_stage();
         let columns = self.motion.trajectory.stage_mut(k, s);
-        let given = Given { u: &self.stepper.u, t: *columns.time, design };
+        let u = if is_node { column(&self.motion.inputs.controls, node) } else { columns.u };
+        let given = Given { u, t: *columns.time, design };
         let mut unknowns = Unknowns { q: columns.q, v: columns.v, sigma: columns.sigma, p_star_dot: columns.p_star_dot };
         let worst = self.monitor.report.worst_pivot;
         self.stepper.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.monitor.report)?;
@@ -278,9 +281,11 @@ impl ForwardSweep {
 
     /// Dependent constraints that cannot be satisfied together pull their compliances apart.
     pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        if self.motion.trajectory.compliance.is_empty() {
-            return Ok(());
-        }
+        if self.motion.trajectory.compliance.is_empty() { Ok(()) } else { self.compare_gaps(system, node, settings) }
+    }
+
+    #[cold]
+    fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         let at = self.motion.at(node);
         let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(at.v);
         let gap = |&(j, mu): &(usize, f64)| (j, (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs());
@@ -366,11 +371,8 @@ impl ForwardSweep {
         let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
         // An iteration that ran away says nothing of a formula.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
-        let (u, design) = (&self.stepper.u[..], self.motion.inputs.design.as_slice());
-        let at = NodeView::of_equations(
-            [&q, &x.v, &x.sigma],
-            (u, self.motion.trajectory.stage(node - self.motion.first, self.stepper.stage).t, design),
-        );
+        let stage = self.motion.at_stage(node, self.stepper.stage);
+        let at = NodeView { q: &q, v: &x.v, sigma: &x.sigma, ..stage };
         is_point.then(|| system.find_not_finite(&at, self.motion.given_step(node))).flatten()
     }
 

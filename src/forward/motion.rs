@@ -47,8 +47,11 @@ impl Motion {
         self.trajectory.columns(node - self.first).with_inputs(self.inputs.at(node))
     }
 
-    /// What they depend on at a stage of the step into a node that lies before it.
+    /// What they depend on at a stage of the step into a node; the last one is the node itself.
     pub(crate) fn at_stage(&self, node: usize, s: usize) -> NodeView<'_, f64> {
+        if s == self.trajectory.last_stage() {
+            return self.at(node);
+        }
         NodeView { design: self.inputs.design.as_slice(), ..self.trajectory.stage(node - self.first, s) }
     }
 

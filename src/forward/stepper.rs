@@ -14,9 +14,8 @@ pub(crate) struct Stepper {
     pub(crate) continuation: Continuation,
     /// The first node that may be extrapolated from.
     pub(crate) smooth_from: usize,
-    /// The stage at hand, and its controls.
+    /// The stage at hand.
     pub(crate) stage: usize,
-    pub(crate) u: Vec<f64>,
     /// Its known part, q̄ and p̄, and σ₋.
     pub(crate) start_q: Vec<f64>,
     pub(crate) start_p: Vec<f64>,
@@ -32,7 +31,6 @@ impl Stepper {
             continuation: Continuation::new(n, m),
             smooth_from: 0,
             stage: scheme.stages(),
-            u: vec![0.0; system.k()],
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
             start_sigma: vec![0.0; m],
@@ -51,7 +49,7 @@ impl Stepper {
         dt * scheme.a(self.stage, self.stage)
     }
 
-    /// Makes stage s of a step of this length into column k the one at hand: its time, its controls and its known part.
+    /// Makes stage s of a step of this length into column k the one at hand: its time, and controls if it lies between nodes, and its known part.
     #[inline]
     pub(crate) fn begin_stage(&mut self, motion: &mut Motion, k: usize, s: usize, dt: f64) {
         let Motion { trajectory, inputs, first, .. } = motion;
@@ -60,9 +58,6 @@ impl Stepper {
         self.stage = s;
         if s < trajectory.last_stage() {
             trajectory.place_stage(k, s, dt, inputs.at_ends(*first + k));
-            self.u.copy_from_slice(trajectory.stage(k, s).u);
-        } else {
-            self.u.copy_from_slice(inputs.at(*first + k).0);
         }
         let scheme = &trajectory.scheme;
         let (q, v) = (column(&trajectory.q, k - 1), column(&trajectory.v, k - 1));

@@ -26,7 +26,7 @@ pub struct Stages<R = f64> {
     pub u: DMatrix<R>,
 }
 
-/// The state of one node or stage, to be written.
+/// The state of one node or stage, to be written, and the controls of a stage between nodes.
 pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) time: &'a mut R,
     pub(crate) q: &'a mut [R],
@@ -34,6 +34,7 @@ pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) p_star: &'a mut [R],
     pub(crate) p_star_dot: &'a mut [R],
     pub(crate) sigma: &'a mut [R],
+    pub(crate) u: &'a [R],
 }
 
 impl<R: Real> Stages<R> {
@@ -77,6 +78,7 @@ impl<R: Real> Stages<R> {
             p_star: column_mut(&mut self.p_star, i),
             p_star_dot: column_mut(&mut self.p_star_dot, i),
             sigma: column_mut(&mut self.sigma, i),
+            u: column(&self.u, i),
         }
     }
 }

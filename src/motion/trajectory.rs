@@ -127,6 +127,7 @@ impl<R: Real> Trajectory<R> {
             p_star: column_mut(&mut self.p_star, k),
             p_star_dot: column_mut(&mut self.p_star_dot, k),
             sigma: column_mut(&mut self.sigma, k),
+            u: &[],
         }
     }
 
@@ -256,13 +257,13 @@ impl<R: Real> Trajectory<R> {
 /// Column `i` as a slice.
 pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
     let rows = matrix.nrows();
-    &matrix.as_slice()[i * rows..(i + 1) * rows]
+    &matrix.as_slice()[i * rows..][..rows]
 }
 
 /// Column `i` as a slice, to be written.
 pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
     let rows = matrix.nrows();
-    &mut matrix.as_mut_slice()[i * rows..(i + 1) * rows]
+    &mut matrix.as_mut_slice()[i * rows..][..rows]
 }
 
 fn is_finite<R: Real>(x: R) -> bool {

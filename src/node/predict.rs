@@ -33,21 +33,28 @@ impl Predictor {
         self.prepare(steps);
         for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
             let rows = matrix.nrows();
-            let (before, now) = matrix.as_mut_slice()[(i - self.used) * rows..(i + 1) * rows].split_at_mut(self.used * rows);
-            let node = |k: usize| &before[k * rows..][..rows];
-            match (self.used, self.weights) {
-                // The usual case in one pass.
-                (5, [a, b, c, d, e]) => {
-                    let nodes = node(0).iter().zip(node(1)).zip(node(2).iter().zip(node(3))).zip(node(4));
-                    for (x, (((x0, x1), (x2, x3)), x4)) in now.iter_mut().zip(nodes) {
-                        *x = (a * x0 + b * x1) + (c * x2 + d * x3) + e * x4;
-                    }
+            let columns = &mut matrix.as_mut_slice()[(i - self.used) * rows..][..(self.used + 1) * rows];
+            let (before, now) = columns.split_at_mut(self.used * rows);
+            self.extrapolate(before, now);
+        }
+    }
+
+    /// Writes the weighted sum of the nodes before.
+    fn extrapolate(&self, before: &[f64], now: &mut [f64]) {
+        let rows = now.len();
+        let node = |k: usize| &before[k * rows..][..rows];
+        match (self.used, self.weights) {
+            // The usual case in one pass.
+            (5, [a, b, c, d, e]) => {
+                let nodes = node(0).iter().zip(node(1)).zip(node(2).iter().zip(node(3))).zip(node(4));
+                for (x, (((x0, x1), (x2, x3)), x4)) in now.iter_mut().zip(nodes) {
+                    *x = (a * x0 + b * x1) + (c * x2 + d * x3) + e * x4;
                 }
-                (used, weights) => {
-                    now.fill(0.0);
-                    for (k, weight) in weights[..used].iter().enumerate() {
-                        now.iter_mut().zip(node(k)).for_each(|(x, y)| *x += weight * y);
-                    }
+            }
+            (used, weights) => {
+                now.fill(0.0);
+                for (k, weight) in weights[..used].iter().enumerate() {
+                    now.iter_mut().zip(node(k)).for_each(|(x, y)| *x += weight * y);
                 }
             }
         }
