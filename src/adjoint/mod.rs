@@ -1,9 +1,11 @@
 //! The way back: the discrete adjoint equations, the gradient, and how far it can be trusted.
 
+mod accuracy;
 mod gradient;
 mod growth;
 mod resolution;
 mod restart;
+mod stage;
 mod sweep;
 
 pub use gradient::{AdjointVariables, Gradient};

@@ -10,18 +10,12 @@
 //!   ∂q :  a − a₊ + 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e + J_q = 0
 //! ```
 //!
-//! Insert b = c + b₊ − J_p* into d: d = −h c + d̂ with d̂ = J_ṗ* + h J_p* − (h + h₊) b₊. Then ∂v + h ∂q and ∂σ are n + m equations for
-//! (c, e) with the matrix K(h)ᵀ, and at node 0 the same with h = 0:
-//!
-//! ```text
-//!   Kᵀ (c, e) = ( (h + h₊) a₊ − J_v − h J_q − (𝓛_qv + Q_v)ᵀ d̂ − h (𝓛_qq + Q_q)ᵀ d̂,   −J_σ − (dΦ/dt)_q d̂ )
-//! ```
-//!
-//! With a compliance (`forward/redundancy.rs`) μ the last part is −J_σ − (dΦ/dt)_q d̂ − μ e₊.
+//! With other schemes A, B, α, β (`scheme/parts.rs`) take the places of a₊, b₊, h₊ a₊, h₊ b₊; each stage is solved by [`stage`](super::stage).
 
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
+use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::growth::Growth;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
@@ -29,7 +23,7 @@ use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
-use crate::motion::{Report, column, column_mut};
+use crate::motion::{Report, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint, carried_part};
@@ -51,11 +45,14 @@ pub(crate) struct AdjointSweep {
     pub(crate) rows: StateRows,
     /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
     pub(crate) right: Vec<f64>,
+    /// (c, e) before its refinement.
+    pub(super) solution: Vec<f64>,
     pub(crate) zeros: Pair,
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) sigma_before: Vec<f64>,
     pub(crate) sigma_before_at: Option<usize>,
     growth: Growth,
+    pub(super) accuracy: Accuracy,
     /// dJ/du of the node or stage at hand.
     pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
@@ -82,10 +79,12 @@ impl AdjointSweep {
             rows: StateRows::new(n, m),
             cost_is_zero: true,
             right: zeros(n + m),
+            solution: zeros(n + m),
             zeros: Pair::new(n, m),
             sigma_before: zeros(m),
             sigma_before_at: None,
             growth: Growth::default(),
+            accuracy: Accuracy::default(),
             u: zeros(system.k()),
             time: 0.0,
             resolution: Resolution::new(system),
@@ -214,6 +213,7 @@ impl AdjointSweep {
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;
         self.growth.begin(motion);
+        self.accuracy = Accuracy::default();
         self.resolution.begin();
         let nodes = inputs.grid.nodes() - motion.trajectory.inserted.len();
         let gradient = &mut self.gradient;
@@ -297,70 +297,8 @@ impl AdjointSweep {
         Err(system.bad_cost(at, weights, &mut self.cost, self.refinement.given_step(node)))
     }
 
-    fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {
+    pub(super) fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {
         system.singular_step(breakdown, self.refinement.given_step(node), motion.at(node).t)
-    }
-
-    /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others.
-    fn solve_stage(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        newton: &mut Newton,
-        (i, s): (usize, usize),
-        h: f64,
-        blocks: Option<&[f64]>,
-    ) -> Result<(), Error> {
-        let n = system.n();
-        self.stage = s - 1;
-        let (node, carried) = (&mut self.step[s - 1], &self.carried);
-        let cost = (!self.cost_is_zero).then_some(&self.cost);
-        let at = motion.block_column(i - motion.first, s);
-        let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
-        let positions = system.positions();
-        let right = &mut self.right[..];
-        // Of equal length, so that the loops below need no checks.
-        let (a_sum, b_sum, position) = (&carried.a[..n], &carried.b[..n], &positions.v[..n]);
-        let (alpha, beta, h_sum) = (&carried.alpha[..n], &carried.beta[..n], h + carried.factor);
-
-        // d̂, and the right-hand side.
-        let d = &mut node.d[..n];
-        right.fill(0.0);
-        for k in 0..n {
-            d[k] = -(h_sum * b_sum[k] + beta[k]);
-            right[position[k]] = h_sum * a_sum[k] + alpha[k];
-        }
-        if let Some(cost) = cost {
-            for k in 0..n {
-                d[k] += cost.p_star_dot[k] + h * cost.p_star[k];
-                right[position[k]] -= cost.v[k] + h * cost.q[k];
-            }
-            positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
-        }
-        for &(j, mu) in &motion.trajectory.compliance {
-            right[positions.sigma[j]] -= mu * carried.e[j];
-        }
-        newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
-
-        if let Err(breakdown) = newton.factor_and_solve_transposed(system, h, blocks, right, &mut self.report) {
-            return Err(self.singular(system, motion, i, &breakdown));
-        }
-
-        let (a, b, c, d) = (&mut node.a[..n], &mut node.b[..n], &mut node.c[..n], &mut node.d[..n]);
-        for k in 0..n {
-            let of_v = right[position[k]];
-            c[k] = of_v;
-            d[k] -= h * of_v;
-            b[k] = of_v + b_sum[k];
-        }
-        node.e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
-        a.copy_from_slice(a_sum);
-        if let Some(cost) = cost {
-            a.iter_mut().zip(&cost.q).for_each(|(a, j_q)| *a -= j_q);
-            b.iter_mut().zip(&cost.p_star).for_each(|(b, j_p)| *b -= j_p);
-        }
-        newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
-        Ok(())
     }
 
     /// Adds derivatives with respect to u, the design variables and the time of the node at hand.

@@ -1,6 +1,6 @@
 //! The constant part of the matrix and the elimination of the condensed unknowns.
 
-use super::block_lu::Breakdown;
+use super::factorization::Breakdown;
 use super::symbolic::{Step, Symbolic};
 
 /// A condensed pivot must exceed this fraction of the magnitudes that were added up in it.

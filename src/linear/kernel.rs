@@ -3,6 +3,7 @@
 //! With P D = L_D U_D the elimination overwrites U by L_D⁻¹P U and L by L U_D⁻¹, and subtracts the
 //! products of their lines from the later panels.
 
+use super::factorization::RightSide;
 use super::lu::{self, Cancelled};
 use super::node::{Later, Node, Pair};
 use super::size::{Fixed, Free, Size};
@@ -21,16 +22,6 @@ pub(super) struct State<'a> {
     pub(super) swaps: &'a mut [usize],
     /// Magnitudes added to the diagonal entries, per position.
     pub(super) scale: &'a mut [f64],
-}
-
-/// What is eliminated along with a matrix: the processor overlaps it with the elimination of the nodes that follow.
-#[derive(Debug)]
-pub(super) enum RightSide<'a> {
-    None,
-    /// Of K x = r.
-    Of(&'a mut [f64]),
-    /// Of Kᵀ x = r.
-    OfTransposed(&'a mut [f64]),
 }
 
 /// The work on one node, compiled for each of the sizes.
@@ -53,6 +44,7 @@ pub(super) trait Kernel: Debug + Sync {
     fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
     fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
+    fn forward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
@@ -77,6 +69,10 @@ impl<K: NodeKernel> Kernel for K {
 
     fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
         nodes.iter().rev().for_each(|node| K::backward(node, values, swaps, x));
+    }
+
+    fn forward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        nodes.iter().for_each(|node| K::forward_transposed(node, values, swaps, x));
     }
 
     fn backward_transposed(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]) {

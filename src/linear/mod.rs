@@ -5,8 +5,8 @@
 //!
 //! * [`Symbolic`], once per [`Pattern`]: which constant unknowns are condensed, the order in which the
 //!   groups of the others are eliminated, and where every entry is stored;
-//! * [`BlockLu::set_constant`], once per set of constant values: the elimination of the condensed unknowns;
-//! * [`BlockLu::factor`], at every iteration: a block LU of the rest, node by node.
+//! * [`Matrix::set_constant`], once per set of constant values: the elimination of the condensed unknowns;
+//! * [`Factorization::factor`], at every iteration: of the rest. [`BlockLu`] does it node by node; whatever else does it fits in its place.
 //!
 //! The rows are interchanged inside a node only, so every node's diagonal block must be regular when
 //! its turn comes; [`Group::after`] lets the caller see to that.
@@ -15,10 +15,12 @@ mod block_lu;
 mod condense;
 mod constant;
 mod equilibrate;
+mod factorization;
 mod fill;
 mod graph;
 mod kernel;
 mod lu;
+mod matrix;
 mod node;
 mod order;
 mod pattern;
@@ -30,9 +32,15 @@ mod waiting;
 #[cfg(test)]
 mod samples;
 #[cfg(test)]
+mod sparse_lu;
+#[cfg(test)]
 mod tests;
 
-pub(crate) use block_lu::{BlockLu, Breakdown};
+pub(crate) use block_lu::BlockLu;
 pub(crate) use equilibrate::equilibrate;
+pub(crate) use factorization::{Breakdown, Factorization};
+pub(crate) use matrix::Matrix;
 pub(crate) use pattern::{Branch, Group, Pattern};
+#[cfg(test)]
+pub(crate) use sparse_lu::SparseLu;
 pub(crate) use symbolic::Symbolic;

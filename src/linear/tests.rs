@@ -3,11 +3,11 @@
 use super::graph::VISITS;
 use super::node::Shape;
 use super::samples::{Random, blocks, bodies, fill, sizes, tree};
-use super::{BlockLu, Branch, Group, Pattern, Symbolic};
+use super::{BlockLu, Branch, Factorization, Group, Matrix, Pattern, SparseLu, Symbolic};
 use nalgebra::{DMatrix, DVector};
 
 /// Constant part: what lies on constant unknowns, and a third of the rest in two summands.
-fn set_constant(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
+fn set_constant<F: Factorization>(lu: &mut Matrix<F>, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
     let mut triplets = vec![];
     for (i, j) in pattern.symmetric_entries() {
         if pattern.constant[i] || pattern.constant[j] {
@@ -19,12 +19,12 @@ fn set_constant(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMat
     lu.set_constant(s, 0, &triplets).expect("regular pivots");
 }
 
-fn assemble(lu: &mut BlockLu, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
-    lu.reset();
+fn assemble<F: Factorization>(lu: &mut Matrix<F>, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
+    let values = lu.reset();
     for (i, j) in pattern.symmetric_entries() {
         if !(pattern.constant[i] || pattern.constant[j]) {
             let slot = s.slot(i, j).expect("varying entry");
-            lu.values_mut()[slot] += matrix[(i, j)] * 2.0 / 3.0;
+            values[slot] += matrix[(i, j)] * 2.0 / 3.0;
         }
     }
 }
@@ -51,33 +51,47 @@ fn check(pattern: &Pattern, diagonal: f64, seed: u64) -> Symbolic {
 
 /// As `check`, after a change of the values.
 fn check_with(pattern: &Pattern, diagonal: f64, seed: u64, change: impl Fn(&mut DMatrix<f64>)) -> Symbolic {
-    let random = &mut Random(seed);
     let s = Symbolic::analyse(pattern);
-    let mut lu = BlockLu::new(&s);
+    solve_in_all_ways::<BlockLu>(&s, pattern, diagonal, seed, &change);
+    solve_in_all_ways::<SparseLu>(&s, pattern, diagonal, seed, &change);
+    s
+}
+
+fn solve_in_all_ways<F: Factorization>(
+    s: &Symbolic,
+    pattern: &Pattern,
+    diagonal: f64,
+    seed: u64,
+    change: &impl Fn(&mut DMatrix<f64>),
+) {
+    let random = &mut Random(seed);
+    let mut lu = Matrix::<F>::new(s);
     for _ in 0..3 {
         let mut matrix = fill(pattern, diagonal, random);
         change(&mut matrix);
         let b = DVector::from_fn(pattern.size, |_, _| random.unit());
-        set_constant(&mut lu, &s, pattern, &matrix);
-        assemble(&mut lu, &s, pattern, &matrix);
-        lu.factor(&s).expect("regular");
+        set_constant(&mut lu, s, pattern, &matrix);
+        assemble(&mut lu, s, pattern, &matrix);
+        lu.factor(s).expect("regular");
         assert!(lu.worst_pivot() > 1e-13 && lu.worst_pivot() <= 1.0);
-        let mut x = permuted(&s, &b);
-        lu.solve(&s, &mut x);
-        compare(&s, &x, &matrix, &b);
-        assemble(&mut lu, &s, pattern, &matrix);
-        let mut z = permuted(&s, &b);
-        lu.factor_and_solve_transposed(&s, &mut z).expect("regular");
-        compare(&s, &z, &matrix.transpose(), &b);
+        let mut x = permuted(s, &b);
+        lu.solve(s, &mut x);
+        compare(s, &x, &matrix, &b);
+        assemble(&mut lu, s, pattern, &matrix);
+        let mut z = permuted(s, &b);
+        lu.factor_and_solve_transposed(s, &mut z).expect("regular");
+        compare(s, &z, &matrix.transpose(), &b);
+        let mut again = permuted(s, &b);
+        lu.solve_transposed(s, &mut again);
+        compare(s, &again, &matrix.transpose(), &b);
 
-        assemble(&mut lu, &s, pattern, &matrix);
-        let mut again = permuted(&s, &b);
+        assemble(&mut lu, s, pattern, &matrix);
+        let mut again = permuted(s, &b);
         lu.reduce(&mut again);
-        lu.factor_and_solve_reduced(&s, &mut again).expect("regular");
+        lu.factor_and_solve_reduced(s, &mut again).expect("regular");
         lu.expand(&mut again);
         assert_eq!(x, again);
     }
-    s
 }
 
 #[test]
@@ -233,7 +247,7 @@ fn singular_matrices_are_reported() {
     let random = &mut Random(9);
     let pattern = blocks(&[3, 4, 9], &[(0, 1), (1, 2)]);
     let s = Symbolic::analyse(&pattern);
-    let mut lu = BlockLu::new(&s);
+    let mut lu = Matrix::<BlockLu>::new(&s);
     let mut matrix = fill(&pattern, 12.0, random);
     for (row, of) in [(1, 0), (5, 4), (12, 11)] {
         let kept = matrix.clone();
@@ -246,7 +260,7 @@ fn singular_matrices_are_reported() {
         assert!(breakdown.pivot.abs() < 1e-13 * breakdown.scale);
         matrix = kept;
     }
-    lu.values_mut().fill(f64::NAN);
+    lu.reset().fill(f64::NAN);
     assert!(lu.factor(&s).is_err());
 }
 
@@ -259,7 +273,7 @@ fn what_a_pivot_loses_is_told_by_every_kernel() {
         for (i, j) in [(size - 1, size), (0, size - 1)].into_iter().filter(|(i, j)| i < j) {
             let mut matrix = DMatrix::identity(2 * size, 2 * size);
             (matrix[(i, j)], matrix[(j, i)], matrix[(j, j)]) = (1.0, 1.0, 1.0 + delta);
-            let mut lu = BlockLu::new(&s);
+            let mut lu = Matrix::<BlockLu>::new(&s);
             set_constant(&mut lu, &s, &pattern, &matrix);
             assemble(&mut lu, &s, &pattern, &matrix);
             lu.factor(&s).expect("regular");
@@ -293,7 +307,7 @@ fn redundant_constraints_are_reported() {
                 constant: (0..4).map(|i| i < constants).collect(),
                 groups: groups.collect(),
             });
-            let mut lu = BlockLu::new(&s);
+            let mut lu = Matrix::<BlockLu>::new(&s);
             let result = lu.set_constant(&s, 0, &triplets).and_then(|()| {
                 lu.reset();
                 lu.factor(&s)

@@ -13,6 +13,8 @@ pub struct Report {
     pub factorisations: usize,
     /// Newton corrections with factors of the iteration before, because they leave nothing of the next one.
     pub reused_factors: usize,
+    /// Solutions of adjoint equations that were refined: one in 64, and where that shows that digits are lost (adjoint sweep only).
+    pub refined_solutions: usize,
     /// Evaluations of single elements with their second derivatives by dual numbers.
     pub element_evaluations: usize,
     /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
@@ -44,6 +46,7 @@ impl Default for Report {
             most_iterations: 0,
             factorisations: 0,
             reused_factors: 0,
+            refined_solutions: 0,
             element_evaluations: 0,
             sine_evaluations: 0,
             input_evaluations: 0,

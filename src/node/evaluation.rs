@@ -3,7 +3,7 @@
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
-use crate::linear::{BlockLu, Breakdown};
+use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::system::{Constants, Covector, NodeView, Pair, Sines, StateRows, Sums};
 use crate::system::{Given, KnownPart};
@@ -91,7 +91,12 @@ impl Evaluation {
     }
 
     /// Prepares L in the matrix for steps of half length h.
-    pub(crate) fn set_step(&mut self, system: &System, h: f64, matrix: &mut BlockLu) -> Result<(), Breakdown> {
+    pub(crate) fn set_step<F: Factorization>(
+        &mut self,
+        system: &System,
+        h: f64,
+        matrix: &mut Matrix<F>,
+    ) -> Result<(), Breakdown> {
         if let Some(which) = self.steps.iter().position(|&known| known == h) {
             matrix.select(which);
             return Ok(());
@@ -166,13 +171,13 @@ impl Evaluation {
     }
 
     /// Assembles K(h) from L and from what N′ is made of.
-    pub(crate) fn assemble(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut BlockLu) {
-        matrix.reset();
+    pub(crate) fn assemble<F: Factorization>(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut Matrix<F>) {
+        let values = matrix.reset();
         let (angles, mut rest) = blocks.split_at(self.sines.block_len());
-        self.sines.scatter(angles, h, matrix.values_mut());
+        self.sines.scatter(angles, h, values);
         for (batch, len) in system.differentiated() {
             let (own, after) = rest.split_at(len);
-            batch.scatter(own, h, matrix.values_mut());
+            batch.scatter(own, h, values);
             rest = after;
         }
     }
@@ -184,6 +189,11 @@ impl Evaluation {
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.pull_back(angles, with, rows);
         pull_back_elements(system, rest, with, rows);
+    }
+
+    /// Adds −μ e, the rows of the compliances.
+    pub(crate) fn pull_back_compliance(&self, e: &[f64], rows: &mut [f64]) {
+        self.compliance.iter().for_each(|&(j, mu)| rows[j] -= mu * e[j]);
     }
 
     /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.

@@ -6,6 +6,10 @@ mod newton;
 mod predict;
 mod sizes;
 mod step;
+mod transposed;
+
+#[cfg(test)]
+mod tests;
 
 pub(crate) use convergence::NOISE;
 pub(crate) use evaluation::Evaluation;

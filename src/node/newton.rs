@@ -26,7 +26,8 @@
 
 use super::convergence::Convergence;
 use super::sizes::{Sizes, UnitWeights};
-use crate::linear::{BlockLu, Breakdown};
+use super::transposed::TransposedProduct;
+use crate::linear::{BlockLu, Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::node::Evaluation;
 use crate::node::{StepFailure, Unknowns};
@@ -55,9 +56,9 @@ pub(crate) struct Miss {
 }
 
 /// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
-pub(crate) struct Newton {
+pub(crate) struct Newton<F = BlockLu> {
     pub(crate) evaluation: Evaluation,
-    matrix: BlockLu,
+    matrix: Matrix<F>,
     condensed: usize,
     /// The relative residual below which there is nothing but rounding.
     rounding: f64,
@@ -67,6 +68,7 @@ pub(crate) struct Newton {
     linear: Vec<f64>,
     /// −r, then a correction.
     delta: Vec<f64>,
+    transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
     size: Sizes,
@@ -76,18 +78,19 @@ pub(crate) struct Newton {
     pub(crate) miss: Miss,
 }
 
-impl Newton {
+impl<F: Factorization> Newton<F> {
     pub(crate) fn new(system: &System) -> Self {
         let zeros = || vec![0.0; system.n() + system.m()];
         let condensed = system.symbolic().condensed();
         Newton {
             evaluation: Evaluation::new(system),
-            matrix: BlockLu::new(system.symbolic()),
+            matrix: Matrix::new(system.symbolic()),
             condensed,
             rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
+            transposed: TransposedProduct::new(system),
             weights: UnitWeights::new(system.n() + system.m(), condensed),
             size: Sizes::default(),
             floor: 0.0,
@@ -97,10 +100,13 @@ impl Newton {
 
     /// Assembles K(h) from given derivatives and factors it.
     pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
-        self.factor_by(system, h, blocks, report, |matrix| matrix.factor(system.symbolic()))
+        self.assemble(system, h, blocks, report)?;
+        self.matrix.factor(system.symbolic())?;
+        self.watch_pivots(report);
+        Ok(())
     }
 
-    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order.
+    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.
     pub(crate) fn factor_and_solve_transposed(
         &mut self,
         system: &System,
@@ -108,32 +114,43 @@ impl Newton {
         blocks: &[f64],
         x: &mut [f64],
         report: &mut Report,
-    ) -> Result<(), Breakdown> {
-        self.factor_by(system, h, blocks, report, |matrix| matrix.factor_and_solve_transposed(system.symbolic(), x))
+    ) -> Result<f64, Breakdown> {
+        self.assemble(system, h, blocks, report)?;
+        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
+        Ok(self.watch_pivots(report))
     }
 
-    fn factor_by(
+    /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
+    ///
+    /// Returns the size of the correction relative to that of x; NaN for x = 0, which tells nothing.
+    pub(crate) fn refine_transposed(
         &mut self,
         system: &System,
         h: f64,
         blocks: &[f64],
-        report: &mut Report,
-        factor: impl FnOnce(&mut BlockLu) -> Result<(), Breakdown>,
-    ) -> Result<(), Breakdown> {
-        self.evaluation.set_step(system, h, &mut self.matrix)?;
-        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
-        self.factor_assembled(report, factor)
+        x: &[f64],
+        right: &mut [f64],
+    ) -> f64 {
+        self.transposed.subtract_product(system, &self.evaluation, h, blocks, x, right);
+        self.matrix.solve_transposed(system.symbolic(), right);
+        let (correction, size) = (self.weights.of_all(right), self.weights.of_all(x));
+        add(right, x);
+        if size.largest() > 0.0 { correction.relative_to(size) } else { f64::NAN }
     }
 
-    fn factor_assembled(
-        &mut self,
-        report: &mut Report,
-        factor: impl FnOnce(&mut BlockLu) -> Result<(), Breakdown>,
-    ) -> Result<(), Breakdown> {
+    #[inline]
+    fn assemble(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
         report.factorisations += 1;
-        factor(&mut self.matrix)?;
-        report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
         Ok(())
+    }
+
+    #[inline]
+    fn watch_pivots(&self, report: &mut Report) -> f64 {
+        let worst = self.matrix.worst_pivot();
+        report.worst_pivot = report.worst_pivot.min(worst);
+        worst
     }
 
     /// Takes the last pivots for the sizes of unknowns and equations.
@@ -154,7 +171,10 @@ impl Newton {
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         self.evaluation.set_step(system, from.h, &mut self.matrix)?;
         self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
-        self.factor_assembled(report, |matrix| matrix.factor(system.symbolic()))
+        report.factorisations += 1;
+        self.matrix.factor(system.symbolic())?;
+        self.watch_pivots(report);
+        Ok(())
     }
 
     /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
@@ -287,7 +307,7 @@ impl Newton {
             report.factorisations += 1;
             let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
             solved.map_err(StepFailure::Singular)?;
-            report.worst_pivot = report.worst_pivot.min(self.matrix.worst_pivot());
+            self.watch_pivots(report);
         }
         let free = self.condensed..;
         add(&mut self.x[free.clone()], &self.delta[free]);

@@ -15,6 +15,11 @@ impl Sizes {
         Sizes { v: larger(self.v, floor), sigma: larger(self.sigma, floor) }
     }
 
+    /// The larger of both, which have one unit.
+    pub(crate) fn largest(self) -> f64 {
+        larger(self.v, self.sigma)
+    }
+
     /// This relative to another, the larger of the two ratios.
     pub(crate) fn relative_to(self, other: Sizes) -> f64 {
         let ratio = |x: f64, to: f64| if x == 0.0 { 0.0 } else { x / to };

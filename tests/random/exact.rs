@@ -107,6 +107,8 @@ pub struct Disagreement {
     pub what: String,
 }
 
+/// How many roundings may add up in a derivative, where each of them is magnified by a small pivot.
+const ROUNDINGS: f64 = 64.0;
 /// What is exact where no digits are lost.
 const EXACT: f64 = 1e-9;
 /// Rounding of a motion that blows up within some steps may make this of derivatives that are not wrong.
@@ -169,9 +171,9 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagree
         }
     }
     let Report { worst_pivot, warnings, .. } = solver.real().report();
-    // K⁻¹ occurs twice in its own derivative; a compliance makes one pivot small, and takes digits of what moves nothing.
-    let power = if description.redundant.is_empty() { 2 } else { 1 };
-    let by_pivot = f64::EPSILON / worst_pivot.powi(power);
+    // K⁻¹ occurs twice in its own derivative, but refined solutions lose the digits of one, counted from all derivatives together; so does
+    // the complex step.
+    let by_pivot = ROUNDINGS * f64::EPSILON / (worst_pivot * share);
     let is_warned = warnings.iter().any(says_not_to_trust);
     worst.bound = if is_warned { NOT_WRONG } else { by_pivot };
     worst.what = format!("{}; smallest pivot {worst_pivot:.1e}, {warnings:?}", worst.what);

@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 
 /// How many scenes a property is tried on, in units of what `RANDOM_SCENES` says.
 fn cases() -> u32 {
-    std::env::var("RANDOM_SCENES").ok().and_then(|count| count.parse().ok()).unwrap_or(150)
+    std::env::var("RANDOM_SCENES").ok().and_then(|count| count.parse().ok()).unwrap_or(450)
 }
 
 /// Tries a property on random values, the same ones in every run; a failure is shrunk.
@@ -123,7 +123,7 @@ fn unsound(error: &Error) -> bool {
 #[test]
 fn gradients_of_random_scenes_are_exact() {
     let tally = Tally::default();
-    try_all(cases(), regular::description(), |description| tally.try_one(&description, accident));
+    try_all(10 * cases(), regular::description(), |description| tally.try_one(&description, accident));
     tally.print("random scenes");
     assert!(tally.share(EXACT) >= 0.9, "too few of the scenes can be simulated");
     assert!(tally.share(NO_REFERENCE) + tally.share(TOLD) <= 0.01, "too few of the motions can be compared");
