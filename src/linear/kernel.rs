@@ -4,10 +4,10 @@
 //! products of their lines from the later panels.
 
 use super::factorization::RightSide;
+use super::link::Link;
 use super::lu::{self, Cancelled};
 use super::node::{Later, Node, Pair};
 use super::size::{Fixed, Free, Size};
-use super::square::Square;
 use crate::number::larger;
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -83,10 +83,7 @@ impl<K: NodeKernel> Kernel for K {
 /// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
 pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     match size {
-        2 if linked => &Square::<2>,
-        3 if linked => &Square::<3>,
-        4 if linked => &Square::<4>,
-        5 if linked => &Square::<5>,
+        3 if linked => &Link,
         1 => &PhantomData::<Fixed<1>>,
         2 => &PhantomData::<Fixed<2>>,
         3 => &PhantomData::<Fixed<3>>,

@@ -19,13 +19,13 @@ mod factorization;
 mod fill;
 mod graph;
 mod kernel;
+mod link;
 mod lu;
 mod matrix;
 mod node;
 mod order;
 mod pattern;
 mod size;
-mod square;
 mod symbolic;
 mod waiting;
 
