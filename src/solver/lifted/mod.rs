@@ -6,11 +6,16 @@
 //! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
 //! fast the iteration converges.
 
+mod correction;
+mod restart;
+
+use correction::{Shrinking, Size, add};
+
 use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
-use crate::motion::{column, column_mut};
-use crate::node::{NOISE, Newton, SMALL};
+use crate::motion::column;
+use crate::node::{Newton, SMALL};
 use crate::number::Real;
 use crate::scheme::known_part;
 use crate::system::{NodeView, Pair, Sums};
@@ -20,10 +25,6 @@ use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, 
 const CONVERGED: f64 = 1e-14;
 /// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
 const ROUNDING: f64 = 1e-13;
-/// Corrections below this of which the smallest has not been halved for so many more are rounding as well, of a matrix close to singular.
-///
-/// Corrections by a wrong matrix shrink at every one, if slowly, or grow from the first.
-const LOST: (f64, usize) = (1e-5, 4);
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -316,66 +317,6 @@ impl<R: Real> Lifted<R> {
         (largest, is_rounding)
     }
 
-    /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
-    fn restart(&mut self, near: &mut Near, i: usize, restart: &Restart) -> Result<(), Error> {
-        let v = column(&self.trajectory.v, i).to_vec();
-        if let Some((nu, _)) = restart.projection {
-            self.project(near, i, nu)?;
-        }
-        self.start_q.copy_from_slice(column(&self.trajectory.q, i));
-        let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
-        let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
-        let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
-        near.system.plain_sums(&at, &mut self.sums);
-        self.start_p.copy_from_slice(&self.sums.l_v);
-        self.start_sigma.copy_from_slice(&s);
-        self.solve_node(near, i)
-    }
-
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
-    fn project(&mut self, near: &mut Near, i: usize, nu: &[f64]) -> Result<(), Error> {
-        let (system, motion) = (near.system, near.motion);
-        let before = column(&self.trajectory.q, i).to_vec();
-        let real: Vec<R> = column(&motion.trajectory.q, i).iter().map(|&q| q.into()).collect();
-        column_mut(&mut self.trajectory.q, i).copy_from_slice(&real);
-        let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
-        let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
-        let mut phi = vec![R::zero(); nu.len()];
-        near.factor(i, 0.0, motion.node_blocks(i))?;
-        let mut sizes = [Shrinking::new(); 2];
-        for correction in 0..MOST_CORRECTIONS {
-            let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
-            system.plain_sums(&at, &mut self.sums);
-            system.phi(&at, &mut phi);
-            for &(j, mu) in &self.trajectory.compliance {
-                phi[j] -= nu[j] * mu;
-            }
-            let mut done = true;
-            for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
-                self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
-                self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
-                near.newton.solve(near.system, &mut self.part);
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
-                w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
-                nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
-                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
-                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
-                let is_stalled = sizes.is_stalled(size);
-                done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
-            }
-            if done {
-                self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
-                return Ok(());
-            }
-        }
-        Err(self.diverged(
-            near,
-            i,
-            sizes[0].last.max(sizes[1].last),
-            "the complex or dual part of the projection onto Φ = 0",
-        ))
-    }
-
     /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
     fn store(&mut self, (i, s): (usize, usize), h: R) {
         let now = self.trajectory.stage_mut(i, s);
@@ -386,62 +327,10 @@ impl<R: Real> Lifted<R> {
     }
 }
 
-/// The sizes of corrections, one after the other.
-#[derive(Clone, Copy)]
-struct Shrinking {
-    last: f64,
-    least: f64,
-    /// How many corrections have not halved the least.
-    idle: usize,
-}
-
-impl Shrinking {
-    fn new() -> Self {
-        Shrinking { last: f64::INFINITY, least: f64::INFINITY, idle: 0 }
-    }
-
-    /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
-    fn is_stalled(&mut self, size: f64) -> bool {
-        let is_noise = size <= NOISE && size >= self.last;
-        self.idle = if size <= 0.5 * self.least { 0 } else { self.idle + 1 };
-        (self.last, self.least) = (size, self.least.min(size));
-        is_noise || size <= LOST.0 && self.idle >= LOST.1
-    }
-}
-
 /// One part of all inputs.
 fn parts<R: Real>(inputs: &Inputs<R>, part: usize) -> impl Iterator<Item = f64> {
     let (grid, start) = (&inputs.grid, &inputs.start);
     let states = start.q().iter().chain(start.rate().iter());
     let all = states.chain(&inputs.controls).chain(&inputs.design).chain(&grid.steps).chain([&grid.start]);
     all.map(move |x| x.part(part))
-}
-
-/// The size of a correction.
-#[derive(Clone, Copy, Default)]
-struct Size {
-    /// Relative to the part that it corrects.
-    of_part: f64,
-    /// Relative to that, or to the real part times the perturbation of the inputs if that is larger: what hardly depends on the inputs is
-    /// known to few digits of its own, and is small.
-    of_all: f64,
-}
-
-impl Size {
-    fn max(self, other: Size) -> Size {
-        Size { of_part: self.of_part.max(other.of_part), of_all: self.of_all.max(other.of_all) }
-    }
-}
-
-/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least.
-fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Size {
-    let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
-    for (x, &delta) in x.iter_mut().zip(delta) {
-        x.add_to_part(part, delta);
-        change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
-        size = size.max(x.part(part).abs());
-        real = real.max(x.part(0).abs());
-    }
-    let relative_to = |size: f64| if change == 0.0 { 0.0 } else { change / size };
-    Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) }
 }

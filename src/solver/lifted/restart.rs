@@ -1,0 +1,71 @@
+//! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
+
+use super::correction::{Shrinking, add};
+use super::{CONVERGED, Lifted, MOST_CORRECTIONS, Near};
+use crate::Error;
+use crate::forward::restart::Restart;
+use crate::motion::{column, column_mut};
+use crate::number::Real;
+use crate::system::NodeView;
+
+impl<R: Real> Lifted<R> {
+    /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
+    pub(super) fn restart(&mut self, near: &mut Near, i: usize, restart: &Restart) -> Result<(), Error> {
+        let v = column(&self.trajectory.v, i).to_vec();
+        if let Some((nu, _)) = restart.projection {
+            self.project(near, i, nu)?;
+        }
+        self.start_q.copy_from_slice(column(&self.trajectory.q, i));
+        let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
+        let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
+        let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
+        near.system.plain_sums(&at, &mut self.sums);
+        self.start_p.copy_from_slice(&self.sums.l_v);
+        self.start_sigma.copy_from_slice(&s);
+        self.solve_node(near, i)
+    }
+
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
+    fn project(&mut self, near: &mut Near, i: usize, nu: &[f64]) -> Result<(), Error> {
+        let (system, motion) = (near.system, near.motion);
+        let before = column(&self.trajectory.q, i).to_vec();
+        let real: Vec<R> = column(&motion.trajectory.q, i).iter().map(|&q| q.into()).collect();
+        column_mut(&mut self.trajectory.q, i).copy_from_slice(&real);
+        let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
+        let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
+        let mut phi = vec![R::zero(); nu.len()];
+        near.factor(i, 0.0, motion.node_blocks(i))?;
+        let mut sizes = [Shrinking::new(); 2];
+        for correction in 0..MOST_CORRECTIONS {
+            let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
+            system.plain_sums(&at, &mut self.sums);
+            system.phi(&at, &mut phi);
+            for &(j, mu) in &self.trajectory.compliance {
+                phi[j] -= nu[j] * mu;
+            }
+            let mut done = true;
+            for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
+                self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
+                self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
+                near.newton.solve(near.system, &mut self.part);
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
+                w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
+                nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
+                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
+                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
+                let is_stalled = sizes.is_stalled(size);
+                done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
+            }
+            if done {
+                self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
+                return Ok(());
+            }
+        }
+        Err(self.diverged(
+            near,
+            i,
+            sizes[0].last.max(sizes[1].last),
+            "the complex or dual part of the projection onto Φ = 0",
+        ))
+    }
+}
