@@ -69,7 +69,7 @@ impl Param {
         Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
-    pub(crate) fn resolve(self, gravity: &[Param; 2]) -> Self {
+    pub(crate) fn resolve(self, gravity: &[Param; 3]) -> Self {
         match self.of {
             Source::Gravity(axis) => gravity[axis] * self.factor,
             _ => self,

@@ -272,7 +272,7 @@ impl Scene {
         self.parts.positive.push((param, what));
     }
 
-    pub(crate) fn set_gravity(&mut self, gravity: [Param; 2]) {
+    pub(crate) fn set_gravity(&mut self, gravity: [Param; 3]) {
         if self.check_params("gravity", &gravity) {
             self.parts.gravity = gravity.map(Some);
         }

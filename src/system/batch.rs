@@ -136,7 +136,7 @@ pub trait PlainBatch<R: Real>: Send + Sync {
 /// A batch in real numbers: second derivatives, the tangent matrix, and adjoints.
 pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
     /// Resolves the parameters of every element, traces its formula and decides what is constant; `at` is for formulas that look at values.
-    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>);
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>);
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first element from whose formula other things would be concluded now.
@@ -225,7 +225,7 @@ where
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyBatch for Batch<J, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>) {
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
             item.plan = item.traced_plan(at);

@@ -141,7 +141,7 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
     /// Traces every cost and resolves its parameters.
-    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>);
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>);
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
@@ -382,7 +382,7 @@ where
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 2], at: &NodeView<f64>) {
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
             item.uses = item.traced(at);

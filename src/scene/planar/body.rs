@@ -105,6 +105,6 @@ impl Scene {
 
     /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added.
     pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
-        self.set_gravity([x.into(), y.into()]);
+        self.set_gravity([x.into(), y.into(), 0.0.into()]);
     }
 }
