@@ -1,8 +1,13 @@
 //! Steps by tolerance: a grid on which every step's estimated error is below a tolerance.
 //!
 //! ```text
-//!   error = max_i ( |δq_i| / max(1, |q_i|),  |δv_i| / max(1, |v_i|) ),     K(h) (δv, δσ) = (δp*, 0),     Δt ← 0.9 Δt (tolerance/error)^(1/k)
+//!   error = max_i ( |δq_i| / max(1, |q_i|),  Δt |δv_i| / max(1, |v_i|) ),     K(h) (δv, δσ) = (δp*, 0),     Δt ← 0.9 Δt (tolerance/error)^(1/k)
 //! ```
+//!
+//! Errors of velocities count by how far they move coordinates in a step, as those of index-2 variables do in RADAU5 (Hairer & Wanner, *Solving
+//! Ordinary Differential Equations II*, VII.4). By themselves they would decide alone, and shorten steps most where a mechanism turns back
+//! sharply, although much of what is wrong in v is undone when it has turned: the four-bar of `tests/adapt.rs` took a fifth more steps
+//! by the trapezoidal rule than it takes now for the same error.
 //!
 //! δq and δp* are the scheme's estimates (`scheme/estimate.rs`), of order k. With K(h) the errors of momenta become those of velocities, without
 //! what is in the directions of the reactions, and what is so stiff that it has no part in the motion is damped.
@@ -187,7 +192,8 @@ impl ForwardSweep {
             relative.fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
         };
         let of_q = largest(delta_q, column(&self.motion.trajectory.q, k));
-        of_q.max(largest(&delta.v, column(&self.motion.trajectory.v, k)))
+        let of_v = largest(&delta.v, column(&self.motion.trajectory.v, k));
+        of_q.max(dt.abs() * of_v)
     }
 }
 

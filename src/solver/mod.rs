@@ -67,8 +67,8 @@ impl<'s> Solver<'s> {
         Ok(&self.forward.motion.trajectory)
     }
 
-    /// The same inputs on a grid of its own, on which the estimated error of every step is below the tolerance: in m, rad and these per second, or relative
-    /// to coordinates and velocities that are larger than 1.
+    /// The same inputs on a grid of its own, on which the estimated error of every step is below the tolerance: in m or rad, or relative
+    /// to coordinates and velocities that are larger than 1; errors of velocities count by how far they move coordinates in the step.
     ///
     /// The given grid says where the motion begins and ends and where controls bend; these nodes stay, and controls are the same functions of
     /// time. The new grid is data like any other, and the gradient on it is exact. Costs that are summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) become others;
