@@ -55,7 +55,7 @@ fn the_papers_example_takes_two_iterations_a_step_and_no_dual_number() {
         assert_eq!(forward.element_evaluations, 0);
         assert_eq!(forward.sine_evaluations, links * (3 * STEPS + 4));
         assert_eq!((adjoint.factorisations, adjoint.element_evaluations, adjoint.sine_evaluations), (STEPS + 1, 0, 0));
-        assert_eq!(adjoint.refined_solutions, 2, "one in 64 is looked at, and no digits are lost");
+        assert_eq!(adjoint.refined_solutions, 1, "one in 128 is looked at, and no digits are lost");
     }
 }
 

@@ -7,7 +7,7 @@
 /// Corrections below this fraction of a solution are left out: the gradient's other rounding is of their size.
 const SMALL: f64 = 1e-12;
 /// One in so many solutions is looked at.
-const LOOK_EVERY: usize = 64;
+const LOOK_EVERY: usize = 128;
 
 #[derive(Default)]
 pub(super) struct Accuracy {

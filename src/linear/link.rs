@@ -137,9 +137,7 @@ impl Link {
             store(&panel.l, l);
             Self::update(&panel, &mut rest[later.diagonal..], &mut after[later.first..], a, b);
         }
-        for (k, swap) in state.swaps[node.first..][..S].iter_mut().enumerate() {
-            *swap = k;
-        }
+        state.swaps[node.first] = IN_ORDER;
         Ok(worst)
     }
 
@@ -248,10 +246,8 @@ fn solve_lower(d: &Matrix, y: &mut [f64; S]) {
     }
 }
 
-/// Whether the node was factored without interchanges.
-fn in_order(swaps: &[usize]) -> bool {
-    swaps.iter().enumerate().all(|(k, &row)| k == row)
-}
+/// In the place of a node's first interchange: there are none.
+const IN_ORDER: usize = usize::MAX;
 
 impl NodeKernel for Link {
     #[inline(always)]
@@ -266,7 +262,7 @@ impl NodeKernel for Link {
     #[inline(always)]
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
-            _ if !in_order(&swaps[node.first..][..S]) => Pivoting::forward(node, values, swaps, x),
+            _ if swaps[node.first] != IN_ORDER => Pivoting::forward(node, values, swaps, x),
             Shape::Outer => Self::forward_from(node, values, x, 0, 1),
             Shape::Inner => Self::forward_from(node, values, x, 1, 0),
             _ => Self::forward_from(node, values, x, 0, 0),
@@ -279,7 +275,7 @@ impl NodeKernel for Link {
     fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
             Shape::Outer => Self::backward_from(node, values, x, 0, 1),
-            Shape::Inner if in_order(&swaps[node.first..][..S]) => Self::backward_from(node, values, x, 1, 0),
+            Shape::Inner if swaps[node.first] == IN_ORDER => Self::backward_from(node, values, x, 1, 0),
             _ => Self::backward_from(node, values, x, 0, 0),
         }
     }
@@ -288,7 +284,7 @@ impl NodeKernel for Link {
     fn forward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
             Shape::Outer => Self::forward_transposed_from(node, values, x, 0, 1),
-            Shape::Inner if in_order(&swaps[node.first..][..S]) => Self::forward_transposed_from(node, values, x, 1, 0),
+            Shape::Inner if swaps[node.first] == IN_ORDER => Self::forward_transposed_from(node, values, x, 1, 0),
             _ => Self::forward_transposed_from(node, values, x, 0, 0),
         }
     }
@@ -296,7 +292,7 @@ impl NodeKernel for Link {
     #[inline(always)]
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
-            _ if !in_order(&swaps[node.first..][..S]) => Pivoting::backward_transposed(node, values, swaps, x),
+            _ if swaps[node.first] != IN_ORDER => Pivoting::backward_transposed(node, values, swaps, x),
             Shape::Outer => Self::backward_transposed_from(node, values, x, 0, 1),
             Shape::Inner => Self::backward_transposed_from(node, values, x, 1, 0),
             _ => Self::backward_transposed_from(node, values, x, 0, 0),

@@ -13,7 +13,7 @@ pub struct Report {
     pub factorisations: usize,
     /// Newton corrections with factors of the iteration before, because they leave nothing of the next one.
     pub reused_factors: usize,
-    /// Solutions of adjoint equations that were refined: one in 64, and where that shows that digits are lost (adjoint sweep only).
+    /// Solutions of adjoint equations that were refined: one in 128, and where that shows that digits are lost (adjoint sweep only).
     pub refined_solutions: usize,
     /// Evaluations of single elements with their second derivatives by dual numbers.
     pub element_evaluations: usize,
