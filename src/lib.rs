@@ -104,7 +104,7 @@ pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;
 pub use settings::Settings;
 pub use solver::{LiftedSolver, LongSolver, Solver, State, Stopped, gradient, gradients, simulate};
-pub use system::{Elimination, EliminationNode, System};
+pub use system::System;
 pub use warning::Warning;
 
 /// The linear algebra crate whose vectors and matrices the interfaces use.

@@ -9,8 +9,8 @@ use hamiltonian_adjoint::planar::{Body, Frame};
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::trace::{Structure, Trace};
 use hamiltonian_adjoint::{
-    Composition, Control, Coordinate, Cx, Design, EliminationNode, Error, Grid, Inputs, KineticEnergy, LiftedSolver,
-    LongSolver, Param, Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
+    Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver, Param,
+    Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
 };
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -411,10 +411,6 @@ fn bits_and_counts_have_no_end_that_panics() {
         let third = Structure::of(|| [Trace::input(1.0, 3)]);
         assert!(!third.depends_on(i) && third.depends_on(3) && Structure::UNKNOWN.is_bent_in(i));
     }
-    for (size, width) in [(usize::MAX, usize::MAX), (1 << 32, 1), (0, usize::MAX)] {
-        assert_eq!(EliminationNode { size, width }.work() == 0, size == 0);
-    }
-    assert_eq!(EliminationNode { size: 2, width: 3 }.work(), 50);
     let rank_above_rows = Error::DependentConstraints { rank: 3, rows: 2, equations: Vec::new(), time: f64::NAN };
     assert!(rank_above_rows.to_string().contains("rank 3"));
 }

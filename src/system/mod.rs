@@ -18,7 +18,6 @@ mod plain;
 mod plan;
 mod sincos;
 mod sines;
-mod size;
 mod structure;
 mod tangent;
 mod view;
@@ -39,8 +38,6 @@ pub(crate) use parts::Parts;
 pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
-
-pub use size::{Elimination, EliminationNode};
 
 use crate::linear::{Breakdown, Symbolic};
 use crate::model::Param;
@@ -198,6 +195,12 @@ impl System {
     /// If `p` is not less than [`designs`](Self::designs).
     pub fn design_name(&self, p: usize) -> &str {
         &self.names.designs[p]
+    }
+
+    /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones, and take
+    /// s (s + r)² multiplications at every factorisation. All other unknowns are condensed, once per step length.
+    pub fn elimination(&self) -> Vec<[usize; 2]> {
+        self.symbolic.nodes().map(|(size, width)| [size, width]).collect()
     }
 
     pub(crate) fn symbolic(&self) -> &Symbolic {
