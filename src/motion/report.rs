@@ -25,10 +25,6 @@ pub struct Report {
     pub chord_evaluations: usize,
     /// Evaluations of single costs: for the value, and for each part of their arguments (q, v, …, a design variable) with a derivative.
     pub cost_evaluations: usize,
-    /// The largest residual of a step's equations that was accepted, relative to the largest of their terms.
-    pub worst_residual: f64,
-    /// The largest relative Newton correction that was left undone, as estimated.
-    pub worst_correction: f64,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,
     /// How much larger (dJ/dq, dJ/dp*) became on the way back than what the costs put into it, looked at every so many nodes (adjoint sweep only).
@@ -52,8 +48,6 @@ impl Default for Report {
             input_evaluations: 0,
             chord_evaluations: 0,
             cost_evaluations: 0,
-            worst_residual: 0.0,
-            worst_correction: 0.0,
             worst_pivot: 1.0,
             adjoint_growth: 1.0,
             restarts: 0,

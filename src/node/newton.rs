@@ -255,8 +255,6 @@ impl<F: Factorization> Newton<F> {
                 if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
                     return Err(self.diverged(system, iteration, convergence.residual));
                 }
-                report.worst_correction = report.worst_correction.max(convergence.next);
-                report.worst_residual = report.worst_residual.max(convergence.residual);
                 return self.finish(system, from, given, y);
             }
         }
