@@ -78,12 +78,12 @@ fn a_motion_that_its_steps_do_not_resolve_is_told_by_its_fastest_angle() {
     assert!(coordinate.ends_with("φ") && turn > 1.9, "{coordinate}: {turn}");
 }
 
-/// What is said of drift.
+/// The warnings of drift.
 fn drift(report: &Report) -> Option<&Warning> {
     report.warnings.iter().find(|warning| matches!(warning, Warning::Drift { .. }))
 }
 
-/// The paper's cart in units of so many metres, pushed to and fro.
+/// The paper's cart in units of so many metres, pushed back and forth.
 fn pushed(metre: f64, steps: usize, dt: f64) -> (System, Inputs) {
     let si = CartPendulum::default();
     let cart = CartPendulum {
@@ -205,7 +205,7 @@ impl Constraint<2, 1> for Pole {
     }
 }
 
-/// What is said of the drift of a particle that starts at the origin with a speed along x.
+/// The warning of drift for a particle that starts at the origin with a speed along x.
 fn drift_along_x(constraint: impl Constraint<2, 1>, speed: f64, grid: Grid) -> Option<Warning> {
     let mut scene = Scene::new();
     let q = scene.coordinates("particle", ["x", "y"]);

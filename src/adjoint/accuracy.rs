@@ -26,7 +26,7 @@ impl Accuracy {
         is_in_doubt
     }
 
-    /// Takes note of a correction relative to its solution; NaN tells nothing.
+    /// Takes note of a correction relative to its solution; NaN if that is zero, from which nothing follows.
     pub(super) fn note(&mut self, correction: f64, pivot: f64) {
         let is_small = correction <= SMALL;
         *self = if is_small { Accuracy { trusted: LOOK_EVERY - 1, pivot } } else { Accuracy::default() };

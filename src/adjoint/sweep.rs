@@ -319,7 +319,7 @@ impl AdjointSweep {
         if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
             return Ok(());
         }
-        // Sums that overflowed are told by name at the end.
+        // Sums that overflowed are named at the end.
         system.find_bad_input(&at(), self.refinement.given_step(node)).map_or(Ok(()), Err)
     }
 

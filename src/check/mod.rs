@@ -14,7 +14,7 @@
 //! Each compares at random points over decades of magnitude, and where the formula bends near them, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
 //! Errors are relative to the sizes of their row and column at the point, so units do not matter. Which check sees what, and what none of
-//! them can see, is told in `docs/checking-derivatives.md`.
+//! them can see, is described in `docs/checking-derivatives.md`.
 
 mod agreement;
 mod compare;

@@ -126,7 +126,7 @@ pub struct Report {
     pub blocks: Vec<BlockReport>,
     /// What concerns all of them.
     pub notes: Vec<String>,
-    /// Why the check was not run: a tolerance that tells nothing, no point where the formula is defined.
+    /// Why the check was not run: a tolerance that no error exceeds, no point where the formula is defined.
     #[cfg_attr(feature = "serde", serde(serialize_with = "as_text"))]
     pub refused: Option<Error>,
 }

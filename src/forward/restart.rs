@@ -193,7 +193,7 @@ fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool 
     let at = forward.motion.block_column(node - forward.motion.first, forward.motion.trajectory.last_stage());
     let blocks = column(&forward.motion.blocks, at);
     if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
-        // What is not finite is said of the restart.
+        // What is not finite becomes the restart's error.
         return !breakdown.pivot.is_finite();
     }
     forward.warn_of_lost_digits(system, node, worst);

@@ -40,7 +40,7 @@ pub(super) trait NodeKernel: Debug + Sync {
 
 /// The work on consecutive nodes of one kind: one virtual call for all of them.
 pub(super) trait Kernel: Debug + Sync {
-    /// Eliminates node after node, in the right-hand side too; a cancelled pivot is told by its position.
+    /// Eliminates node after node, in the right-hand side too; the error names the position of a cancelled pivot.
     fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
     fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);

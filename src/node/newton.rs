@@ -122,7 +122,7 @@ impl<F: Factorization> Newton<F> {
 
     /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
     ///
-    /// Returns the size of the correction relative to that of x; NaN for x = 0, which tells nothing.
+    /// Returns the size of the correction relative to that of x; NaN for x = 0.
     pub(crate) fn refine_transposed(
         &mut self,
         system: &System,

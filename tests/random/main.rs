@@ -50,7 +50,7 @@ const EXACT: &str = "simulated, gradient exact";
 const NO_REFERENCE: &str = "simulated, without a reference";
 
 /// A motion that lost digits, but no more than its report says.
-const TOLD: &str = "simulated, digits gone and told";
+const TOLD: &str = "simulated, digits lost as reported";
 
 impl Tally {
     fn count(&self, what: &str) {

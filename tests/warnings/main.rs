@@ -140,7 +140,7 @@ fn elements_that_change_faster_than_the_steps_are_named() {
         }
     }
     assert!(silent.is_empty(), "{silent:?}");
-    // Where what is missed when contact begins is made good when it ends, velocities that jump are told all the same.
+    // Where what is missed when contact begins is made good when it ends, velocities that jump are warned of all the same.
     assert!(unnamed.len() <= 2 && !unnamed.iter().any(|element| matches!(element, Element::Friction { .. })), "{unnamed:?}");
 }
 

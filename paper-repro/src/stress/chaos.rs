@@ -69,8 +69,8 @@ fn against_forty_digits() -> Result<Vec<Measure>, Error> {
         Measure::at_most("angles", relative_difference(&angles, &list("angles")), bound),
         Measure::at_most("dJ/du", relative_difference(&nodes, &list("gradient")), bound),
         Measure::at_most("dJ/dΔt", relative_difference(&steps, &list("step_gradient")), bound),
-        Measure::told("|δq|/|δv₀|", amplified),
-        Measure::told("|σ| [N s]", largest_multiplier),
+        Measure::reported("|δq|/|δv₀|", amplified),
+        Measure::reported("|σ| [N s]", largest_multiplier),
     ])
 }
 
@@ -93,10 +93,10 @@ fn horizons(name: &str, settings: Settings) -> Result<Found, Error> {
     Ok(Found {
         measures: vec![
             Measure::at_most("gradient error over 1e-12 |σ, p*| (|δq|/|δv₀|)²", largest(&shares), 1.0),
-            Measure::told("gradient error after 5 s", points[2].1),
-            Measure::told("after 10 s", points[4].1),
-            Measure::told("|dJ/du| after 5 s", sizes[2]),
-            Measure::told("after 10 s", sizes[4]),
+            Measure::reported("gradient error after 5 s", points[2].1),
+            Measure::reported("after 10 s", points[4].1),
+            Measure::reported("|dJ/du| after 5 s", sizes[2]),
+            Measure::reported("after 10 s", sizes[4]),
         ],
         curves: vec![curve],
         ..Found::default()
@@ -124,7 +124,7 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
             |(&(t, energy), sigma): (&(f64, f64), &f64)| (t, if energy == start { 0.0 } else { (energy - start) / sigma });
         let per_multiplier = halves(&points.iter().zip(&multipliers).map(beside).collect::<Vec<_>>());
         vec![
-            Measure::told("energy error", largest(&error)),
+            Measure::reported("energy error", largest(&error)),
             Measure::at_most("energy error over |σ|, last half over first", per_multiplier[1] / per_multiplier[0], 1.5),
         ]
     } else {
@@ -141,5 +141,5 @@ fn gradient_at_the_end(steps: usize) -> Result<Vec<Measure>, Error> {
     let inputs = released(&mechanism.system, steps);
     let gradient = hamiltonian_adjoint::gradient(&mechanism.system, &inputs, Settings::default())?;
     let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 2)?;
-    Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::told("log10 |dJ/du|", size(&gradient).log10())])
+    Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::reported("log10 |dJ/du|", size(&gradient).log10())])
 }

@@ -93,7 +93,7 @@ fn energy(name: &str, (growth, order): (f64, Measured), run: impl Fn(usize) -> R
     let points = envelope(&coarse.points).into_iter().map(|(t, error)| (t, error / 9.81)).collect();
     Ok(Found {
         measures: vec![
-            Measure::told("error", most(&coarse) / 9.81),
+            Measure::reported("error", most(&coarse) / 9.81),
             Measure::at_most("last tenth over first", last / first, growth),
             order((most(&coarse) / most(&fine)).log2()),
         ],
@@ -141,8 +141,8 @@ fn momenta(steps: usize, settings: Settings) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::at_most("linear [N s]", most(&all[0]).max(most(&all[1])), 1e-16 * steps as f64),
         Measure::between("order of the angular, a quadratic invariant kept to O(Δt²) only, over 1 s", order, SECOND),
-        Measure::told("angular over 1 s at 1 ms [N m s]", most(&coarse[2])),
-        Measure::told("over all steps at 10 ms", most(&all[2])),
+        Measure::reported("angular over 1 s at 1 ms [N m s]", most(&coarse[2])),
+        Measure::reported("over all steps at 10 ms", most(&all[2])),
     ])
 }
 
@@ -166,7 +166,7 @@ fn power() -> Result<Vec<Measure>, Error> {
         Ok(worst)
     };
     let (coarse, fine) = (imbalance(1000)?, imbalance(2000)?);
-    Ok(vec![Measure::told("imbalance at 5 ms [J]", coarse), Measure::between("order", (coarse / fine).log2(), SECOND)])
+    Ok(vec![Measure::reported("imbalance at 5 ms [J]", coarse), Measure::between("order", (coarse / fine).log2(), SECOND)])
 }
 
 fn energy_over_step() -> Result<Found, Error> {

@@ -81,9 +81,9 @@ fn over_step() -> Result<Found, Error> {
 
 fn found(name: &str, Record { points, warnings, stopped }: Record, judged: Measure) -> Found {
     let curve = Curve { of: Quantity::Drift, over_time: true, name: in_figures(name), points: envelope(&points) };
-    let told = Measure::told("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01)));
+    let told = Measure::reported("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01)));
     Found {
-        measures: vec![told, Measure::told("‖Φ‖ in all", most(&points)), judged],
+        measures: vec![told, Measure::reported("‖Φ‖ in all", most(&points)), judged],
         curves: vec![curve],
         warnings,
         stopped,
@@ -118,7 +118,7 @@ fn is_rounding(name: &str, march: &March) -> Found {
     });
     let share = most(&record.points) / (f64::EPSILON * place);
     let mut found = found(name, record, Measure::at_most("‖Φ‖ over ε ‖q‖", share, 20.0));
-    found.measures.push(Measure::told("‖q‖", place));
+    found.measures.push(Measure::reported("‖q‖", place));
     found
 }
 
@@ -156,9 +156,9 @@ fn cost() -> Result<Vec<Measure>, Error> {
     let ratio = |of: fn(&Report) -> usize| of(&projected) as f64 / of(&plain) as f64;
     Ok(vec![
         Measure::between("restarts per step", projected.restarts as f64 / 1e4, (0.5, 1.0)),
-        Measure::told("factorisations, over those without", ratio(|report| report.factorisations)),
-        Measure::told("Newton iterations", ratio(|report| report.newton_iterations)),
-        Measure::told("element evaluations", ratio(|report| report.element_evaluations + report.sine_evaluations)),
-        Measure::told("time", time / plain_time),
+        Measure::reported("factorisations, over those without", ratio(|report| report.factorisations)),
+        Measure::reported("Newton iterations", ratio(|report| report.newton_iterations)),
+        Measure::reported("element evaluations", ratio(|report| report.element_evaluations + report.sine_evaluations)),
+        Measure::reported("time", time / plain_time),
     ])
 }

@@ -38,14 +38,22 @@ pub fn trials() -> Vec<Trial> {
         swing_up(0.5),
         swing_up(1.0),
         jumps(1e2, 0.02),
-        Trial::new(GROUP, "cart, u = ±1e4 N in turns of 5 steps, Δt = 0.02 s for 2 s: not resolved, and told", far_too_long)
-            .or_refused(TOO_LONG, motion_has_no_solution),
+        Trial::new(
+            GROUP,
+            "cart, u = ±1e4 N in turns of 5 steps, Δt = 0.02 s for 2 s: not resolved, with a warning",
+            far_too_long,
+        )
+        .or_refused(TOO_LONG, motion_has_no_solution),
         jumps(1e4, 0.002),
         links(100, 0.01),
         links(1000, 0.001),
         links(1000, 0.0025),
-        Trial::new(GROUP, "cart with 1000 links, u = 10 N, Δt = 0.01 s, 100 steps: not resolved, and told", heavy_chain)
-            .or_refused(TOO_LONG, motion_has_no_solution),
+        Trial::new(
+            GROUP,
+            "cart with 1000 links, u = 10 N, Δt = 0.01 s, 100 steps: not resolved, with a warning",
+            heavy_chain,
+        )
+        .or_refused(TOO_LONG, motion_has_no_solution),
         Trial::new(GROUP, "sled driven by v², two steps far too long", halved),
         Trial::new(GROUP, "slider-crank spun up by 3 N m, Δt = 0.02 s for 2 s", spun_up),
     ]
@@ -62,7 +70,7 @@ fn halved() -> Result<Vec<Measure>, Error> {
         Measure::at_most("gradient error", error, 1e-11),
         Measure::between("first halved step", step, (7.0, 7.0)),
         Measure::between("inserted nodes", inserted, (2.0, 100.0)),
-        Measure::told("shortest part [s]", shortest),
+        Measure::reported("shortest part [s]", shortest),
     ])
 }
 
@@ -88,11 +96,11 @@ fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Vec<Measur
     let amplified = amplification(system, inputs)?.max(1.0);
     Ok(vec![
         Measure::at_most("gradient error", error, (1e-11 * amplified * amplified).min(1e-2)),
-        Measure::told("|δq|/|δv₀|", amplified),
+        Measure::reported("|δq|/|δv₀|", amplified),
         Measure::at_most("‖dΦ/dt‖/‖v‖", rate, 1e-11),
-        Measure::told("largest v", speed),
-        Measure::told("most iterations", report.most_iterations as f64),
-        Measure::told("nodes inserted by halving", motion.inserted.len() as f64),
+        Measure::reported("largest v", speed),
+        Measure::reported("most iterations", report.most_iterations as f64),
+        Measure::reported("nodes inserted by halving", motion.inserted.len() as f64),
     ])
 }
 
@@ -115,7 +123,7 @@ fn spun_up() -> Result<Vec<Measure>, Error> {
     };
     let [(long, rough), (short, _)] = [imbalance(100)?, imbalance(200)?];
     Ok(vec![
-        Measure::told("imbalance over the work done", long),
+        Measure::reported("imbalance over the work done", long),
         Measure::between("order in Δt", (long / short).log2(), (1.7, 2.3)),
         Measure::between("first step told to be rough", rough, (90.0, 100.0)),
     ])
@@ -152,7 +160,7 @@ fn far_too_long() -> Result<Vec<Measure>, Error> {
     });
     Ok(vec![
         Measure::between("turn in one step, told by the report [rad]", turn.unwrap_or(0.0), (Warning::TURN, f64::MAX)),
-        Measure::told("largest v", solver.trajectory().v.amax()),
+        Measure::reported("largest v", solver.trajectory().v.amax()),
     ])
 }
 
@@ -165,7 +173,7 @@ fn heavy_chain() -> Result<Vec<Measure>, Error> {
     let (halved, ..) = halving(solver.report());
     Ok(vec![
         Measure::between("first halved step", halved, (1.0, 50.0)),
-        Measure::told("first rough step", rough_step(solver.report())),
-        Measure::told("largest v", solver.trajectory().v.amax()),
+        Measure::reported("first rough step", rough_step(solver.report())),
+        Measure::reported("largest v", solver.trajectory().v.amax()),
     ])
 }

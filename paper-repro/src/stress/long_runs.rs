@@ -62,7 +62,7 @@ fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
         Measure::at_most("|σ| over the weight's impulse between restarts", sigma / weight, 1.1),
         Measure::at_most("|p*| over it", p_star / weight, 1.1),
         Measure::at_most("‖dΦ/dt‖ over ε |σ| (1/m + l²/(4 J))", rates.into_iter().fold(0.0, f64::max) / rounding, 4.0),
-        Measure::told("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed),
+        Measure::reported("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed),
         Measure::at_most("its last tenth over its first", rates[9] / rates[0], 1.5),
         Measure::between("largest swing [rad]", swing, (1e-3, 0.5)),
     ])
@@ -83,7 +83,7 @@ fn gradient(steps: usize) -> Result<Found, Error> {
     let mut measures = vec![
         Measure::between("work of the forward sweep, in simulations", work, (1.0, 3.0)),
         Measure::between("|dJ/du|", size, (1e-6, 1e3)),
-        Measure::told("time, in simulations", of_gradient / time),
+        Measure::reported("time, in simulations", of_gradient / time),
     ];
     measures.extend(peak().map(|megabytes| Measure::at_most("peak memory of the process [MB]", megabytes, MOST)));
     Ok(measures.into())
@@ -133,7 +133,7 @@ fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::between("|σ| over the impulse of the weight", sigma / (9.81 * 2.4 * 0.01 * steps as f64), (0.9, 1.2)),
         Measure::at_most("‖dΦ/dt‖/‖v‖", rate / speed, 1e-10),
-        Measure::told("the same in the first 2000 steps", early / speed),
+        Measure::reported("the same in the first 2000 steps", early / speed),
     ])
 }
 
@@ -149,7 +149,7 @@ fn energy(steps: usize, settings: Settings, most: f64) -> Result<Vec<Measure>, E
     let energies = energies.complete()?;
     let (first, last) = (deviation(&energies, (0.0, 0.1)), deviation(&energies, (0.9, 1.0)));
     Ok(vec![
-        Measure::told("energy error [J]", first.max(last)),
+        Measure::reported("energy error [J]", first.max(last)),
         Measure::at_most("last tenth over first", last / first, most),
         Measure::at_most("‖Φ‖ [m]", drift, if settings.drift_bound == 0.0 { 1e-12 } else { 1e-3 }),
     ])

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::table::{Row, Verdict};
 
-/// A number and the bounds it must keep, infinite ones if it is only told.
+/// A number and the bounds it must keep, none if it is only reported.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measure {
     what: String,
@@ -31,8 +31,8 @@ impl Measure {
         Measure { what: what.into(), value, least: Some(least), most: None }
     }
 
-    /// Is only told.
-    pub fn told(what: impl Into<String>, value: f64) -> Self {
+    /// Without bounds.
+    pub fn reported(what: impl Into<String>, value: f64) -> Self {
         Measure { what: what.into(), value, least: None, most: None }
     }
 
@@ -230,7 +230,7 @@ mod tests {
         assert_eq!(verdict(with(&[Measure::at_most("error", f64::NAN, 1e-12)])), Verdict::Failed);
         assert_eq!(verdict(with(&[Measure::between("order", 1.5, (1.9, 2.1))])), Verdict::Failed);
         assert_eq!(verdict(with(&[Measure::between("order", 2.05, (1.9, 2.1))])), Verdict::Holds);
-        let told = Measure::told("size", f64::INFINITY);
+        let told = Measure::reported("size", f64::INFINITY);
         assert_eq!(verdict(with(std::slice::from_ref(&told))), Verdict::Failed, "nothing was judged");
         assert_eq!(verdict(with(&[told, Measure::at_most("error", 0.0, 0.0)])), Verdict::Holds);
     }
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(only(|error| *error != Error::EmptyScene), Verdict::Failed, "another error");
         assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).must_refuse("why", |_| true)), Verdict::Failed);
         let out_of_range: Vec<f64> = Vec::new();
-        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::told("first", out_of_range[0])]));
+        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::reported("first", out_of_range[0])]));
         assert_eq!(verdict(panics.or_refused("any", |_| true)), Verdict::Failed);
     }
 

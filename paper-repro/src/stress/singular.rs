@@ -96,8 +96,8 @@ fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure
     Ok(vec![
         Measure::between("order of the energy error", (long[0] / middle[0]).log2(), (1.9, 2.1)),
         Measure::between("from shorter steps", (middle[0] / short[0]).log2(), (1.9, 2.1)),
-        Measure::told("energy error [J] at Δt = 5 ms", long[0]),
-        Measure::told("after 3 s", long[1]),
+        Measure::reported("energy error [J] at Δt = 5 ms", long[0]),
+        Measure::reported("after 3 s", long[1]),
     ])
 }
 
@@ -113,8 +113,8 @@ fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::at_most("energy error [J]", deviation(&record, (0.0, 1.0)), 0.1),
         Measure::at_most("‖Φ‖ [m]", drift, 1e-2),
-        Measure::told("turned by [rad]", most - least),
-        Measure::told("smallest pivot", report.worst_pivot),
+        Measure::reported("turned by [rad]", most - least),
+        Measure::reported("smallest pivot", report.worst_pivot),
     ])
 }
 

@@ -1,6 +1,6 @@
 //! Hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11), and f_i itself.
 //!
-//! Everything is said of the step from node i − 1 to node i; where the paper's Eq. (10) has i and i + 1, read i − 1 and i.
+//! Everything refers to the step from node i − 1 to node i; where the paper's Eq. (10) has i and i + 1, read i − 1 and i.
 
 mod point;
 mod terms;
