@@ -1,8 +1,9 @@
-//! Functions whose Jacobians are wanted: [`Function`] for the user's, and the derived ones that mechanics is made of.
+//! Functions whose Jacobians are wanted: [`Function`] for the user's, and what mechanics makes of an element's.
 
 use num_dual::{Dual, Dual64, DualNum};
-use std::ops::Range;
+use std::rc::Rc;
 
+use super::point::{Part, Places};
 use crate::number::Real;
 use crate::{Cx, Scalar};
 
@@ -46,26 +47,27 @@ impl<F: Formula> Differentiable for F {
     }
 }
 
-/// What is made of a function before its Jacobian is taken.
-#[derive(Clone, Debug)]
-pub(crate) enum Derived {
-    /// f itself.
-    Value,
-    /// f_q v, and + f_t if the place of t is given.
-    Along { q: Range<usize>, v: Range<usize>, t: Option<usize> },
-    /// (σᵀ f)_q as a column; without σ, for a scalar f, its gradient.
-    Gradient { q: Range<usize>, sigma: Option<Range<usize>> },
-    /// (σᵀ (f_q v + f_t))_q as a column.
-    GradientAlong { q: Range<usize>, v: Range<usize>, t: usize, sigma: Range<usize> },
+/// What is made of a function f before its Jacobian is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Derived {
+    /// The arguments of which the rate is taken, q with f_q v and t with f_t; without any, f itself is meant.
+    pub rate: &'static [Part],
+    /// x, where the gradient (σᵀ y)_x of y = f or of its rate is taken; y is a scalar where there are no equations.
+    pub gradient: Option<Part>,
 }
 
 impl Derived {
+    /// f itself.
+    pub(crate) const VALUE: Derived = Derived { rate: &[], gradient: None };
+
+    /// f_x, or (σᵀ f)_x.
+    pub(crate) const fn gradient(by: Part) -> Derived {
+        Derived { rate: &[], gradient: Some(by) }
+    }
+
     /// The arguments by which the function itself is differentiated.
-    pub(crate) fn inner(&self) -> Option<Range<usize>> {
-        match self {
-            Derived::Value => None,
-            Derived::Along { q, .. } | Derived::Gradient { q, .. } | Derived::GradientAlong { q, .. } => Some(q.clone()),
-        }
+    pub(crate) fn inner(&self) -> Option<Part> {
+        self.gradient.or(self.rate.first().copied())
     }
 }
 
@@ -79,60 +81,57 @@ impl<F: Formula> Formula for Values<F> {
     }
 }
 
-/// A function and what is made of it.
-pub(crate) struct Of<F>(pub F, pub Derived);
+/// A function as a formula.
+pub(crate) struct Plain<'a, F>(pub &'a F);
 
-impl<F: Function> Formula for Of<F> {
+impl<F: Function> Formula for Plain<'_, F> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        match &self.1 {
-            Derived::Value => self.0.value(x),
-            Derived::Along { q, v, t } => along(&self.0, x, q, v, *t),
-            Derived::Gradient { q, sigma } => {
-                let column = |i| pulled(&unit(&self.0, x, i), x, sigma.as_ref());
-                q.clone().map(column).collect()
-            }
-            Derived::GradientAlong { q, v, t, sigma } => {
-                let column = |i: usize| {
-                    let lifted: Vec<Dual<R>> = x.iter().enumerate().map(|(j, &x)| seeded(x, i == j)).collect();
-                    let rate: Vec<R> = along(&self.0, &lifted, q, v, Some(*t)).iter().map(|y| y.eps).collect();
-                    pulled(&rate, x, Some(sigma))
-                };
-                q.clone().map(column).collect()
+        self.0.value(x)
+    }
+}
+
+/// A function of an element's arguments, and what is made of it.
+pub(crate) struct Made<F> {
+    pub function: Rc<F>,
+    pub places: Places,
+    pub derived: Derived,
+}
+
+impl<F: Function> Formula for Made<F> {
+    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let Some(by) = self.derived.gradient else { return self.rate(x) };
+        let mut lifted: Vec<Dual<R>> = x.iter().map(|&x| Dual::new(x, R::zero())).collect();
+        let component = |i: usize| {
+            lifted[i].eps = R::one();
+            let slopes = self.rate(&lifted);
+            lifted[i].eps = R::zero();
+            self.times_sigma(slopes.into_iter().map(|y| y.eps), x)
+        };
+        self.places.of(by).map(component).collect()
+    }
+}
+
+impl<F: Function> Made<F> {
+    /// f, or the ε-part of f(q + ε v, t + ε).
+    fn rate<D: DualNum<Primitive = f64> + Copy>(&self, x: &[D]) -> Vec<D> {
+        if self.derived.rate.is_empty() {
+            return self.function.value(x);
+        }
+        let v = self.places.of(Part::V).start;
+        let mut lifted: Vec<Dual<D>> = x.iter().map(|&x| Dual::new(x, D::zero())).collect();
+        for &part in self.derived.rate {
+            for (k, i) in self.places.of(part).enumerate() {
+                lifted[i].eps = if part == Part::Q { x[v + k] } else { D::one() };
             }
         }
+        self.function.value(&lifted).iter().map(|y| y.eps).collect()
     }
-}
 
-fn seeded<D: DualNum<Primitive = f64> + Copy>(x: D, seed: bool) -> Dual<D> {
-    Dual::new(x, if seed { D::one() } else { D::zero() })
-}
-
-/// ∂f/∂x_i.
-fn unit<F: Function, D: DualNum<Primitive = f64> + Copy>(f: &F, x: &[D], i: usize) -> Vec<D> {
-    let x: Vec<Dual<D>> = x.iter().enumerate().map(|(j, &x)| seeded(x, i == j)).collect();
-    f.value(&x).iter().map(|y| y.eps).collect()
-}
-
-/// f_q v (+ f_t): the ε-part of f(q + ε v, t + ε).
-fn along<F, D>(f: &F, x: &[D], q: &Range<usize>, v: &Range<usize>, t: Option<usize>) -> Vec<D>
-where
-    F: Function,
-    D: DualNum<Primitive = f64> + Copy,
-{
-    let mut lifted: Vec<Dual<D>> = x.iter().map(|&x| Dual::new(x, D::zero())).collect();
-    for (i, j) in q.clone().zip(v.clone()) {
-        lifted[i].eps = x[j];
-    }
-    if let Some(t) = t {
-        lifted[t].eps = D::one();
-    }
-    f.value(&lifted).iter().map(|y| y.eps).collect()
-}
-
-/// σᵀ y.
-fn pulled<R: Real>(y: &[R], x: &[R], sigma: Option<&Range<usize>>) -> R {
-    match sigma {
-        Some(sigma) => y.iter().zip(&x[sigma.clone()]).fold(R::zero(), |sum, (&y, &s)| sum + y * s),
-        None => y.iter().fold(R::zero(), |sum, &y| sum + y),
+    /// σᵀ y, or y itself where there are no equations.
+    fn times_sigma<R: Real>(&self, mut y: impl Iterator<Item = R>, x: &[R]) -> R {
+        match self.places.m {
+            0 => y.next().unwrap_or(R::zero()),
+            _ => y.zip(&x[self.places.of(Part::Sigma)]).fold(R::zero(), |sum, (y, &sigma)| sum + y * sigma),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::compare::{Block, MatrixAt, Setting, check};
 use super::draw::{Drawn, check_magnitudes, draw};
-use super::formula::{Derived, Function, Of, Values};
+use super::formula::{Function, Plain, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
@@ -143,7 +143,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
             tolerance: 1e-11,
         };
         let block = |(values, hand): (bool, MatrixAt<'a>)| {
-            let of = Of(ByReference(self.function), Derived::Value);
+            let of = Plain(self.function);
             let by = if values { count..count + 1 } else { 0..count };
             Block {
                 name: if values { "f" } else { "f_x" }.into(),
@@ -160,13 +160,5 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         };
         let blocks = self.hands.into_iter().map(|hand| check(&block(hand), &setting)).collect();
         Report { title: "function".into(), blocks, notes, refused: None }
-    }
-}
-
-struct ByReference<'a, F>(&'a F);
-
-impl<F: Function> Function for ByReference<'_, F> {
-    fn value<S: crate::Scalar>(&self, x: &[S]) -> Vec<S> {
-        self.0.value(x)
     }
 }

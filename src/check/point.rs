@@ -35,31 +35,29 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> 
             SVector::from_fn(|i, _| x[range.start + i])
         }
         Point {
-            q: part(x, at.q()),
-            v: part(x, at.v()),
-            p_star: part(x, at.p_star()),
-            p_star_dot: part(x, at.p_star_dot()),
-            sigma: part(x, at.sigma()),
-            u: part(x, at.u()),
-            t: x[at.t()],
-            b: part(x, at.b()),
+            q: part(x, at.of(Part::Q)),
+            v: part(x, at.of(Part::V)),
+            p_star: part(x, at.of(Part::PStar)),
+            p_star_dot: part(x, at.of(Part::PStarDot)),
+            sigma: part(x, at.of(Part::Sigma)),
+            u: part(x, at.of(Part::U)),
+            t: x[at.of(Part::T).start],
+            b: part(x, at.of(Part::B)),
         }
     }
 }
 
 impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M, K, P> {
+    const PLACES: Places = Places { n: N, m: M, k: K, p: P };
+
     /// All arguments zero, with these constants.
     pub fn zero(b: [f64; P]) -> Self {
-        Point {
-            q: SVector::zeros(),
-            v: SVector::zeros(),
-            p_star: SVector::zeros(),
-            p_star_dot: SVector::zeros(),
-            sigma: SVector::zeros(),
-            u: SVector::zeros(),
-            t: 0.0,
-            b: b.into(),
-        }
+        Self::same(0.0, b)
+    }
+
+    /// The same number for all arguments.
+    fn same(x: f64, b: [f64; P]) -> Self {
+        Point { b: b.into(), ..Self::from_list(&vec![x; Self::PLACES.of(Part::One).end]) }
     }
 
     /// The same with other coordinates.
@@ -76,34 +74,15 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
 
     /// Of size 1 in everything.
     pub(crate) fn ones(b: [f64; P]) -> Self {
-        let one = || SVector::from_element(1.0);
-        Point {
-            q: one(),
-            v: one(),
-            p_star: one(),
-            p_star_dot: one(),
-            sigma: SVector::from_element(1.0),
-            u: SVector::from_element(1.0),
-            t: 1.0,
-            b: b.into(),
-        }
+        Self::same(1.0, b)
     }
 
     /// A random point of these magnitudes, none of whose arguments is near zero; the constants are kept.
     pub(crate) fn random(magnitudes: &Self, random: &mut Random) -> Self {
-        fn draw<const L: usize>(size: &SVector<f64, L>, random: &mut Random) -> SVector<f64, L> {
-            size.map(|size| random.away_from_zero(1.5 * size))
-        }
-        Point {
-            q: draw(&magnitudes.q, random),
-            v: draw(&magnitudes.v, random),
-            p_star: draw(&magnitudes.p_star, random),
-            p_star_dot: draw(&magnitudes.p_star_dot, random),
-            sigma: draw(&magnitudes.sigma, random),
-            u: draw(&magnitudes.u, random),
-            t: random.uniform(0.1, 2.0) * magnitudes.t,
-            b: magnitudes.b,
-        }
+        let (t, mut x) = (Self::PLACES.of(Part::T).start, magnitudes.list());
+        x[..t].iter_mut().for_each(|x| *x = random.away_from_zero(1.5 * *x));
+        x[t] *= random.uniform(0.1, 2.0);
+        Self::from_list(&x)
     }
 
     /// All arguments in one list, and the 1 that values are multiplied by where they are compared.
@@ -120,6 +99,21 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
     }
 }
 
+/// One kind of arguments, in the order of the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Q,
+    V,
+    PStar,
+    PStarDot,
+    Sigma,
+    U,
+    T,
+    B,
+    /// The 1 that values are multiplied by.
+    One,
+}
+
 /// Where the arguments stand in the list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Places {
@@ -130,32 +124,10 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    pub(crate) fn q(&self) -> Range<usize> {
-        0..self.n
-    }
-    pub(crate) fn v(&self) -> Range<usize> {
-        self.n..2 * self.n
-    }
-    pub(crate) fn p_star(&self) -> Range<usize> {
-        2 * self.n..3 * self.n
-    }
-    pub(crate) fn p_star_dot(&self) -> Range<usize> {
-        3 * self.n..4 * self.n
-    }
-    pub(crate) fn sigma(&self) -> Range<usize> {
-        4 * self.n..4 * self.n + self.m
-    }
-    pub(crate) fn u(&self) -> Range<usize> {
-        self.sigma().end..self.sigma().end + self.k
-    }
-    pub(crate) fn t(&self) -> usize {
-        self.u().end
-    }
-    pub(crate) fn b(&self) -> Range<usize> {
-        self.t() + 1..self.t() + 1 + self.p
-    }
-    /// Behind all arguments.
-    pub(crate) fn one(&self) -> usize {
-        self.b().end
+    pub(crate) fn of(&self, part: Part) -> Range<usize> {
+        let Places { n, m, k, p } = *self;
+        let lengths = [n, n, n, n, m, k, 1, p, 1];
+        let start = lengths[..part as usize].iter().sum();
+        start..start + lengths[part as usize]
     }
 }

@@ -2,22 +2,13 @@
 
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
-use super::super::point::Point;
+use super::super::point::{Part, Point};
 use super::{Derivative, ElementCheck, Rows};
 use crate::model::element::CostPoint;
 use crate::{Cost, Scalar};
-use std::ops::Range;
 
 /// h as a function of all arguments in one list.
 struct Value<'a, E, const N: usize, const M: usize, const K: usize, const P: usize>(&'a E);
-
-impl<E, const N: usize, const M: usize, const K: usize, const P: usize> Clone for Value<'_, E, N, M, K, P> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<E, const N: usize, const M: usize, const K: usize, const P: usize> Copy for Value<'_, E, N, M, K, P> {}
 
 impl<E, const N: usize, const M: usize, const K: usize, const P: usize> Function for Value<'_, E, N, M, K, P>
 where
@@ -44,59 +35,55 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
 where
     E: Cost<N, M, K, P>,
 {
-    fn by_part<A: Matrix>(
-        mut self,
-        name: &'static str,
-        by: Range<usize>,
-        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
-    ) -> Self {
-        let at = Self::PLACES;
-        let parts = [("h_q", at.q()), ("h_v", at.v()), ("h_p*", at.p_star()), ("h_ṗ*", at.p_star_dot())];
-        let block = Derivative::new(name, Rows::One("h"), Derived::Value, by.clone());
-        let others = parts.into_iter().filter(|(_, range)| *range != by && range.len() == by.len());
-        let block = others.fold(block, |block, (name, range)| block.not(name, Derived::Value, range));
+    fn by_part<A: Matrix>(mut self, name: &'static str, by: Part, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
+        let states = [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot)];
+        let alike = |part: Part| part != by && Self::PLACES.of(part).len() == Self::PLACES.of(by).len();
+        let block = Derivative::new(name, Rows::One("h"), Derived::VALUE, by);
+        let others = states.into_iter().filter(|&(_, part)| alike(part));
+        let block = others.fold(block, |block, (name, part)| block.not(name, Derived::VALUE, part));
         self.blocks.push(block.by_hand(Value(self.element), hand));
         self
     }
 
     /// h itself.
     pub fn h<A: Matrix>(mut self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.blocks.push(super::Value("h", Rows::One("h"), Derived::Value).by_hand(Value(self.element), hand));
+        let value = Derivative::value("h", Rows::One("h"), Derived::VALUE);
+        self.blocks.push(value.by_hand(Value(self.element), hand));
         self
     }
 
     /// h_q, N numbers.
     pub fn h_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_q", Self::PLACES.q(), hand)
+        self.by_part("h_q", Part::Q, hand)
     }
 
     /// h_v, N numbers.
     pub fn h_v<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_v", Self::PLACES.v(), hand)
+        self.by_part("h_v", Part::V, hand)
     }
 
     /// h_p*, N numbers.
     pub fn h_p_star<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_p*", Self::PLACES.p_star(), hand)
+        self.by_part("h_p*", Part::PStar, hand)
     }
 
     /// h_ṗ*, N numbers.
     pub fn h_p_star_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_ṗ*", Self::PLACES.p_star_dot(), hand)
+        self.by_part("h_ṗ*", Part::PStarDot, hand)
     }
 
     /// h_σ, M numbers.
     pub fn h_sigma<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_σ", Self::PLACES.sigma(), hand)
+        self.by_part("h_σ", Part::Sigma, hand)
     }
 
     /// h_u, K numbers.
     pub fn h_u<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_u", Self::PLACES.u(), hand)
+        self.by_part("h_u", Part::U, hand)
     }
 
     /// h_b, P numbers.
     pub fn h_b<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_b", Self::PLACES.b(), hand)
+        self.by_part("h_b", Part::B, hand)
     }
 }

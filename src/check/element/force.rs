@@ -2,22 +2,13 @@
 
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
-use super::super::point::Point;
-use super::{Derivative, ElementCheck, Rows, Value};
+use super::super::point::{Part, Point};
+use super::{Derivative, ElementCheck, Rows};
 use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
-use std::ops::Range;
 
 /// Q as a function of all arguments in one list.
 struct Applied<'a, E, const N: usize, const K: usize, const P: usize>(&'a E);
-
-impl<E, const N: usize, const K: usize, const P: usize> Clone for Applied<'_, E, N, K, P> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<E, const N: usize, const K: usize, const P: usize> Copy for Applied<'_, E, N, K, P> {}
 
 impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Function for Applied<'_, E, N, K, P> {
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
@@ -35,49 +26,45 @@ where
     ElementCheck::new(element, "force", b)
 }
 
+const OF_Q: Rows = Rows::Coordinates("Q of ");
+
+fn by(name: &'static str, part: Part) -> Derivative {
+    Derivative::new(name, OF_Q, Derived::VALUE, part)
+}
+
 impl<'a, E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> ElementCheck<'a, E, N, 0, K, P> {
     fn of_force<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
         self.blocks.push(derivative.by_hand(Applied(self.element), hand));
         self
     }
 
-    fn by(name: &'static str, range: Range<usize>) -> Derivative {
-        Derivative::new(name, Rows::Coordinates("Q of "), Derived::Value, range)
-    }
-
     /// Q itself, N numbers.
-    pub fn q<A: Matrix>(mut self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.blocks.push(Value("Q", Rows::Coordinates("Q of "), Derived::Value).by_hand(Applied(self.element), hand));
-        self
+    pub fn q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
+        self.of_force(Derivative::value("Q", OF_Q, Derived::VALUE), hand)
     }
 
     /// Q_q, N × N.
     pub fn q_q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        let at = Self::PLACES;
-        self.of_force(Self::by("Q_q", at.q()).not("Q_v", Derived::Value, at.v()), hand)
+        self.of_force(by("Q_q", Part::Q).not("Q_v", Derived::VALUE, Part::V), hand)
     }
 
     /// Q_v, N × N.
     pub fn q_v<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        let at = Self::PLACES;
-        self.of_force(Self::by("Q_v", at.v()).not("Q_q", Derived::Value, at.q()), hand)
+        self.of_force(by("Q_v", Part::V).not("Q_q", Derived::VALUE, Part::Q), hand)
     }
 
     /// Q_u, N × K.
     pub fn q_u<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        let by_u = Self::PLACES.u();
-        self.of_force(Self::by("Q_u", by_u), hand)
+        self.of_force(by("Q_u", Part::U), hand)
     }
 
     /// Q_t, N numbers.
     pub fn q_t<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        let t = Self::PLACES.t();
-        self.of_force(Self::by("Q_t", t..t + 1), hand)
+        self.of_force(by("Q_t", Part::T), hand)
     }
 
     /// Q_b, N × P.
     pub fn q_b<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        let by_b = Self::PLACES.b();
-        self.of_force(Self::by("Q_b", by_b), hand)
+        self.of_force(by("Q_b", Part::B), hand)
     }
 }

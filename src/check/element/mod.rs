@@ -11,13 +11,14 @@ pub use energy::{kinetic_energy, potential_energy};
 pub use force::force;
 
 use std::ops::Range;
+use std::rc::Rc;
 
 use super::compare::{Block, MatrixAt, Setting, check};
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
-use super::formula::{Derived, Differentiable, Function, Of, Values};
+use super::formula::{Derived, Differentiable, Function, Made, Values};
 use super::matrix::Matrix;
 use super::oracle::dual;
-use super::point::{Places, Point};
+use super::point::{Part, Places, Point};
 use super::random::Random;
 use super::report::Report;
 use crate::Error;
@@ -199,7 +200,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             point.b.apply(|b| *b *= 1.0 + random.uniform(-self.spread, self.spread));
             point.list()
         };
-        let signed: Vec<usize> = (0..Self::PLACES.t()).collect();
+        let signed: Vec<usize> = (0..Self::PLACES.of(Part::T).start).collect();
         let drawn = draw(self.count, &mut Random::new(self.seed), &signed, fresh, usable);
         drawn.check()?;
         Ok(drawn)
@@ -226,15 +227,16 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     fn setting(&self, drawn: Drawn) -> Setting<'_> {
         let places = Self::PLACES;
         let groups = [
-            ("b", places.b()),
-            ("v", places.v()),
-            ("σ", places.sigma()),
-            ("u", places.u()),
-            ("t", places.t()..places.t() + 1),
-            ("p*", places.p_star()),
-            ("ṗ*", places.p_star_dot()),
-            ("q", places.q()),
+            ("b", Part::B),
+            ("v", Part::V),
+            ("σ", Part::Sigma),
+            ("u", Part::U),
+            ("t", Part::T),
+            ("p*", Part::PStar),
+            ("ṗ*", Part::PStarDot),
+            ("q", Part::Q),
         ];
+        let groups = groups.map(|(name, part)| (name.to_string(), places.of(part)));
         let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
         let varied = self.spread != 0.0;
         let constants = self.constants.iter().cloned().zip(self.magnitudes.b.iter().copied()).filter(|_| !varied);
@@ -242,71 +244,49 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             points: drawn.points,
             parents: drawn.parents,
             given: !self.given.is_empty(),
-            free: (0..=places.t()).collect(),
+            free: (0..places.of(Part::T).end).collect(),
             kinds: groups[1..].iter().map(|(_, range)| range.clone().collect()).collect(),
             settle: Box::new(|_| ()),
             admissible: Box::new(|x| (self.admissible)(&Point::from_list(x))),
             seed: self.seed,
             magnitudes: self.magnitudes.list().into_iter().map(size).collect(),
             arguments: self.arguments(),
-            groups: groups.into_iter().map(|(name, range)| (name.to_string(), range)).collect(),
+            groups: groups.to_vec(),
             factors: constants.collect(),
             tolerance: self.tolerance,
         }
     }
 }
 
-/// A function of an element itself: its name, and what it is.
-struct Value(&'static str, Rows, Derived);
-
-impl Value {
-    /// With the user's version of it.
-    fn by_hand<'a, F, A, const N: usize, const M: usize, const K: usize, const P: usize>(
-        self,
-        function: F,
-        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
-    ) -> Pending<'a>
-    where
-        F: Function + Copy + 'a,
-        A: Matrix,
-    {
-        let Value(name, rows, derived) = self;
-        let one = Places { n: N, m: M, k: K, p: P }.one();
-        Pending {
-            name,
-            rows,
-            by: one..one + 1,
-            function: Box::new(Values(Of(function, derived))),
-            foundation: None,
-            hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
-            terms: Vec::new(),
-            others: Vec::new(),
-        }
-    }
-}
-
-/// One derivative of an element: its name, what is differentiated by what.
+/// A row of an element's table of derivatives: its name, what is differentiated by what.
 struct Derivative {
     name: &'static str,
     rows: Rows,
     derived: Derived,
-    by: Range<usize>,
+    by: Part,
     /// Terms that it is the sum of, and blocks that it may be mistaken for.
-    terms: Vec<(&'static str, Derived, Range<usize>)>,
-    others: Vec<(&'static str, Derived, Range<usize>)>,
+    terms: &'static [Named],
+    others: Vec<Named>,
 }
 
+/// A name, and what is differentiated by what.
+type Named = (&'static str, Derived, Part);
+
 impl Derivative {
-    fn new(name: &'static str, rows: Rows, derived: Derived, by: Range<usize>) -> Self {
-        Derivative { name, rows, derived, by, terms: Vec::new(), others: Vec::new() }
+    fn new(name: &'static str, rows: Rows, derived: Derived, by: Part) -> Self {
+        Derivative { name, rows, derived, by, terms: &[], others: Vec::new() }
     }
 
-    fn term(mut self, name: &'static str, derived: Derived, by: Range<usize>) -> Self {
-        self.terms.push((name, derived, by));
-        self
+    /// The function itself.
+    fn value(name: &'static str, rows: Rows, derived: Derived) -> Self {
+        Self::new(name, rows, derived, Part::One)
     }
 
-    fn not(mut self, name: &'static str, derived: Derived, by: Range<usize>) -> Self {
+    fn terms(self, terms: &'static [Named]) -> Self {
+        Derivative { terms, ..self }
+    }
+
+    fn not(mut self, name: &'static str, derived: Derived, by: Part) -> Self {
         self.others.push((name, derived, by));
         self
     }
@@ -318,24 +298,28 @@ impl Derivative {
         hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
     ) -> Pending<'a>
     where
-        F: Function + Copy + 'a,
+        F: Function + 'a,
         A: Matrix,
     {
-        let matrix = move |(name, derived, by): (&str, Derived, Range<usize>)| -> (String, MatrixAt<'a>) {
-            let of = Of(function, derived);
+        let (function, places) = (Rc::new(function), Places { n: N, m: M, k: K, p: P });
+        let made = |derived| Made { function: function.clone(), places, derived };
+        let matrix = |&(name, derived, by): &Named| -> (String, MatrixAt<'a>) {
+            let (of, by) = (made(derived), places.of(by));
             (name.to_string(), Box::new(move |x| dual(&of, x, &by)))
         };
-        let inner = self.derived.inner();
+        let of = made(self.derived);
+        let is_value = self.by == Part::One;
+        let below = self.derived.inner().filter(|_| !is_value);
+        let boxed = |derived| -> Box<dyn Differentiable + 'a> { Box::new(made(derived)) };
         Pending {
             name: self.name,
             rows: self.rows,
-            by: self.by,
-            function: Box::new(Of(function, self.derived)),
-            foundation: inner
-                .map(|by| -> (Box<dyn Differentiable + 'a>, _) { (Box::new(Of(function, Derived::Value)), by) }),
+            by: places.of(self.by),
+            foundation: below.map(|by| (boxed(Derived::VALUE), places.of(by))),
+            terms: self.terms.iter().map(matrix).collect(),
+            others: self.others.iter().map(matrix).collect(),
+            function: if is_value { Box::new(Values(of)) } else { Box::new(of) },
             hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
-            terms: self.terms.into_iter().map(matrix).collect(),
-            others: self.others.into_iter().map(matrix).collect(),
         }
     }
 }
