@@ -146,6 +146,16 @@ fn a_check_of_nothing_fails() {
     println!("{report}{never}");
 }
 
+/// A gradient may be written as a column, also where nothing explains the mistake and the check looks for where it vanishes.
+#[test]
+fn a_gradient_by_hand_may_be_a_column() {
+    let report = check::kinetic_energy(&DoublePendulum, [0.8, 0.4, 1.1, 0.9])
+        .t_q(|at| pendulum_t_q(&at.q, &at.v, &at.b) + Two::new(at.q[0].exp() * at.v[1], 0.0))
+        .run();
+    println!("{report}");
+    assert_eq!(report.verdict(), Verdict::Wrong);
+}
+
 /// Φ = |x|: no derivative at 0, and a formula that loses the derivative of its second coordinate.
 struct Kink;
 impl Constraint<1, 1> for Kink {

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::mask::Mask;
 use super::{Evidence, diagnosis};
+use crate::check::matrix::fitting;
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Whether the values are true at another point that the front end has named.
@@ -90,7 +91,7 @@ pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
         evidence.points.iter().enumerate().all(|(p, x)| {
             let x = changed(x, |x| x[range.clone()].fill(0.0));
             let truth = crate::check::oracle::dual(evidence.block.function.as_ref(), &x, &evidence.block.by);
-            let error = (evidence.block.hand)(&x) - truth;
+            let error = fitting((evidence.block.hand)(&x), evidence.rows(), evidence.columns()) - truth;
             error.iter().zip(evidence.tolerance[p].iter()).all(|(e, t)| e.abs() <= *t)
         })
     };
