@@ -87,6 +87,7 @@ mod motion;
 mod node;
 mod number;
 pub mod paper_system;
+mod program;
 mod scene;
 mod scheme;
 mod settings;

@@ -280,11 +280,11 @@ impl<'a> PaperSystem<'a> {
         let point = NodeView::of_equations(state, (at.u.as_slice(), time, at.b.as_slice()));
         self.system.plain_sums(&point, &mut sums);
         for &(j, mu) in &self.trajectory.compliance {
-            sums.phi_dot[j] -= (sigma[j] - before[j]) * mu;
+            sums.parts_mut()[2][j] -= (sigma[j] - before[j]) * mu;
         }
-        let third = DVector::from_vec(sums.l_v) - p_star;
-        let fourth = DVector::from_vec(sums.force) - rate;
-        let parts = [first, second, third, fourth, DVector::from_vec(sums.phi_dot)];
+        let third = DVector::from_column_slice(sums.l_v()) - p_star;
+        let fourth = DVector::from_column_slice(sums.force()) - rate;
+        let parts = [first, second, third, fourth, DVector::from_column_slice(sums.phi_dot())];
         DVector::from_iterator(4 * n + m, parts.iter().flat_map(|part| part.iter().copied()))
     }
 

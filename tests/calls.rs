@@ -2,8 +2,8 @@
 //! formula only for what its derivatives with respect to inputs need.
 
 use hamiltonian_adjoint::{
-    Constraint, Control, Coordinate, Cost, CostPoint, Design, Force, ForcePoint, Grid, Inputs, KineticEnergy, Param,
-    PotentialEnergy, Scalar, Scene, Settings, Solver, Sum,
+    Constraint, Control, Coordinate, Cost, CostPoint, Design, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Param,
+    PotentialEnergy, Scalar, Scene, Settings, Solver, Sum, System,
 };
 use nalgebra::{SVector, Vector1, Vector2};
 use std::sync::Arc;
@@ -161,6 +161,11 @@ struct Bench {
 
 /// The calls of the counted element in a simulation and in the gradient after it, for n steps.
 fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
+    calls_of(add, steps, Scene::compile)
+}
+
+/// The same for a scene that is compiled in another way.
+fn calls_of(add: &impl Fn(&mut Bench, Calls), steps: usize, compile: fn(Scene) -> Result<System, Error>) -> (usize, usize) {
     let mut scene = Scene::new();
     let [x, y] = scene.coordinates("masses", ["x", "y"]);
     scene.kinetic_energy("mass of x", Mass, [x], [1.3.into()]);
@@ -172,7 +177,7 @@ fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
     let mut bench = Bench { scene, x, y, drive, constant: 0.5.into(), bound };
     let calls = Calls::default();
     add(&mut bench, calls.clone());
-    let system = bench.scene.compile().expect("a scene");
+    let system = compile(bench.scene).expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
     inputs.controls.fill(0.3);
     let mut solver = Solver::new(&system, Settings::default());
@@ -189,6 +194,12 @@ fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
 fn growth(add: impl Fn(&mut Bench, Calls)) -> (usize, usize) {
     let ((simulation, sweep), (longer_simulation, longer_sweep)) = (calls(&add, 20), calls(&add, 40));
     (longer_simulation - simulation, longer_sweep - sweep)
+}
+
+/// The same where dual numbers differentiate every element at every point.
+fn growth_by_dual_numbers(add: impl Fn(&mut Bench, Calls)) -> (usize, usize) {
+    let [shorter, longer] = [20, 40].map(|steps| calls_of(&add, steps, Scene::compile_without_programs));
+    (longer.0 - shorter.0, longer.1 - shorter.1)
 }
 
 /// The calls in a gradient over 20 steps.
@@ -261,27 +272,21 @@ fn a_constraint_of_sines_and_cosines_is_called_in_no_step_and_no_sweep() {
 }
 
 #[test]
-fn a_bound_constant_adds_its_derivative_at_every_node_to_the_sweep_and_nothing_to_a_step() {
-    assert_eq!(growth(pushed_bound), (0, 20));
-    assert_eq!(growth(waved_bound), (0, 20));
-    // Of an energy, with respect to v and to q.
-    assert_eq!(growth(kinetic_bound), (0, 2 * 20));
-}
-
-#[test]
-fn a_nonlinear_formula_is_called_in_every_step_and_not_again_by_the_sweep() {
-    for add in [growing_mass, hard_spring, bent] {
-        assert!(growth(add).0 >= 20);
-        assert_eq!(sweep(add), 0);
+fn a_formula_with_a_program_is_called_in_no_step_and_no_sweep() {
+    for add in [growing_mass, hard_spring, bent, pushed_askew, shaken, pushed_bound, waved_bound, kinetic_bound] {
+        assert_eq!((growth(add), sweep(add)), ((0, 0), 0));
     }
 }
 
 #[test]
-fn a_nonlinear_force_is_called_by_the_sweep_for_its_controls_or_its_time() {
-    for add in [pushed_askew, shaken] {
-        assert!(growth(add).0 >= 20);
-        assert_eq!(growth(add).1, 20);
+fn without_programs_a_formula_is_called_in_every_step_and_by_the_sweep_for_its_inputs() {
+    for add in [kinetic, growing_mass, spring, hard_spring, waved, bent] {
+        assert!(growth_by_dual_numbers(add).0 >= 20);
     }
+    // With respect to time, to the control, and to the constant where it is bound.
+    assert_eq!(growth_by_dual_numbers(shaken).1, 20);
+    assert_eq!(growth_by_dual_numbers(pushed_askew).1, 2 * 20);
+    assert_eq!(growth_by_dual_numbers(pushed_bound).1, 3 * 20);
 }
 
 #[test]

@@ -10,6 +10,7 @@ const ROOMS: &[&str] = &[
     "warning",
     "memory",
     "number",
+    "program",
     "scheme",
     "settings",
     "linear",

@@ -37,7 +37,7 @@ impl AdjointSweep {
     }
 
     /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
-    fn cross_momentum(&mut self, system: &System, motion: &Motion, newton: &Newton, restart: &Restart, node: usize) {
+    fn cross_momentum(&mut self, system: &System, motion: &Motion, newton: &mut Newton, restart: &Restart, node: usize) {
         let StageAdjoint { b, e, .. } = &self.step[self.stage];
         let with = Covector { c: b, d: &self.zeros.v, e: &self.zeros.sigma };
         newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
@@ -58,7 +58,7 @@ impl AdjointSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
-        system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+        newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
     /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w.
@@ -101,10 +101,8 @@ impl AdjointSweep {
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
-        for batch in system.with_input_derivatives() {
-            batch.pull_back_inputs(&at, &with, &mut rows);
-            batch.pull_back_phi(&at, e, &mut rows);
-        }
+        newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
+        system.batches().iter().for_each(|batch| batch.pull_back_phi(&at, e, &mut rows));
         Ok(())
     }
 }

@@ -305,7 +305,7 @@ impl AdjointSweep {
     fn input_rows<'a>(
         &mut self,
         system: &System,
-        newton: &Newton,
+        newton: &mut Newton,
         at: impl Fn() -> NodeView<'a, f64>,
         node: usize,
     ) -> Result<(), Error> {
@@ -315,7 +315,9 @@ impl AdjointSweep {
         let design = self.gradient.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
-        system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at(), &with, &mut rows));
+        if system.formulas().assembly.has_input_derivatives() {
+            newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
+        }
         if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
             return Ok(());
         }
@@ -366,7 +368,7 @@ impl AdjointSweep {
     }
 
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
-    fn start_rows(&mut self, system: &System, motion: &Motion, newton: &Newton) {
+    fn start_rows(&mut self, system: &System, motion: &Motion, newton: &mut Newton) {
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
         let StageAdjoint { a, b, .. } = &self.step[self.stage];
         self.gradient.start.q_mut().iter_mut().zip(a).for_each(|(q, a)| *q = -a);
@@ -381,7 +383,7 @@ impl AdjointSweep {
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
-            system.with_input_derivatives().for_each(|batch| batch.pull_back_inputs(&at, &with, &mut rows));
+            newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
             v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
             q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
         }

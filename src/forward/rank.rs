@@ -139,7 +139,7 @@ fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
         let there = NodeView::of_equations([&q, &v, &sigma], (&u, Dual64::from_re(at.t), &design));
         system.plain_sums(&there, &mut sums);
         v[j].eps = 0.0;
-        DVector::from_iterator(system.n(), sums.l_v.iter().map(|l_v| l_v.eps))
+        DVector::from_iterator(system.n(), sums.l_v().iter().map(|l_v| l_v.eps))
     })))
 }
 

@@ -99,11 +99,6 @@ impl Symbolic {
         self.place(row, col).filter(|&place| place < self.values_len)
     }
 
-    /// Whether an entry lies in the pattern.
-    pub(crate) fn contains(&self, row: usize, col: usize) -> bool {
-        self.entries.binary_search(&(row, col)).is_ok()
-    }
-
     /// Number of condensed unknowns.
     pub(crate) fn condensed(&self) -> usize {
         self.steps.len()

@@ -15,11 +15,13 @@ pub struct Report {
     pub reused_factors: usize,
     /// Solutions of adjoint equations that were refined: one in 128, and where that shows that digits are lost (adjoint sweep only).
     pub refined_solutions: usize,
-    /// Evaluations of single elements with their second derivatives by dual numbers.
+    /// Evaluations of single elements that are neither constant nor sums of sines: their contributions to the equations.
     pub element_evaluations: usize,
+    /// Evaluations of their second derivatives, where K is assembled and at each solution.
+    pub second_derivatives: usize,
     /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
     pub sine_evaluations: usize,
-    /// Evaluations of single elements by dual numbers for their derivatives with respect to one control, design variable or time.
+    /// Derivatives of single elements with respect to one control, design variable or time.
     pub input_evaluations: usize,
     /// Evaluations of single elements at the ends of steps, along them, to see whether they are resolved (adjoint sweep only).
     pub chord_evaluations: usize,
@@ -44,6 +46,7 @@ impl Default for Report {
             reused_factors: 0,
             refined_solutions: 0,
             element_evaluations: 0,
+            second_derivatives: 0,
             sine_evaluations: 0,
             input_evaluations: 0,
             chord_evaluations: 0,

@@ -217,7 +217,7 @@ impl<R: Real> Trajectory<R> {
         let mut phi_dot = DMatrix::from_element(system.m(), self.computed, R::zero());
         for i in 0..self.computed {
             system.plain_sums(&self.at(inputs, i), &mut sums);
-            column_mut(&mut phi_dot, i).copy_from_slice(&sums.phi_dot);
+            column_mut(&mut phi_dot, i).copy_from_slice(sums.phi_dot());
         }
         finite(system, "dΦ/dt", phi_dot)
     }

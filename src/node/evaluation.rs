@@ -5,7 +5,7 @@
 
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
-use crate::system::{Constants, Covector, NodeView, Pair, Sines, StateRows, Sums};
+use crate::system::{Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Workspace};
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
@@ -24,13 +24,16 @@ pub(crate) struct Evaluation {
     steps: Vec<f64>,
     oldest: usize,
     triplets: Vec<(usize, usize, f64)>,
+    /// The formulas, if they are other ones than were compiled.
+    formulas: Option<Formulas>,
+    workspace: Workspace,
     elements: Option<Elements>,
 }
 
 /// How many half steps are kept: a composition of steps has few different ones.
 const KEPT_STEPS: usize = 5;
 
-/// What elements with dual numbers need besides: their point and sums in the scene's order.
+/// What elements that are evaluated at every point need besides: their point and sums in the scene's order.
 struct Elements {
     q: Vec<f64>,
     x: Pair,
@@ -59,7 +62,9 @@ impl Evaluation {
             steps: Vec::new(),
             oldest: 0,
             triplets: Vec::new(),
-            elements: system.differentiated().next().map(|_| elements()),
+            formulas: None,
+            workspace: system.formulas().assembly.workspace(),
+            elements: (!system.formulas().assembly.is_empty()).then(elements),
         }
     }
 
@@ -70,7 +75,13 @@ impl Evaluation {
             return Ok(());
         }
         self.fingerprint = None;
-        system.constants(start, fingerprint, &mut self.constants)?;
+        let own = system.formulas_now(start, fingerprint)?;
+        if own.is_some() || self.formulas.is_some() {
+            self.workspace = own.as_ref().unwrap_or(system.formulas()).assembly.workspace();
+            self.formulas = own;
+        }
+        let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
+        formulas.set_design(start.design, &mut self.constants, &mut self.workspace);
         self.sines.set_coefficients(&mut self.constants.waves);
         self.steps.clear();
         self.oldest = 0;
@@ -79,6 +90,10 @@ impl Evaluation {
         // What is no number at this start may be one at the next.
         self.fingerprint = self.constants.are_finite().then_some(fingerprint);
         Ok(())
+    }
+
+    fn formulas<'a>(&'a self, system: &'a System) -> &'a Formulas {
+        self.formulas.as_ref().unwrap_or(system.formulas())
     }
 
     /// Takes over the compliances of constraint equations.
@@ -129,7 +144,7 @@ impl Evaluation {
         }
     }
 
-    /// r −= N(x), and what N′ is made of.
+    /// r −= N(x), and what of N′ comes with it; the rest is [`second`](Self::second)'s.
     pub(crate) fn subtract_nonlinear(
         &mut self,
         system: &System,
@@ -139,7 +154,7 @@ impl Evaluation {
         r: &mut [f64],
         report: &mut Report,
     ) {
-        let (angles, mut rest) = self.blocks.split_at_mut(self.sines.block_len());
+        let (angles, rest) = self.blocks.split_at_mut(self.sines.block_len());
         self.sines.subtract_residual(from.q, from.h, x, r, angles);
         report.sine_evaluations += self.sines.angles();
         let Some(elements) = &mut self.elements else { return };
@@ -147,17 +162,23 @@ impl Evaluation {
         let Elements { q, x, sums, .. } = elements;
         sums.clear();
         let at = NodeView::of_equations([q, &x.v, &x.sigma], (given.u, given.t, given.design));
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at_mut(len);
-            batch.evaluate(&at, sums, own);
-            report.element_evaluations += batch.varying();
-            rest = after;
+        let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
+        formulas.first(system.batches(), &at, &mut self.workspace, (sums, rest));
+        report.element_evaluations += formulas.assembly.elements();
+        for ((&position, l_v), force) in system.positions().v.iter().zip(sums.l_v()).zip(sums.force()) {
+            r[position] -= l_v - from.h * force;
         }
-        for (i, &position) in system.positions().v.iter().enumerate() {
-            r[position] -= sums.l_v[i] - from.h * sums.force[i];
+        for (&position, phi_dot) in system.positions().sigma.iter().zip(sums.phi_dot()) {
+            r[position] -= phi_dot;
         }
-        for (j, &position) in system.positions().sigma.iter().enumerate() {
-            r[position] -= sums.phi_dot[j];
+    }
+
+    /// The second derivatives at the point that was evaluated last, of which N′ is made.
+    pub(crate) fn second(&mut self, system: &System, report: &mut Report) {
+        if self.elements.is_some() {
+            let assembly = &self.formulas.as_ref().unwrap_or(system.formulas()).assembly;
+            assembly.second(&mut self.workspace, &mut self.blocks[self.sines.block_len()..]);
+            report.second_derivatives += assembly.elements();
         }
     }
 
@@ -166,20 +187,16 @@ impl Evaluation {
         self.constants.add_force(at, force);
         self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
         if let Some(elements) = &self.elements {
-            force.iter_mut().zip(&elements.sums.force).for_each(|(sum, force)| *sum += force);
+            force.iter_mut().zip(elements.sums.force()).for_each(|(sum, force)| *sum += force);
         }
     }
 
     /// Assembles K(h) from L and from what N′ is made of.
     pub(crate) fn assemble<F: Factorization>(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut Matrix<F>) {
         let values = matrix.reset();
-        let (angles, mut rest) = blocks.split_at(self.sines.block_len());
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.scatter(angles, h, values);
-        for (batch, len) in system.differentiated() {
-            let (own, after) = rest.split_at(len);
-            batch.scatter(own, h, values);
-            rest = after;
-        }
+        self.formulas(system).scatter(rest, h, values);
     }
 
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
@@ -188,7 +205,13 @@ impl Evaluation {
         self.constants.pull_back(with, rows);
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.pull_back(angles, with, rows);
-        pull_back_elements(system, rest, with, rows);
+        self.formulas(system).pull_back(rest, with, rows);
+    }
+
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, without those that are constant.
+    pub(crate) fn pull_back_inputs(&mut self, system: &System, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
+        let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
+        formulas.pull_back_inputs(system.batches(), at, with, &mut self.workspace, rows);
     }
 
     /// Adds −μ e, the rows of the compliances.
@@ -204,7 +227,11 @@ impl Evaluation {
         self.sines.subtract_force_rows(angles, h, d, right);
         let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
         rows.clear();
-        pull_back_elements(system, rest, &Covector { c: &zeros.v, d, e: &zeros.sigma }, rows);
+        self.formulas.as_ref().unwrap_or(system.formulas()).pull_back(
+            rest,
+            &Covector { c: &zeros.v, d, e: &zeros.sigma },
+            rows,
+        );
         for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
             right[position] -= v + h * q;
         }
@@ -218,17 +245,8 @@ impl Evaluation {
         self.sines.subtract_row_q(angles, with, a);
         let Some(Elements { rows, .. }) = &mut self.elements else { return };
         rows.clear();
-        pull_back_elements(system, rest, with, rows);
+        self.formulas.as_ref().unwrap_or(system.formulas()).pull_back(rest, with, rows);
         a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
-    }
-}
-
-/// Adds the adjoint rows of the elements with dual numbers.
-fn pull_back_elements(system: &System, mut blocks: &[f64], with: &Covector, rows: &mut StateRows) {
-    for (batch, len) in system.differentiated() {
-        let (own, rest) = blocks.split_at(len);
-        batch.pull_back(own, with, rows);
-        blocks = rest;
     }
 }
 

@@ -169,6 +169,7 @@ impl<F: Factorization> Newton<F> {
     ) -> Result<(), Breakdown> {
         self.load(system, v, sigma);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        self.evaluation.second(system, report);
         self.evaluation.set_step(system, from.h, &mut self.matrix)?;
         self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
         report.factorisations += 1;
@@ -184,6 +185,7 @@ impl<F: Factorization> Newton<F> {
         self.delta.fill(0.0);
         let given = Given { u: at.u, t: at.t, design: at.design };
         self.evaluation.subtract_nonlinear(system, &from, given, &self.x, &mut self.delta, report);
+        self.evaluation.second(system, report);
         self.evaluation.constants.l_v(at, l_v);
         l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
     }
@@ -255,7 +257,7 @@ impl<F: Factorization> Newton<F> {
                 if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
                     return Err(self.diverged(system, iteration, convergence.residual));
                 }
-                return self.finish(system, from, given, y);
+                return self.finish(system, from, given, y, report);
             }
         }
         Err(self.diverged(system, settings.max_iterations, convergence.residual))
@@ -301,6 +303,7 @@ impl<F: Factorization> Newton<F> {
             report.reused_factors += 1;
             self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
         } else {
+            self.evaluation.second(system, report);
             self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
             report.factorisations += 1;
             let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
@@ -324,8 +327,16 @@ impl<F: Factorization> Newton<F> {
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
     }
 
-    /// The condensed unknowns, q and 𝓛_q + Q at the solution.
-    fn finish(&mut self, system: &System, from: &KnownPart, given: Given, y: &mut Unknowns) -> Result<(), StepFailure> {
+    /// The second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
+    fn finish(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        y: &mut Unknowns,
+        report: &mut Report,
+    ) -> Result<(), StepFailure> {
+        self.evaluation.second(system, report);
         self.x[..self.condensed].copy_from_slice(&self.linear[..self.condensed]);
         self.matrix.expand(&mut self.x);
         let positions = system.positions();

@@ -6,6 +6,7 @@ mod fingerprint;
 mod lanes;
 mod real;
 mod scalar;
+mod sincos;
 pub mod trace;
 
 pub use complex::Cx;
@@ -13,3 +14,4 @@ pub(crate) use fingerprint::Fingerprint;
 pub(crate) use lanes::{add, all_finite, dot, larger, largest};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
+pub(crate) use sincos::{Known, sin_cos_lanes};

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use crate::model::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
 use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
 use crate::system::{
-    AnyBatch, AnyCosts, Applied, Batch, Costs, Holonomic, Jet, Kinetic, Parts, PlacedCost, PlacedElement, Plan, Potential,
+    AnyBatch, AnyCosts, Applied, Batch, Costs, Holonomic, Jet, Kinetic, Parts, PlacedCost, PlacedElement, Potential,
 };
 use crate::{Error, System};
 
@@ -193,12 +193,25 @@ impl Scene {
     ///
     /// # Errors
     /// Names used twice, handles of another scene, coordinates without inertia, parameters out of range.
-    pub fn compile(mut self) -> Result<System, Error> {
+    pub fn compile(self) -> Result<System, Error> {
+        self.compiled(false)
+    }
+
+    /// As [`compile`](Self::compile), with num-dual to differentiate every element at every point instead of a program made of its formula: slower, and
+    /// the same gradient to rounding.
+    ///
+    /// # Errors
+    /// As [`compile`](Self::compile).
+    pub fn compile_without_programs(self) -> Result<System, Error> {
+        self.compiled(true)
+    }
+
+    fn compiled(mut self, without_programs: bool) -> Result<System, Error> {
         if let Some(problem) = self.problem.take() {
             return Err(problem);
         }
         self.check_names()?;
-        System::compile(self.parts)
+        System::compile(self.parts, without_programs)
     }
 
     fn add<J, const N: usize, const M: usize, const K: usize, const P: usize>(
@@ -221,7 +234,8 @@ impl Scene {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
-        let item = PlacedElement { name: name.to_string(), jet, q, sigma, u, b, plan: Plan::default() };
+        let item =
+            PlacedElement { name: name.to_string(), jet, q, sigma, u, b, timed: true, bends: true, is_recorded: false };
         let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
         let at = self.parts.batches.iter_mut().position(like).unwrap_or_else(|| {
             self.parts.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
 
@@ -38,37 +38,26 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
         force.iter().for_each(|component| put(*component));
     }
 
-    fn blocks<const A: usize>(
+    fn blocks(
         &self,
-        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, K>,
         b: &SVector<f64, P>,
         first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let seeded = |x: &SVector<f64, N>| {
-            let mut x: SVector<DualSVec64<A>, N> = x.map(DualSVec64::from_re);
-            seeds.of.iter().enumerate().for_each(|(k, &i)| x[i] = x[i].derivative(k));
-            x
-        };
+        let seeded = |x: &SVector<f64, N>| SVector::from_fn(|i, _| DualSVec64::<N>::from_re(x[i]).derivative(i));
         blocks.fill(0.0);
-        let (q_v, q_q) = blocks.split_at_mut(N * A);
-        let mut force = None;
-        if seeds.by_v {
-            force = Some(put(&self.force(at.q.map(From::from), seeded(&at.v), at, b), q_v));
-        }
-        if seeds.by_q {
-            force = Some(put(&self.force(seeded(&at.q), at.v.map(From::from), at, b), q_q));
-        }
-        first.force += force.unwrap_or_else(|| self.force(at.q, at.v, at, b));
+        let (q_v, q_q) = blocks.split_at_mut(N * N);
+        put(&self.force(at.q.map(From::from), seeded(&at.v), at, b), q_v);
+        first.force += put(&self.force(seeded(&at.q), at.v.map(From::from), at, b), q_q);
     }
 }
 
 /// Writes the gradients by rows; returns the values.
-fn put<const N: usize, const A: usize>(force: &SVector<DualSVec64<A>, N>, rows: &mut [f64]) -> SVector<f64, N> {
+fn put<const N: usize>(force: &SVector<DualSVec64<N>, N>, rows: &mut [f64]) -> SVector<f64, N> {
     for (i, component) in force.iter().enumerate() {
         if let Some(gradient) = component.eps.0 {
-            rows[i * A..][..A].copy_from_slice(gradient.as_slice());
+            rows[i * N..][..N].copy_from_slice(gradient.as_slice());
         }
     }
     force.map(|component| component.re)

@@ -7,10 +7,9 @@
 //! ```
 
 use super::batch::{Covector, Positions, StateRows};
-use super::jet::ElementKind;
+use super::block::{Block, BlockEntry};
 use super::sines::SinusoidalTerm;
 use super::view::NodeView;
-use crate::linear::Symbolic;
 use crate::system::{Given, KnownPart};
 
 /// One entry of a sparse matrix.
@@ -41,22 +40,23 @@ impl Constants {
         Constants { l_v: vec![0.0; n], force: vec![0.0; n], ..Constants::default() }
     }
 
-    /// Adds an element's second derivatives, given by rows in the order of its form.
-    pub fn add_squares(&mut self, form: ElementKind, q: &[usize], blocks: &[f64]) {
-        let a = q.len();
-        for (which, block) in blocks.chunks_exact(a * a).enumerate() {
-            for (k, &value) in block.iter().enumerate() {
-                let (row, col) = (q[k / a], q[k % a]);
-                match (form, which) {
-                    (ElementKind::Kinetic, 0) => put(&mut self.vv, row, col, value),
-                    (ElementKind::Kinetic, 1) => {
-                        put(&mut self.vq, row, col, value);
-                        put(&mut self.qv, col, row, value);
-                    }
-                    (ElementKind::Applied, 0) => put(&mut self.qv, row, col, value),
-                    _ => put(&mut self.qq, row, col, value),
-                }
+    /// Adds an entry, with row and column in the scene's numbering.
+    pub fn add(&mut self, entry: &BlockEntry, [row, col]: [usize; 2], value: f64) {
+        let list = match entry.block {
+            Block::Vv => &mut self.vv,
+            Block::Vq => {
+                put(&mut self.qv, col, row, value);
+                &mut self.vq
             }
+            Block::ForceV => &mut self.qv,
+            Block::Qq | Block::ForceQ => &mut self.qq,
+            Block::PhiQ => &mut self.phi_q,
+            // A constraint with these is not constant.
+            Block::PhiQq | Block::PhiDotQq | Block::PhiDotQ => return,
+        };
+        put(list, row, col, value);
+        if entry.mirrored {
+            put(list, col, row, value);
         }
     }
 
@@ -146,13 +146,6 @@ impl Constants {
             triplets.push((n + e.row, e.col, e.value));
             triplets.push((e.col, n + e.row, e.value));
         }
-    }
-
-    /// Whether the pattern has a place for every entry of K.
-    pub(crate) fn fit(&self, symbolic: &Symbolic) -> bool {
-        let mut triplets = Vec::new();
-        self.tangent(1.0, &mut triplets);
-        triplets.iter().all(|&(row, col, _)| symbolic.contains(row, col))
     }
 
     /// Whether all of them are numbers.

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec, gradient, hessian, partial_hessian};
 
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use crate::{KineticEnergy, PotentialEnergy, Scalar};
 
 /// A kinetic energy: 𝓛_v = T_v, 𝓛_q = T_q.
@@ -30,9 +30,8 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
         put(self.0.kinetic_energy(&at.q, &at.v, b));
     }
 
-    fn blocks<const A: usize>(
+    fn blocks(
         &self,
-        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
         first: &mut FirstDerivatives<f64, N, 0>,
@@ -43,10 +42,8 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
         let (_, _, _, t_vq) = partial_hessian(|(v, q)| self.0.kinetic_energy(&q, &v, &b.map(From::from)), (&at.v, &at.q));
         first.l_v += t_v;
         first.force += t_q;
-        for (block, second) in blocks.chunks_exact_mut((A * A).max(1)).zip([t_vv, t_vq, t_qq]) {
-            for (k, entry) in block.iter_mut().enumerate() {
-                *entry = second[(seeds.of[k / A], seeds.of[k % A])];
-            }
+        for (block, second) in blocks.chunks_exact_mut((N * N).max(1)).zip([t_vv, t_vq, t_qq]) {
+            block.iter_mut().enumerate().for_each(|(k, entry)| *entry = second[(k / N, k % N)]);
         }
     }
 }
@@ -64,20 +61,18 @@ impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> f
         put(self.0.potential_energy(&at.q, b, at.t));
     }
 
-    fn blocks<const A: usize>(
+    fn blocks(
         &self,
-        seeds: &Seeds<A>,
         at: &Local<f64, N, 0, 0>,
         b: &SVector<f64, P>,
         first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let mut q: SVector<Dual2SVec64<A>, N> = at.q.map(Dual2SVec64::from_re);
-        seeds.of.iter().enumerate().for_each(|(k, &i)| q[i] = q[i].derivative(k));
+        let q: SVector<Dual2SVec64<N>, N> = SVector::from_fn(|i, _| Dual2SVec64::from_re(at.q[i]).derivative(i));
         let energy = self.0.potential_energy(&q, &b.map(From::from), at.t.into());
         blocks.fill(0.0);
         if let Some(v_q) = energy.v1.0 {
-            seeds.of.iter().enumerate().for_each(|(k, &i)| first.force[i] -= v_q[k]);
+            first.force -= v_q.transpose();
         }
         if let Some(v_qq) = energy.v2.0 {
             blocks.iter_mut().zip(v_qq.iter()).for_each(|(entry, second)| *entry = -second);

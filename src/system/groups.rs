@@ -17,6 +17,7 @@ use std::ops::Range;
 
 use super::batch::AnyBatch;
 use super::constants::Entry;
+use super::element::Element;
 use super::jet::ElementKind;
 use super::view::NodeView;
 use crate::linear::equilibrate;
@@ -46,13 +47,13 @@ pub(super) struct Groups {
 }
 
 pub(super) fn groups(
-    batches: &[Box<dyn AnyBatch>],
+    (elements, batches): (&[Element], &[Box<dyn AnyBatch>]),
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
     at: &NodeView<f64>,
 ) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
-    let joints = joints(batches, &block_of);
+    let joints = joints(elements, &block_of);
     let tree = Tree::new(blocks.len(), &joints);
     let phi_q = jacobian(batches, m, at);
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
@@ -76,14 +77,12 @@ pub(super) fn groups(
     Groups { groups, loop_equations: loop_equations.into_iter().flat_map(|joint| joint.equations).collect() }
 }
 
-fn joints(batches: &[Box<dyn AnyBatch>], block_of: &[usize]) -> Vec<Joint> {
-    let mut joints: Vec<Joint> = batches
-        .iter()
-        .flat_map(|batch| batch.footprints())
-        .filter(|footprint| footprint.form == ElementKind::Holonomic)
-        .map(|footprint| {
-            let blocks: BTreeSet<usize> = footprint.q.iter().map(|&i| block_of[i]).collect();
-            Joint { equations: footprint.sigma.to_vec(), blocks: blocks.into_iter().collect() }
+fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
+    let constraints = elements.iter().filter(|element| element.kind() == ElementKind::Holonomic);
+    let mut joints: Vec<Joint> = constraints
+        .map(|constraint| {
+            let blocks: BTreeSet<usize> = constraint.q.iter().map(|&i| block_of[i]).collect();
+            Joint { equations: constraint.sigma.clone(), blocks: blocks.into_iter().collect() }
         })
         .collect();
     joints.sort_by_key(|joint| joint.equations.first().copied());

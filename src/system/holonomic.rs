@@ -7,12 +7,11 @@
 //!   real part:  Φ, Φ_q, Φ_qq          ε-part:  dΦ/dt, (dΦ/dt)_q, (dΦ/dt)_qq
 //! ```
 //!
-//! Only coordinates in which Φ is not linear are seeded; the others' columns of Φ_q are constant and stand elsewhere.
 
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
 
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Seeds};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use crate::{Constraint, Scalar};
 
 /// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.
@@ -52,33 +51,30 @@ where
         self.0.phi(&at.q, b, at.t).iter().for_each(|phi| put(*phi));
     }
 
-    fn blocks<const A: usize>(
+    fn blocks(
         &self,
-        seeds: &Seeds<A>,
         at: &Local<f64, N, M, 0>,
         b: &SVector<f64, P>,
         first: &mut FirstDerivatives<f64, N, M>,
         blocks: &mut [f64],
     ) {
-        let mut q: SVector<Dual2SVec<Dual64, A>, N> = at.q.map(|q| Dual2SVec::from_re(Dual64::from_re(q)));
-        for (k, &i) in seeds.of.iter().enumerate() {
-            q[i] = Dual2SVec::from_re(Dual64::new(at.q[i], at.v[i])).derivative(k);
-        }
+        let seeded = |i: usize| Dual2SVec::<Dual64, N>::from_re(Dual64::new(at.q[i], at.v[i])).derivative(i);
+        let q = SVector::from_fn(|i, _| seeded(i));
         let phi = self.0.phi(&q, &b.map(From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
 
         blocks.fill(0.0);
-        let (phi_qq, rest) = blocks.split_at_mut(A * A);
-        let (phi_dot_qq, rest) = rest.split_at_mut(A * A);
-        let (phi_q, phi_dot_q) = rest.split_at_mut(M * A);
+        let (phi_qq, rest) = blocks.split_at_mut(N * N);
+        let (phi_dot_qq, rest) = rest.split_at_mut(N * N);
+        let (phi_q, phi_dot_q) = rest.split_at_mut(M * N);
         for (j, phi) in phi.iter().enumerate() {
             let sigma = at.sigma[j];
             first.phi_dot[j] += phi.re.eps;
             if let Some(gradient) = phi.v1.0 {
-                for (k, &i) in seeds.of.iter().enumerate() {
-                    first.l_v[i] += gradient[k].re * sigma;
-                    first.force[i] += gradient[k].eps * sigma;
-                    phi_q[j * A + k] = gradient[k].re;
-                    phi_dot_q[j * A + k] = gradient[k].eps;
+                for i in 0..N {
+                    first.l_v[i] += gradient[i].re * sigma;
+                    first.force[i] += gradient[i].eps * sigma;
+                    phi_q[j * N + i] = gradient[i].re;
+                    phi_dot_q[j * N + i] = gradient[i].eps;
                 }
             }
             if let Some(hessian) = phi.v2.0 {
@@ -111,7 +107,7 @@ mod tests {
         let jet = Holonomic(Sample);
         let mut first = FirstDerivatives::zero();
         let mut blocks = [0.0; 16];
-        jet.blocks(&Seeds { of: [0, 1], by_q: true, by_v: true }, &at, &SVector::zeros(), &mut first, &mut blocks);
+        jet.blocks(&at, &SVector::zeros(), &mut first, &mut blocks);
         let plain = jet.first(&at, &SVector::zeros());
         assert!((first.l_v - plain.l_v).norm() < 1e-15 && (first.force - plain.force).norm() < 1e-15);
         assert!((first.phi_dot - plain.phi_dot).norm() < 1e-15);

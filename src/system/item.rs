@@ -1,18 +1,20 @@
-//! One element in a scene: its formula, what it is connected to, and what its trace found out.
+//! One element in a scene with its type: its formula on any numbers, and what it is connected to.
 
 use nalgebra::SVector;
 use num_dual::Dual64;
-use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use super::batch::{Covector, InputRows, Sums, Within};
 use super::blame::Argument;
-use super::constants::{Constants, Entry};
+use super::constants::Entry;
+use super::element::Element;
+use super::formula::Formula;
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, slope};
-use super::plan::{MOST_SEEDS, Plan};
-use super::sines::SinusoidalTerm;
+use super::shape::{Place, Shape};
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::Real;
+use crate::number::{Fingerprint, Real};
+use crate::program::{Obstacle, Symbol, Template, record};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
 pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, const P: usize> {
@@ -23,7 +25,10 @@ pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, cons
     pub sigma: [usize; M],
     pub u: [usize; K],
     pub b: [Param; P],
-    pub plan: Plan<N>,
+    /// Whether it depends on time, whether its derivatives vary other than as sines, and whether its formula has a graph: all, until it is recorded.
+    pub timed: bool,
+    pub bends: bool,
+    pub is_recorded: bool,
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
@@ -41,22 +46,71 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         SVector::from_fn(|p, _| self.b[p].value(design))
     }
 
-    /// Derivatives with `A` seeded coordinates.
-    fn blocks<const A: usize>(&self, at: &NodeView<f64>, first: &mut FirstDerivatives<f64, N, M>, blocks: &mut [f64]) {
-        let seeds = self.plan.seeds();
-        let mut local = self.local(at);
-        if J::KIND == ElementKind::Holonomic {
-            self.plan.gather_velocities(&mut local.v);
+    /// The element without its type.
+    pub fn element(&self, (batch, item): (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
+        let (q, sigma, u, b) = (self.q.to_vec(), self.sigma.to_vec(), self.u.to_vec(), self.b.to_vec());
+        Element { name: self.name.clone(), batch, item, q, sigma, u, b, formula, numbers }
+    }
+
+    /// Its formula, and the numbers in it that like elements need not share.
+    pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
+        let real: Local<f64, N, M, K> = self.local(at);
+        let shape = Shape { n: N, m: M, k: K, p: P };
+        let (graph, results) = record(|put| {
+            let local = Local {
+                q: SVector::from_fn(|i, _| Symbol::input(i, real.q[i])),
+                v: SVector::from_fn(|i, _| Symbol::input(shape.v() + i, real.v[i])),
+                sigma: real.sigma.map(Symbol::from),
+                u: SVector::from_fn(|k, _| Symbol::input(shape.u() + k, real.u[k])),
+                t: Symbol::input(shape.t(), real.t),
+            };
+            // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
+            let b = SVector::from_fn(|p, _| match self.b[p].constant() {
+                Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
+                _ => Symbol::parameter(p, self.b[p].value(at.design)),
+            });
+            self.jet.values(&local, &b, put);
+        })?;
+        Ok(Template::new(&graph, &results, P))
+    }
+
+    /// All arguments that the formula depends on, as far as is known.
+    pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
+        let shape = Shape { n: N, m: M, k: K, p: P };
+        let depends =
+            self.record(at).map_or_else(|_| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
+        let argument = |which: usize| match shape.place(which) {
+            Place::Q(i) => Argument::Coordinate(self.q[i]),
+            Place::V(i) => Argument::Velocity(self.q[i]),
+            Place::U(k) => Argument::Control(self.u[k]),
+            _ => Argument::Time,
+        };
+        let design = self.b.iter().filter_map(|b| b.design()).map(|(p, _)| Argument::Design(p));
+        (0..shape.sigma()).filter(|&which| depends[which]).map(argument).chain(design).collect()
+    }
+
+    /// Joins what identifies the formula, if anything was concluded from it.
+    pub fn fingerprint(&self, sum: &mut Fingerprint) {
+        if !self.is_recorded {
+            return;
         }
-        let len = self.plan.seeded_len(J::KIND, M);
-        self.jet.blocks::<A>(&seeds, &local, &self.b(at.design), first, &mut blocks[..len]);
+        let (shape, input) = (Shape { n: N, m: M, k: K, p: P }, Fingerprint::input);
+        let at = Local {
+            q: SVector::from_fn(|i, _| input(i)),
+            v: SVector::from_fn(|i, _| input(shape.v() + i)),
+            sigma: SVector::from_fn(|_, _| Fingerprint::from(1.0)),
+            u: SVector::from_fn(|k, _| input(shape.u() + k)),
+            t: input(shape.t()),
+        };
+        let b = SVector::from_fn(|p, _| input(shape.sigma() + p));
+        self.jet.values(&at, &b, &mut |value| sum.join(value));
     }
 
     /// The arguments by which its derivatives are not finite, if anything of it is not.
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let (local, b) = (self.local(at), self.b(at.design));
         let mut blocks = vec![0.0; J::KIND.length(N, M)];
-        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &local, &b, &mut FirstDerivatives::zero(), &mut blocks);
+        self.jet.blocks(&local, &b, &mut FirstDerivatives::zero(), &mut blocks);
         let mut arguments = Vec::new();
         for (which, _) in blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite()) {
             // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
@@ -75,43 +129,22 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         (!is_fine).then_some(arguments)
     }
 
-    /// Value and derivatives: the number of seeds selects the size of the dual numbers.
+    /// Value and derivatives, by dual numbers.
     pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
         let mut first = FirstDerivatives::zero();
-        match self.plan.seeded {
-            seeded if seeded == N => self.blocks::<N>(at, &mut first, blocks),
-            0 => self.blocks::<0>(at, &mut first, blocks),
-            1 => self.blocks::<1>(at, &mut first, blocks),
-            2 => self.blocks::<2>(at, &mut first, blocks),
-            3 => self.blocks::<3>(at, &mut first, blocks),
-            _ => self.blocks::<MOST_SEEDS>(at, &mut first, blocks),
-        }
-        self.plan.spread(J::KIND, &mut first, blocks);
+        self.jet.blocks(&self.local(at), &self.b(at.design), &mut first, blocks);
         self.scatter_first(&first, sums);
     }
 
     pub fn scatter_first<R: Real>(&self, first: &FirstDerivatives<R, N, M>, sums: &mut Sums<R>) {
+        let [l_v, force, phi_dot] = sums.parts_mut();
         for (i, &coordinate) in self.q.iter().enumerate() {
-            sums.l_v[coordinate] += first.l_v[i];
-            sums.force[coordinate] += first.force[i];
+            l_v[coordinate] += first.l_v[i];
+            force[coordinate] += first.force[i];
         }
-        for (j, phi_dot) in first.phi_dot.iter().enumerate() {
-            sums.phi_dot[self.sigma[j]] += *phi_dot;
+        for (j, own) in first.phi_dot.iter().enumerate() {
+            phi_dot[self.sigma[j]] += *own;
         }
-    }
-
-    /// Whether its derivatives with respect to inputs must be asked for at every node.
-    pub fn has_input_derivatives(&self) -> bool {
-        self.plan.timed || self.plan.bound || K > 0 && !self.plan.constant
-    }
-
-    /// Whether its derivatives vary within a step, other than as sines of angles, whose turns are looked at themselves.
-    pub fn may_bend(&self) -> bool {
-        self.plan.timed || !self.plan.constant && !self.plan.sinusoidal
-    }
-
-    pub fn block_len(&self) -> usize {
-        J::KIND.length(self.plan.count, M)
     }
 }
 
@@ -124,13 +157,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
     ) -> FirstDerivatives<Slope, N, M> {
         let real: Local<f64, N, M, K> = self.local(at);
-        let mut local = Local {
-            q: real.q.map(Slope::from_re),
-            v: real.v.map(Slope::from_re),
-            sigma: real.sigma.map(Slope::from_re),
-            u: real.u.map(Slope::from_re),
-            t: Slope::from_re(real.t),
-        };
+        let mut local = real.lift();
         let mut b = self.b(at.design).map(Slope::from_re);
         seed(&mut local, &mut b);
         self.jet.first(&local, &b)
@@ -176,26 +203,19 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let time = || is_bad(self.differentiate(at, |local, _| local.t = local.t.derivative(0)));
         let of_control = (0..K).find(control).map(|k| Argument::Control(self.u[k]));
         let of_design = || (0..P).filter(design).find_map(|p| self.b[p].design()).map(|(p, _)| Argument::Design(p));
-        of_control.or_else(|| (self.plan.timed && time()).then_some(Argument::Time)).or_else(of_design)
+        of_control.or_else(|| (self.timed && time()).then_some(Argument::Time)).or_else(of_design)
     }
 
     pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        if !self.plan.constant {
-            *rows.evaluations += K;
-            for (k, &channel) in self.u.iter().enumerate() {
-                rows.u[channel] += self.directional(at, with, |local, _| local.u[k] = local.u[k].derivative(0));
-            }
+        *rows.evaluations += K + 1;
+        for (k, &channel) in self.u.iter().enumerate() {
+            rows.u[channel] += self.directional(at, with, |local, _| local.u[k] = local.u[k].derivative(0));
         }
-        if self.plan.timed {
-            *rows.evaluations += 1;
-            *rows.time += self.directional(at, with, |local, _| local.t = local.t.derivative(0));
-        }
-        if self.plan.bound {
-            for (p, b) in self.b.iter().enumerate() {
-                if let Some((design, factor)) = b.design() {
-                    *rows.evaluations += 1;
-                    rows.design[design] += factor * self.directional(at, with, |_, b| b[p] = b[p].derivative(0));
-                }
+        *rows.time += self.directional(at, with, |local, _| local.t = local.t.derivative(0));
+        for (p, b) in self.b.iter().enumerate() {
+            if let Some((design, factor)) = b.design() {
+                *rows.evaluations += 1;
+                rows.design[design] += factor * self.directional(at, with, |_, b| b[p] = b[p].derivative(0));
             }
         }
     }
@@ -208,7 +228,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             phi.iter().zip(self.sigma).map(|(phi, j)| e[j] * slope(phi)).sum()
         };
         let b = self.b(at.design).map(Slope::from_re);
-        if self.plan.timed {
+        if self.timed {
             *rows.evaluations += 1;
             *rows.time += directional(Slope::from_re(at.t).derivative(0), &b);
         }
@@ -219,65 +239,6 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
                 moved[p] = moved[p].derivative(0);
                 rows.design[design] += factor * directional(Slope::from_re(at.t), &moved);
             }
-        }
-    }
-
-    /// Blocks of an element with constant second derivatives, and the constant columns of Φ_q of any constraint.
-    ///
-    /// The former is a polynomial, which has its constants at zero; the latter may be defined only where a motion can start.
-    pub fn add_constants(&self, start: &NodeView<f64>, into: &mut Constants) {
-        if J::KIND == ElementKind::Holonomic {
-            self.add_linear_columns(start, into);
-            return;
-        }
-        if !self.plan.constant {
-            return;
-        }
-        let mut first = FirstDerivatives::zero();
-        let mut blocks = vec![0.0; J::KIND.length(N, M)];
-        let b = self.b(start.design);
-        self.jet.blocks::<N>(&Plan::<N>::default().seeds(), &Local::zeros(), &b, &mut first, &mut blocks);
-        into.add_squares(J::KIND, &self.q, &blocks);
-        into.add_first(&self.q, first.l_v.as_slice(), first.force.as_slice());
-        for (k, &channel) in self.u.iter().enumerate() {
-            let mut local: Local<Slope, N, M, K> = Local::zeros();
-            local.u[k] = local.u[k].derivative(0);
-            let first = self.jet.first(&local, &b.map(Slope::from_re));
-            for (i, &coordinate) in self.q.iter().enumerate() {
-                into.add_control(coordinate, channel, slope(&first.force[i]));
-            }
-        }
-    }
-
-    /// The columns of Φ_q that belong to coordinates in which Φ is linear.
-    fn add_linear_columns(&self, start: &NodeView<f64>, into: &mut Constants) {
-        let q = SVector::from_fn(|i, _| start.q[self.q[i]]);
-        for i in self.plan.linear_columns() {
-            self.phi_q_column(i, &q, start.t, start.design, &mut |e| into.add_phi_q(e));
-        }
-        for &i in self.plan.active[..self.plan.count].iter().filter(|_| self.plan.sinusoidal) {
-            self.add_waves(i, start, into);
-        }
-    }
-
-    /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
-    fn add_waves(&self, i: usize, start: &NodeView<f64>, into: &mut Constants) {
-        let mut q = SVector::zeros();
-        let mut slopes = [SVector::<f64, M>::zeros(); 3];
-        for (quarter, slope) in slopes.iter_mut().enumerate() {
-            q[i] = quarter as f64 * FRAC_PI_2;
-            let mut row = 0..M;
-            self.phi_q_column(i, &q, start.t, start.design, &mut |e| row.by_ref().take(1).for_each(|j| slope[j] = e.value));
-        }
-        for (j, &equation) in self.sigma.iter().enumerate() {
-            let [at_0, at_90, at_180] = slopes.map(|slope| slope[j]);
-            // π is not exact in binary: what is left of a zero coefficient is rounding.
-            let rounding = 4.0 * f64::EPSILON * at_0.abs().max(at_90.abs()).max(at_180.abs());
-            let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
-            let linear = clean(0.5 * (at_0 + at_180));
-            let (sine, cosine) = (clean(0.5 * (at_0 - at_180)), clean(linear - at_90));
-            into.waves.push(SinusoidalTerm { coordinate: self.q[i], equation, sine, cosine });
-            into.add_phi_q(Entry { row: equation, col: self.q[i], value: linear });
         }
     }
 

@@ -21,7 +21,7 @@ pub trait Number: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 /// The arguments of one element.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Local<R, const N: usize, const M: usize, const K: usize> {
     pub q: SVector<R, N>,
     pub v: SVector<R, N>,
@@ -30,9 +30,16 @@ pub struct Local<R, const N: usize, const M: usize, const K: usize> {
     pub t: R,
 }
 
-impl<R: Number, const N: usize, const M: usize, const K: usize> Local<R, N, M, K> {
-    pub fn zeros() -> Self {
-        Local { q: SVector::zeros(), v: SVector::zeros(), sigma: SVector::zeros(), u: SVector::zeros(), t: R::zero() }
+impl<const N: usize, const M: usize, const K: usize> Local<f64, N, M, K> {
+    /// The same with room for one derivative.
+    pub fn lift(&self) -> Local<Slope, N, M, K> {
+        Local {
+            q: self.q.map(Slope::from_re),
+            v: self.v.map(Slope::from_re),
+            sigma: self.sigma.map(Slope::from_re),
+            u: self.u.map(Slope::from_re),
+            t: Slope::from_re(self.t),
+        }
     }
 }
 
@@ -51,7 +58,7 @@ impl<R: Number, const N: usize, const M: usize> FirstDerivatives<R, N, M> {
 }
 
 /// Which second derivatives a kind of element has, besides qq (𝓛_qq + Q_q).
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ElementKind {
     /// Kinetic energy: 𝓛_vv, 𝓛_vq = 𝓛_qvᵀ, 𝓛_qq.
     Kinetic,
@@ -79,20 +86,10 @@ impl ElementKind {
     }
 }
 
-/// What is differentiated.
-#[derive(Clone, Copy)]
-pub struct Seeds<const A: usize> {
-    /// Local numbers of the coordinates.
-    pub of: [usize; A],
-    /// Whether the formula depends on any q and on any v: a force that does not has no Q_q or no Q_v.
-    pub by_q: bool,
-    pub by_v: bool,
-}
-
 /// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
 ///
 /// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
-/// all second derivatives, in real numbers, with respect to the coordinates that are seeded.
+/// all second derivatives, in real numbers.
 pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
     const KIND: ElementKind;
 
@@ -106,21 +103,14 @@ pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: S
     /// The formula itself: T, V, Q or Φ.
     fn values<S: Scalar>(&self, at: &Local<S, N, M, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S));
 
-    /// Adds to `first` what the seeded coordinates contribute and writes the second derivatives with respect to them to `blocks`.
+    /// Adds the first derivatives to `first` and writes the second ones to `blocks`.
     ///
     /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
-    /// Of a force, `first` gets all, and the blocks have a row for each component.
-    fn blocks<const A: usize>(
+    fn blocks(
         &self,
-        seeds: &Seeds<A>,
         at: &Local<f64, N, M, K>,
         b: &SVector<f64, P>,
         first: &mut FirstDerivatives<f64, N, M>,
         blocks: &mut [f64],
     );
-}
-
-/// The number of input `t`.
-pub const fn time_input(n: usize, k: usize) -> usize {
-    2 * n + k
 }

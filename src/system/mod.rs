@@ -1,12 +1,15 @@
 //! A compiled scene: batches of like elements, what is constant in them, and the structure of the tangent matrix.
 
 mod applied;
+mod assembly;
 mod batch;
 mod blame;
+mod block;
 mod constants;
 mod cost;
-mod dependence;
+mod element;
 mod energy;
+mod formula;
 mod groups;
 mod holonomic;
 mod item;
@@ -15,17 +18,21 @@ mod known;
 mod names;
 mod parts;
 mod plain;
-mod plan;
-mod sincos;
+mod point;
+mod print;
+mod shape;
 mod sines;
 mod structure;
-mod tangent;
+mod verify;
+#[cfg(test)]
+mod verify_tests;
 mod view;
 
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
 pub(crate) use applied::Applied;
+pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights};
@@ -35,7 +42,6 @@ pub(crate) use item::PlacedElement;
 pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
-pub(crate) use plan::Plan;
 pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
@@ -44,10 +50,15 @@ use crate::model::Param;
 use crate::number::Fingerprint;
 use crate::number::Real;
 use crate::number::trace::take_look;
+use crate::program::Obstacle;
 use crate::{Error, memory};
 use blame::Suspect;
+pub(crate) use element::Formulas;
+use element::{Element, Recordings};
+use jet::ElementKind;
 use names::Names;
 use plain::{plain, plain_costs};
+use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
 ///
@@ -57,10 +68,7 @@ pub struct System {
     m: usize,
     k: usize,
     batches: Vec<Box<dyn AnyBatch>>,
-    /// The batches with elements that dual numbers differentiate at every iteration, and the lengths of their blocks.
-    differentiated: Vec<(usize, usize)>,
-    /// The batches with elements whose derivatives with respect to inputs are not constant.
-    with_input_derivatives: Vec<usize>,
+    formulas: Formulas,
     /// The batches with elements that may bend within a step.
     bending: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
@@ -79,7 +87,7 @@ pub struct System {
 }
 
 impl System {
-    pub(crate) fn compile(scene: Parts) -> Result<Self, Error> {
+    pub(crate) fn compile(scene: Parts, without_programs: bool) -> Result<Self, Error> {
         let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
         if n == 0 {
             return Err(Error::EmptyScene);
@@ -92,12 +100,15 @@ impl System {
         let zeros = vec![0.0; n.max(m).max(k)];
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
         let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &design));
-        batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at));
+        let mut recordings = Recordings::new(without_programs);
+        batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at, &mut recordings));
+        let elements = recordings.elements;
         costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at));
-        check_inertia(&batches, &names, n)?;
+        check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
-        let analysis = structure::analyse(&mut batches, &blocks, (n, m), &at);
+        let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
+        let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
         // Its entries are numbered by `u32`.
         let entries = symbolic.values_len();
         let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
@@ -108,8 +119,6 @@ impl System {
         let integral = costs.iter().any(|costs| costs.has_integral());
         let (initial, positive) = (scene.initial, scene.positive);
         let numbered = || batches.iter().enumerate();
-        let differentiated = numbered().filter(|(_, b)| b.varying() > 0).map(|(i, b)| (i, b.block_len())).collect();
-        let with_input_derivatives = numbered().filter(|(_, b)| b.has_input_derivatives()).map(|(i, _)| i).collect();
         let bending = numbered().filter(|(_, b)| !b.bending().is_empty()).map(|(i, _)| i).collect();
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -117,8 +126,7 @@ impl System {
             m,
             k,
             batches,
-            differentiated,
-            with_input_derivatives,
+            formulas,
             bending,
             costs,
             running,
@@ -207,14 +215,32 @@ impl System {
         &self.symbolic
     }
 
-    /// The batches that are evaluated at every iteration, with the lengths of their blocks.
-    pub(crate) fn differentiated(&self) -> impl Iterator<Item = (&dyn AnyBatch, usize)> {
-        self.differentiated.iter().map(|&(i, len)| (self.batches[i].as_ref(), len))
+    /// The batches that know the types of the elements.
+    pub(crate) fn batches(&self) -> &[Box<dyn AnyBatch>] {
+        &self.batches
     }
 
-    /// The batches that have derivatives with respect to inputs beyond the constant ones.
-    pub(crate) fn with_input_derivatives(&self) -> impl Iterator<Item = &dyn AnyBatch> {
-        self.with_input_derivatives.iter().map(|&i| self.batches[i].as_ref())
+    /// The elements as they were compiled.
+    pub(crate) fn formulas(&self) -> &Formulas {
+        &self.formulas
+    }
+
+    /// The programs of the element called `name`, as text: what is computed once and what at every point, instruction by instruction.
+    pub fn program(&self, name: &str) -> Option<String> {
+        self.formulas.elements.iter().find(|element| element.name == name).map(print::print)
+    }
+
+    /// The elements without a program, which num-dual differentiates at every point, and why: slower, but not less exact.
+    pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
+        let unknown = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
+        unknown.map(|element| {
+            let why = match element.formula.obstacle {
+                None => "the scene was compiled without programs",
+                Some(Obstacle::Branches) => "its formula branches on a value",
+                Some(Obstacle::Panics) => "its formula panics where the scene was placed",
+            };
+            (element.name.as_str(), why)
+        })
     }
 
     /// The batches with elements that may bend within a step: whose derivatives vary, other than as sines.
@@ -269,9 +295,8 @@ impl System {
 
     /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
     pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
-        let kinetic =
-            self.batches.iter().flat_map(|batch| batch.footprints()).filter(|f| f.form == jet::ElementKind::Kinetic);
-        let energies: Vec<&[usize]> = kinetic.map(|footprint| footprint.q).collect();
+        let kinetic = self.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
+        let energies: Vec<&[usize]> = kinetic.map(|element| element.q.as_slice()).collect();
         let mut of_coordinate = vec![Vec::new(); self.n];
         for (e, q) in energies.iter().enumerate() {
             q.iter().for_each(|&i| of_coordinate[i].push(e));
@@ -291,7 +316,7 @@ impl System {
 
     /// The number of stored derivatives at one node.
     pub(crate) fn block_len(&self) -> usize {
-        self.sines.block_len() + self.differentiated.iter().map(|(_, len)| len).sum::<usize>()
+        self.sines.block_len() + self.formulas.assembly.block_len()
     }
 
     /// The name of an unknown of the reduced step: a velocity or a multiplier.
@@ -332,7 +357,7 @@ impl System {
     /// What the kinetic energies alone contribute: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        for batch in self.batches.iter().filter(|batch| batch.form() == jet::ElementKind::Kinetic) {
+        for batch in self.batches.iter().filter(|batch| batch.kind() == ElementKind::Kinetic) {
             plain::<R>(batch.as_ref()).add(at, sums);
         }
     }
@@ -355,24 +380,35 @@ impl System {
         fingerprint(&self.batches, &self.costs)
     }
 
-    /// The constant derivatives for a start, of formulas as they are now.
+    /// The formulas as they are at a start, if they are other ones than were compiled.
     ///
     /// # Errors
-    /// A formula that is another one than was compiled, so that other derivatives are constant, or zero.
-    pub(crate) fn constants(&self, start: &NodeView<f64>, fingerprint: u64, into: &mut Constants) -> Result<(), Error> {
-        let changed = |element: &str| Err(Error::Changed { element: element.to_string() });
-        if fingerprint != self.fingerprint {
-            let element = self.batches.iter().find_map(|batch| batch.find_changed(start));
-            if let Some(element) = element.or_else(|| self.costs.iter().find_map(|costs| costs.find_changed(start))) {
-                return changed(element);
+    /// A formula whose derivatives are constant, or zero, in other places than before.
+    pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
+        if fingerprint == self.fingerprint {
+            return Ok(None);
+        }
+        let mut recordings = Recordings::default();
+        for element in &self.formulas.elements {
+            self.batches[element.batch].record_again((element.batch, element.item), start, &mut recordings);
+        }
+        let changed = |element: &str| Error::Changed { element: element.to_string() };
+        // What num-dual evaluates may change as it likes.
+        let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
+        let moved = pairs.find_map(|(now, then)| {
+            if then.formula.kernels.is_none() {
+                now.formula = then.formula.clone();
             }
+            (!now.has_places_of(then)).then_some(&then.name)
+        });
+        if let Some(element) = moved {
+            return Err(changed(element));
         }
-        structure::constants(&self.batches, start, into);
-        if into.fit(&self.symbolic) {
-            return Ok(());
+        if let Some(cost) = self.costs.iter().find_map(|costs| costs.find_changed(start)) {
+            return Err(changed(cost));
         }
-        let has_place = |own: &Constants| own.fit(&self.symbolic);
-        changed(self.batches.iter().find_map(|batch| batch.find_misplaced(start, &has_place)).unwrap_or("an element"))
+        let layout = Layout { n: self.n, m: self.m, k: self.k };
+        Ok(Some(Formulas::new(recordings.elements, layout, &self.symbolic)))
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
@@ -383,7 +419,7 @@ impl System {
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.with_input_derivatives().find_map(|batch| batch.find_bad_input(at))?;
+        let suspect = self.batches.iter().find_map(|batch| batch.find_bad_input(at))?;
         Some(suspect.explain(&self.names, &at.without_momenta(), node))
     }
 
@@ -420,13 +456,10 @@ fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Er
 }
 
 /// Every coordinate must appear in some kinetic energy.
-fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Result<(), Error> {
+fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
     let mut heavy = vec![false; n];
-    for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
-        if footprint.form == jet::ElementKind::Kinetic {
-            footprint.q.iter().for_each(|&i| heavy[i] = true);
-        }
-    }
+    let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
+    kinetic.flat_map(|element| &element.q).for_each(|&i| heavy[i] = true);
     match heavy.iter().position(|heavy| !heavy) {
         Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
         None => Ok(()),
@@ -435,6 +468,7 @@ fn check_inertia(batches: &[Box<dyn AnyBatch>], names: &Names, n: usize) -> Resu
 
 #[cfg(test)]
 mod tests {
+    use super::jet::ElementKind;
     use crate::scene::scenes::CartPendulum;
 
     #[test]
@@ -446,8 +480,7 @@ mod tests {
             let mut all = lists.concat();
             all.sort_unstable();
             assert!(all.into_iter().eq(0..system.n()));
-            let energies = system.batches.iter().flat_map(|batch| batch.footprints());
-            for energy in energies.filter(|footprint| footprint.form == super::jet::ElementKind::Kinetic) {
+            for energy in system.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic) {
                 let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
                 assert!(lists.iter().all(|list| shared(list) <= 1));
             }

@@ -11,7 +11,7 @@
 //! The plain formulas hold these expressions to account in the tests.
 
 use super::batch::{Covector, StateRows};
-use super::sincos::Known;
+use crate::number::Known;
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,20 +4,35 @@
 
 use std::ops::Range;
 
+use super::assembly::{Assembly, Workspace};
 use super::batch::AnyBatch;
 use super::constants::Constants;
+use super::element::{Element, Formulas};
 use super::groups::{self, Groups};
-use super::jet::ElementKind;
+use super::point::Layout;
 use super::sines::{Places, Sines};
 use super::view::NodeView;
 use crate::linear::{Pattern, Symbolic};
 
-type Batches = [Box<dyn AnyBatch>];
+impl Formulas {
+    /// Tells every varying element where its entries of K are stored.
+    pub(super) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
+        let mut assembly = Assembly::new(&elements, layout);
+        // Row and column of a varying entry vary, so neither is condensed.
+        assembly.place(&elements, layout.n, &|row, col| symbolic.slot(row, col).unwrap_or_default());
+        Formulas { elements, assembly }
+    }
 
-/// The constant derivatives of all elements for a start.
-pub(super) fn constants(batches: &Batches, start: &NodeView<f64>, into: &mut Constants) {
+    /// The constant derivatives for the design variables of a start, and what programs compute once.
+    pub(crate) fn set_design(&self, design: &[f64], into: &mut Constants, workspace: &mut Workspace) {
+        constants(&self.elements, design, into);
+        self.assembly.fix(|e| self.elements[e].parameters(design), workspace);
+    }
+}
+
+fn constants(elements: &[Element], design: &[f64], into: &mut Constants) {
     into.clear();
-    batches.iter().for_each(|batch| batch.constants(start, into));
+    elements.iter().for_each(|element| element.add_constants(&element.parameters(design), into));
     into.compress();
 }
 
@@ -29,45 +44,39 @@ pub(super) struct Analysis {
     pub(super) loop_equations: Vec<usize>,
 }
 
-/// Analyses K and tells every varying element where its entries are stored.
+/// Analyses K.
 pub(super) fn analyse(
-    batches: &mut Batches,
+    (elements, batches): (&[Element], &[Box<dyn AnyBatch>]),
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
     at: &NodeView<f64>,
 ) -> Analysis {
-    let (mut entries, mut constant) = entries(batches, (n, m), at);
-    let Groups { groups, loop_equations } = groups::groups(batches, blocks, (n, m), at);
+    let (mut entries, mut constant) = entries(elements, (n, m));
+    let Groups { groups, loop_equations } = groups::groups((elements, batches), blocks, (n, m), at);
     // Room for a compliance, should the loops depend on each other.
     for &j in &loop_equations {
         entries.push((n + j, n + j));
         constant[n + j] = false;
     }
     let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
-    // Row and column of a varying entry vary, so neither is condensed.
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
-    batches.iter_mut().for_each(|batch| batch.place(&slot, n));
     let mut values = Constants::new(n);
-    constants(batches, at, &mut values);
+    constants(elements, at.design, &mut values);
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
     Analysis { symbolic, sines, loop_equations }
 }
 
 /// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
-fn entries(batches: &Batches, (n, m): (usize, usize), at: &NodeView<f64>) -> (Vec<(usize, usize)>, Vec<bool>) {
-    let mut entries = Vec::new();
-    batches.iter().for_each(|batch| batch.constant_entries(at, n, &mut entries));
-    let mut constant = vec![true; n + m];
-    for footprint in batches.iter().flat_map(|batch| batch.footprints()) {
-        for &row in &footprint.active {
-            constant[row] = false;
-            let mixed = footprint.active.iter().filter(|&&col| col == row || !footprint.separable);
-            entries.extend(mixed.map(|&col| (row, col)));
-            if footprint.form == ElementKind::Holonomic {
-                entries.extend(footprint.sigma.iter().map(|j| (n + j, row)));
-                footprint.sigma.iter().for_each(|j| constant[n + j] = false);
-            }
+fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>, Vec<bool>) {
+    let (mut entries, mut constant) = (Vec::new(), vec![true; n + m]);
+    for element in elements {
+        for entry in element.formula.fixed.iter().chain(&element.formula.varying) {
+            let [row, col] = element.unknowns(entry, n);
+            entries.extend([(row, col), (col, row)]);
+        }
+        for entry in &element.formula.varying {
+            element.unknowns(entry, n).iter().for_each(|&unknown| constant[unknown] = false);
         }
     }
     (entries, constant)

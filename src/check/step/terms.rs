@@ -167,7 +167,7 @@ fn columns(system: &System, elements: Elements, arguments: &[DVector<Dual64>; 5]
         let [q, v, sigma, u, design] = [0, 1, 2, 3, 4].map(|i| seeded[i].as_slice());
         elements(system, &NodeView::of_equations([q, v, sigma], (u, Dual64::from_re(time), design)), &mut sums);
         for (matrix, values) in
-            [(&mut found.l_v, &sums.l_v), (&mut found.force, &sums.force), (&mut found.phi_dot, &sums.phi_dot)]
+            [(&mut found.l_v, sums.l_v()), (&mut found.force, sums.force()), (&mut found.phi_dot, sums.phi_dot())]
         {
             matrix.column_mut(k).iter_mut().zip(values).for_each(|(entry, value)| *entry = value.eps);
         }

@@ -221,7 +221,7 @@ impl<R: Real> Lifted<R> {
             let (u, design) = self.inputs.at(0);
             let at = NodeView::of_equations([q.as_slice(), v.as_slice(), &sigma], (u, self.trajectory.times[0], design));
             near.system.plain_sums(&at, &mut self.sums);
-            self.start_p.copy_from_slice(&self.sums.l_v);
+            self.start_p.copy_from_slice(self.sums.l_v());
         }
         self.solve_node(near, 0)?;
         self.trajectory.computed = 1;
@@ -285,7 +285,7 @@ impl<R: Real> Lifted<R> {
         let u = if s == self.trajectory.last_stage() { self.inputs.at(i).0 } else { now.u };
         near.system.plain_sums(&now.with_inputs((u, self.inputs.design.as_slice())), &mut self.sums);
         for &(j, mu) in &self.trajectory.compliance {
-            self.sums.phi_dot[j] -= (sigma[j] - self.start_sigma[j]) * mu;
+            self.sums.parts_mut()[2][j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
     }
 
@@ -296,7 +296,7 @@ impl<R: Real> Lifted<R> {
         for part in 0..R::PARTS {
             let (mut residual, mut scale) = (0.0f64, 0.0f64);
             for (k, r) in self.part.v.iter_mut().enumerate() {
-                let terms = [self.start_p[k], h * self.sums.force[k], self.sums.l_v[k]];
+                let terms = [self.start_p[k], h * self.sums.force()[k], self.sums.l_v()[k]];
                 *r = (terms[0] + terms[1] - terms[2]).part(part);
                 residual = residual.max(r.abs());
                 // A term whose part is zero but for rounding counts by its real part and the size of the perturbation.
@@ -305,7 +305,7 @@ impl<R: Real> Lifted<R> {
                 }
             }
             is_rounding &= residual <= ROUNDING * scale;
-            self.part.sigma.iter_mut().zip(&self.sums.phi_dot).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
+            self.part.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             near.newton.solve(near.system, &mut self.part);
             let unit = self.unit[part];
             largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (0.0, unit)));
@@ -320,10 +320,10 @@ impl<R: Real> Lifted<R> {
     /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
     fn store(&mut self, (i, s): (usize, usize), h: R) {
         let now = self.trajectory.stage_mut(i, s);
-        for ((p, &start), &force) in now.p_star.iter_mut().zip(&self.start_p).zip(&self.sums.force) {
+        for ((p, &start), &force) in now.p_star.iter_mut().zip(&self.start_p).zip(self.sums.force()) {
             *p = start + h * force;
         }
-        now.p_star_dot.copy_from_slice(&self.sums.force);
+        now.p_star_dot.copy_from_slice(self.sums.force());
     }
 }
 

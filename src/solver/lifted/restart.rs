@@ -20,7 +20,7 @@ impl<R: Real> Lifted<R> {
         let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
         let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
         near.system.plain_sums(&at, &mut self.sums);
-        self.start_p.copy_from_slice(&self.sums.l_v);
+        self.start_p.copy_from_slice(self.sums.l_v());
         self.start_sigma.copy_from_slice(&s);
         self.solve_node(near, i)
     }
@@ -45,7 +45,7 @@ impl<R: Real> Lifted<R> {
             }
             let mut done = true;
             for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
-                self.part.v.iter_mut().zip(&self.sums.l_v).for_each(|(r, l_v)| *r = -l_v.part(part));
+                self.part.v.iter_mut().zip(self.sums.l_v()).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 near.newton.solve(near.system, &mut self.part);
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;

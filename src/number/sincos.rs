@@ -32,6 +32,30 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     (negative(quadrant & 2 != 0, s), negative((quadrant + 1) & 2 != 0, c))
 }
 
+/// (sin x, cos x) of several angles side by side, without branches as long as all of them are moderate.
+#[inline]
+pub(crate) fn sin_cos_lanes<const L: usize>(x: &[f64; L]) -> ([f64; L], [f64; L]) {
+    let (mut sines, mut cosines) = ([0.0; L], [0.0; L]);
+    if x.iter().any(|x| x.abs() > MOST || x.is_nan()) {
+        for lane in 0..L {
+            (sines[lane], cosines[lane]) = sin_cos(x[lane]);
+        }
+        return (sines, cosines);
+    }
+    for lane in 0..L {
+        let shifted = x[lane] * FRAC_2_PI + ROUND;
+        let n = shifted - ROUND;
+        let r = (x[lane] - n * FRAC_PI_2_HIGH) - n * FRAC_PI_2_LOW;
+        let (sin, cos, quadrant) = (sine(r).to_bits(), cosine(r).to_bits(), shifted.to_bits());
+        // All bits set in odd quadrants, where the two change places.
+        let swap = 0u64.wrapping_sub(quadrant & 1);
+        let (s, c) = ((sin & !swap) | (cos & swap), (cos & !swap) | (sin & swap));
+        sines[lane] = f64::from_bits(s ^ ((quadrant & 2) << 62));
+        cosines[lane] = f64::from_bits(c ^ ((quadrant.wrapping_add(1) & 2) << 62));
+    }
+    (sines, cosines)
+}
+
 /// An angle and its sine and cosine, from which those of angles nearby follow: an iteration turns an angle by little.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
@@ -91,7 +115,7 @@ fn cosine(r: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Known, sin_cos};
+    use super::{Known, sin_cos, sin_cos_lanes};
 
     #[test]
     fn angles_near_a_known_one_agree_to_rounding() {
@@ -109,6 +133,17 @@ mod tests {
         }
         let mut known = Known::NONE;
         assert!(known.sin_cos(f64::NAN).0.is_nan() && known.sin_cos(0.5) == sin_cos(0.5));
+    }
+
+    #[test]
+    fn angles_side_by_side_are_those_one_by_one() {
+        for k in -5000..5000 {
+            let first = f64::from(k) * 0.0917;
+            let x = [first, first + 1.3, -first, first * 1e-3];
+            let (sines, cosines) = sin_cos_lanes(&x);
+            x.iter().zip(sines.iter().zip(&cosines)).for_each(|(x, (s, c))| assert_eq!(sin_cos(*x), (*s, *c)));
+        }
+        assert!(sin_cos_lanes(&[f64::NAN, 0.5]).0[0].is_nan() && sin_cos_lanes(&[1e7]).0 == [1e7f64.sin()]);
     }
 
     #[test]

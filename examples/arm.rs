@@ -1,0 +1,143 @@
+//! An arm of seven links, written as one element in its seven absolute angles: cost, gradient and times as one JSON object.
+//!
+//! No bodies and no joints: the kinetic energy T(q, v) and the potential energy V(q) of the whole arm are formulas of seven coordinates, which are
+//! compiled to programs. With `--num-dual` dual numbers differentiate them at every point instead.
+//!
+//! `cargo run --release --example arm -- --steps 100 --repeat 200`
+
+use std::error::Error;
+use std::f64::consts::FRAC_PI_2;
+use std::time::Instant;
+
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Force, ForcePoint, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Solver, Sum,
+    System,
+};
+use nalgebra::SVector;
+
+const HELP: &str = "\
+usage: cargo run --release --example arm -- [--steps N] [--repeat R] [--num-dual]
+
+  --steps N     number of time steps of 0.01 s (100)
+  --repeat R    how often to compute; the times are medians (1)
+  --num-dual    differentiate by dual numbers at every point, without programs
+";
+
+const LINKS: usize = 7;
+
+/// Links of length 1 m with their centres in the middle; q = angles from the horizontal, b = [m, J].
+struct Arm;
+
+impl KineticEnergy<LINKS, 2> for Arm {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, LINKS>, v: &SVector<S, LINKS>, b: &SVector<S, 2>) -> S {
+        // The velocity of the hinge, then of the next one.
+        let (mut x, mut y, mut energy) = (S::zero(), S::zero(), S::zero());
+        for k in 0..LINKS {
+            let (sin, cos) = q[k].sin_cos();
+            let link = [sin * v[k], cos * v[k]];
+            let centre = [x - link[0] * 0.5, y + link[1] * 0.5];
+            energy += (b[0] * (centre[0] * centre[0] + centre[1] * centre[1]) + b[1] * v[k] * v[k]) * 0.5;
+            (x, y) = (x - link[0], y + link[1]);
+        }
+        energy
+    }
+}
+
+impl PotentialEnergy<LINKS, 2> for Arm {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, LINKS>, b: &SVector<S, 2>, _t: S) -> S {
+        let (mut y, mut height) = (S::zero(), S::zero());
+        for angle in q.iter() {
+            let sin = angle.sin();
+            height += y + sin * 0.5;
+            y += sin;
+        }
+        b[0] * height * 9.81
+    }
+}
+
+/// A torque u − b v on the first angle.
+struct Shoulder;
+
+impl Force<1, 1, 1> for Shoulder {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([at.u[0] - b[0] * at.v[0]])
+    }
+}
+
+/// ½ (φ − π/2)².
+struct Upright;
+
+impl Cost<1> for Upright {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        let error = at.q[0] - FRAC_PI_2;
+        error * error * 0.5
+    }
+}
+
+fn system(with_programs: bool) -> Result<System, hamiltonian_adjoint::Error> {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("arm", ["1", "2", "3", "4", "5", "6", "7"]);
+    q.iter().for_each(|q| scene.place(*q, 0.3 - FRAC_PI_2));
+    let b = [0.4.into(), 0.083.into()];
+    scene.kinetic_energy("arm", Arm, q, b);
+    scene.potential_energy("weight", Arm, q, b);
+    let torque = scene.control("torque");
+    scene.force("shoulder", Shoulder, [q[0]], [torque], [0.2.into()]);
+    for (k, q) in q.iter().enumerate() {
+        scene.cost(&format!("link {}", k + 1), Upright, Sum::Terminal, [*q], [], [], []);
+    }
+    if with_programs { scene.compile() } else { scene.compile_without_programs() }
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (mut steps, mut repeat, mut with_programs) = (100, 1, true);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut number = || -> Result<usize, Box<dyn Error>> {
+            let text = arguments.next().unwrap_or_default();
+            let number = text.parse().ok().filter(|n| (1..=1_000_000).contains(n));
+            number.ok_or_else(|| format!("{argument}: `{text}` is not a whole number from 1 to 1000000 (try --help)").into())
+        };
+        match argument.as_str() {
+            "--steps" => steps = number()?,
+            "--repeat" => repeat = number()?,
+            "--num-dual" => with_programs = false,
+            "--help" | "-h" => {
+                print!("{HELP}");
+                return Ok(());
+            }
+            _ => return Err(format!("unknown argument `{argument}` (try --help)").into()),
+        }
+    }
+    let system = system(with_programs)?;
+    if std::env::var("PRINT").is_ok() {
+        for e in ["arm", "weight"] {
+            println!("{}", system.program(e).unwrap());
+        }
+    }
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
+    inputs.controls.fill(10.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    let (mut forward, mut both) = (Vec::new(), Vec::new());
+    for _ in 0..repeat {
+        let begin = Instant::now();
+        solver.simulate(&inputs)?;
+        forward.push(begin.elapsed().as_secs_f64());
+        solver.gradient()?;
+        both.push(begin.elapsed().as_secs_f64());
+    }
+    let gradient = solver.gradient()?;
+    let answer = serde_json::json!({
+        "cost": gradient.value,
+        "gradient": gradient.controls.as_slice(),
+        "forward_s": median(forward),
+        "value_and_gradient_s": median(both),
+    });
+    println!("{answer}");
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! Derivatives of a graph as more nodes of it: the chain rule, from the arguments to the results and from the results to the arguments.
+
+use super::function::Function;
+use super::graph::{Expression, Graph, Node};
+
+impl Graph {
+    /// ∂y/∂x w of a node y and its `k`-th argument x; none where it vanishes everywhere.
+    fn partial_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
+        use Expression::*;
+        Some(match (self.expression(y), k) {
+            (Constant(_) | Parameter(_) | Input(_) | Less(..), _) => return None,
+            (Add(..), _) | (Subtract(..), 0) => w,
+            (Subtract(..), _) => self.function(Function::Negative, w),
+            (Multiply(_, factor), 0) | (Multiply(factor, _), _) => self.multiply(w, factor),
+            (Divide(_, below), 0) => self.divide(w, below),
+            (Divide(_, below), _) => {
+                let (quotient, slope) = (self.divide(w, below), self.function(Function::Negative, y));
+                self.multiply(slope, quotient)
+            }
+            (IntegerPower(x, n), _) => {
+                let (factor, power) = (self.constant(f64::from(n)), self.integer_power(x, n.saturating_sub(1)));
+                let slope = self.multiply(factor, power);
+                self.multiply(slope, w)
+            }
+            (Power(x, n), 0) => {
+                let one = self.constant(1.0);
+                let less = self.subtract(n, one);
+                let power = self.power(x, less);
+                let slope = self.multiply(n, power);
+                self.multiply(slope, w)
+            }
+            // The exponent is a constant of the formula.
+            (Power(..), _) => return None,
+            (Atan2(above, right), _) => {
+                let (squares, x) = ([self.multiply(above, above), self.multiply(right, right)], [right, above][k]);
+                let square = self.add(squares[0], squares[1]);
+                let quotient = self.divide(x, square);
+                let slope = if k == 0 { quotient } else { self.function(Function::Negative, quotient) };
+                self.multiply(slope, w)
+            }
+            (Max(x, z), _) => self.select((x, z), k, w),
+            (Min(x, z), _) => self.select((z, x), k, w),
+            (Where(..), 0) => return None,
+            (Where(condition, _), _) => self.keep_where(condition, w),
+            (Of(function, x), _) => {
+                let slope = function.derivative(self, x, y)?;
+                self.multiply(slope, w)
+            }
+        })
+    }
+
+    /// w for the second argument of a maximum or minimum where `low` < `high`, and for the first elsewhere.
+    fn select(&mut self, (low, high): (Node, Node), k: usize, w: Node) -> Node {
+        let (one, second) = (self.constant(1.0), self.less(low, high));
+        let first = self.subtract(one, second);
+        self.keep_where([first, second][k], w)
+    }
+
+    /// Σ wᵢ ∂yᵢ/∂x for each x, from the results to the arguments (reverse mode).
+    pub(crate) fn reverse(&mut self, weighted: &[(Node, Node)], with_respect_to: &[Node]) -> Vec<Node> {
+        let order = self.reachable(weighted.iter().map(|(y, _)| *y));
+        let (zero, len) = (self.constant(0.0), self.len());
+        let mut depends = vec![false; len];
+        with_respect_to.iter().for_each(|x| depends[x.0 as usize] = true);
+        for &y in &order {
+            depends[y.0 as usize] |= self.expression(y).arguments().any(|x| depends[x.0 as usize]);
+        }
+        let mut adjoint = vec![zero; len];
+        for &(y, w) in weighted {
+            adjoint[y.0 as usize] = self.add(adjoint[y.0 as usize], w);
+        }
+        for &y in order.iter().rev().filter(|y| depends[y.0 as usize]) {
+            let w = adjoint[y.0 as usize];
+            if self.is_zero(w) {
+                continue;
+            }
+            for (k, x) in self.expression(y).arguments().enumerate().filter(|(_, x)| depends[x.0 as usize]) {
+                if let Some(part) = self.partial_times(y, k, w) {
+                    adjoint[x.0 as usize] = self.add(adjoint[x.0 as usize], part);
+                }
+            }
+        }
+        with_respect_to.iter().map(|x| adjoint[x.0 as usize]).collect()
+    }
+
+    /// The derivatives of some nodes in a direction, given by the tangents of inputs or parameters (forward mode).
+    pub(crate) fn forward(&mut self, of: &[Node], tangents: &[(Node, Node)]) -> Vec<Node> {
+        let order = self.reachable(of.iter().copied());
+        let mut tangent = vec![self.constant(0.0); self.len()];
+        for &(x, dot) in tangents {
+            tangent[x.0 as usize] = dot;
+        }
+        for &y in &order {
+            for (k, x) in self.expression(y).arguments().enumerate() {
+                let dot = tangent[x.0 as usize];
+                if self.is_zero(dot) {
+                    continue;
+                }
+                if let Some(part) = self.partial_times(y, k, dot) {
+                    tangent[y.0 as usize] = self.add(tangent[y.0 as usize], part);
+                }
+            }
+        }
+        of.iter().map(|y| tangent[y.0 as usize]).collect()
+    }
+}

@@ -1,0 +1,385 @@
+//! [`Graph`]: a formula as an expression graph.
+//!
+//! Every operation on the same arguments is one node, however often the formula asks for it. Operations are simplified as they are recorded:
+//! constants are folded, what is multiplied by zero vanishes, signs and fixed factors move outwards. Arguments stand before what is made of them, so
+//! the order of the nodes is an order in which they can be computed.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hash, Hasher};
+
+use super::function::Function;
+
+/// A node, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Node(pub(super) u32);
+
+/// How a node is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Expression {
+    /// A number, by its bits.
+    Constant(u64),
+    /// A number that is fixed while a motion is computed: a constant of the element.
+    Parameter(u32),
+    /// An argument that varies along a motion.
+    Input(u32),
+    Of(Function, Node),
+    Add(Node, Node),
+    Subtract(Node, Node),
+    Multiply(Node, Node),
+    Divide(Node, Node),
+    /// xⁿ for an integer n.
+    IntegerPower(Node, i32),
+    /// xⁿ for a fixed n.
+    Power(Node, Node),
+    /// The angle of the point (x, y), of y and x.
+    Atan2(Node, Node),
+    Max(Node, Node),
+    Min(Node, Node),
+    /// 1 where the first is less than the second, 0 elsewhere.
+    Less(Node, Node),
+    /// The second where the first is not 0, and 0 elsewhere, whatever the second is there.
+    Where(Node, Node),
+}
+
+impl Expression {
+    /// The nodes that it is made of.
+    pub(crate) fn arguments(self) -> impl DoubleEndedIterator<Item = Node> {
+        use Expression::*;
+        let (first, second) = match self {
+            Constant(_) | Parameter(_) | Input(_) => (None, None),
+            Of(_, x) | IntegerPower(x, _) => (Some(x), None),
+            Add(x, y) | Subtract(x, y) | Multiply(x, y) | Divide(x, y) | Power(x, y) => (Some(x), Some(y)),
+            Atan2(x, y) | Max(x, y) | Min(x, y) | Less(x, y) | Where(x, y) => (Some(x), Some(y)),
+        };
+        first.into_iter().chain(second)
+    }
+}
+
+impl Expression {
+    /// The same of other nodes.
+    pub(super) fn map(self, f: impl Fn(Node) -> Node) -> Self {
+        use Expression::*;
+        match self {
+            Constant(_) | Parameter(_) | Input(_) => self,
+            Of(function, x) => Of(function, f(x)),
+            IntegerPower(x, n) => IntegerPower(f(x), n),
+            Add(x, y) => Add(f(x), f(y)),
+            Subtract(x, y) => Subtract(f(x), f(y)),
+            Multiply(x, y) => Multiply(f(x), f(y)),
+            Divide(x, y) => Divide(f(x), f(y)),
+            Power(x, y) => Power(f(x), f(y)),
+            Atan2(x, y) => Atan2(f(x), f(y)),
+            Max(x, y) => Max(f(x), f(y)),
+            Min(x, y) => Min(f(x), f(y)),
+            Less(x, y) => Less(f(x), f(y)),
+            Where(x, y) => Where(f(x), f(y)),
+        }
+    }
+}
+
+/// A formula, or several, with their derivatives as they are added.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Graph {
+    expressions: Vec<Expression>,
+    /// Whether a node depends on constants and parameters alone.
+    fixed: Vec<bool>,
+    numbers: HashMap<Expression, Node, BuildHasherDefault<Mixer>>,
+}
+
+/// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
+#[derive(Clone, Debug, Default)]
+struct Mixer(u64);
+
+impl Hasher for Mixer {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u64(u64::from(byte)));
+    }
+    fn write_u32(&mut self, x: u32) {
+        self.write_u64(u64::from(x));
+    }
+    fn write_u64(&mut self, x: u64) {
+        // Odd, with digits that look random: 2⁶⁴ over the golden ratio.
+        self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    fn write_isize(&mut self, x: isize) {
+        self.write_u64(x as u64);
+    }
+}
+
+impl Graph {
+    pub(crate) fn len(&self) -> usize {
+        self.expressions.len()
+    }
+
+    pub(crate) fn expression(&self, node: Node) -> Expression {
+        self.expressions[node.0 as usize]
+    }
+
+    /// Whether it depends on constants and parameters alone.
+    pub(crate) fn is_fixed(&self, node: Node) -> bool {
+        self.fixed[node.0 as usize]
+    }
+
+    /// Its value, if it is a number.
+    pub(crate) fn value(&self, node: Node) -> Option<f64> {
+        match self.expression(node) {
+            Expression::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_zero(&self, node: Node) -> bool {
+        self.value(node) == Some(0.0)
+    }
+
+    /// The nodes that some depend on, these included, in an order in which they can be computed.
+    pub(crate) fn reachable(&self, from: impl IntoIterator<Item = Node>) -> Vec<Node> {
+        let mut reached = vec![false; self.len()];
+        from.into_iter().for_each(|node| reached[node.0 as usize] = true);
+        for i in (0..self.len()).rev() {
+            if reached[i] {
+                self.expressions[i].arguments().for_each(|x| reached[x.0 as usize] = true);
+            }
+        }
+        (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
+    }
+
+    /// What some nodes are made of at every point: inputs, and nodes that are fixed.
+    pub(super) fn edge(&self, of: &[Node]) -> Vec<Node> {
+        let mut needed = vec![false; self.len()];
+        of.iter().for_each(|node| needed[node.0 as usize] = true);
+        for i in (0..self.len()).rev().filter(|&i| !self.fixed[i]) {
+            if needed[i] {
+                self.expressions[i].arguments().for_each(|x| needed[x.0 as usize] = true);
+            }
+        }
+        let is_edge = |&i: &usize| needed[i] && (self.fixed[i] || matches!(self.expressions[i], Expression::Input(_)));
+        (0..self.len()).filter(is_edge).map(|i| Node(i as u32)).collect()
+    }
+
+    pub(super) fn put(&mut self, expression: Expression) -> Node {
+        let next = Node(self.expressions.len() as u32);
+        let node = *self.numbers.entry(expression).or_insert(next);
+        if node == next {
+            let fixed = match expression {
+                Expression::Input(_) => false,
+                _ => expression.arguments().all(|x| self.is_fixed(x)),
+            };
+            self.expressions.push(expression);
+            self.fixed.push(fixed);
+        }
+        node
+    }
+
+    pub(crate) fn constant(&mut self, x: f64) -> Node {
+        // −0 and 0 are one number here.
+        self.put(Expression::Constant((x + 0.0).to_bits()))
+    }
+
+    pub(crate) fn parameter(&mut self, which: usize) -> Node {
+        self.put(Expression::Parameter(which as u32))
+    }
+
+    pub(crate) fn input(&mut self, which: usize) -> Node {
+        self.put(Expression::Input(which as u32))
+    }
+
+    /// What this is the negative of.
+    fn negated(&self, node: Node) -> Option<Node> {
+        match self.expression(node) {
+            Expression::Of(Function::Negative, x) => Some(x),
+            _ => None,
+        }
+    }
+
+    /// The fixed factor of a product and the other one.
+    fn fixed_factor(&self, node: Node) -> Option<(Node, Node)> {
+        match self.expression(node) {
+            Expression::Multiply(x, y) if self.is_fixed(x) && !self.is_fixed(y) => Some((x, y)),
+            _ => None,
+        }
+    }
+
+    fn negative(&mut self, x: Node) -> Node {
+        self.function(Function::Negative, x)
+    }
+
+    pub(crate) fn add(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => return self.constant(x + y),
+            (Some(0.0), None) => return y,
+            (None, Some(0.0)) => return x,
+            _ => {}
+        }
+        if x == y {
+            let two = self.constant(2.0);
+            return self.multiply(two, x);
+        }
+        if let Some(y) = self.negated(y) {
+            return self.subtract(x, y);
+        }
+        if let Some(x) = self.negated(x) {
+            return self.subtract(y, x);
+        }
+        self.put(Expression::Add(x.min(y), x.max(y)))
+    }
+
+    pub(crate) fn subtract(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => return self.constant(x - y),
+            (Some(0.0), None) => return self.negative(y),
+            (None, Some(0.0)) => return x,
+            _ => {}
+        }
+        if x == y {
+            return self.constant(0.0);
+        }
+        if let Some(y) = self.negated(y) {
+            return self.add(x, y);
+        }
+        if let Some(x) = self.negated(x) {
+            let sum = self.add(x, y);
+            return self.negative(sum);
+        }
+        self.put(Expression::Subtract(x, y))
+    }
+
+    pub(crate) fn multiply(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => return self.constant(x * y),
+            (Some(number), None) | (None, Some(number)) if number == 1.0 || number <= 0.0 => {
+                let other = if self.value(x).is_some() { y } else { x };
+                if number == 0.0 || number == 1.0 {
+                    return if number == 0.0 { self.constant(0.0) } else { other };
+                }
+                // Signs go outwards, so that products with x and −x are one node.
+                let size = self.constant(-number);
+                let product = self.multiply(size, other);
+                return self.negative(product);
+            }
+            _ => {}
+        }
+        if let Some(x) = self.negated(x) {
+            let product = self.multiply(x, y);
+            return self.negative(product);
+        }
+        if let Some(y) = self.negated(y) {
+            let product = self.multiply(x, y);
+            return self.negative(product);
+        }
+        // Fixed factors are gathered in front, where they are multiplied once.
+        if let Some((factor, y)) = self.fixed_factor(y) {
+            let rest = if self.is_fixed(x) { (self.multiply(x, factor), y) } else { (factor, self.multiply(x, y)) };
+            return self.multiply(rest.0, rest.1);
+        }
+        if let Some((factor, x)) = self.fixed_factor(x) {
+            let rest = if self.is_fixed(y) { (self.multiply(factor, y), x) } else { (factor, self.multiply(x, y)) };
+            return self.multiply(rest.0, rest.1);
+        }
+        let (x, y) = if self.is_fixed(x) == self.is_fixed(y) {
+            (x.min(y), x.max(y))
+        } else if self.is_fixed(x) {
+            (x, y)
+        } else {
+            (y, x)
+        };
+        self.put(Expression::Multiply(x, y))
+    }
+
+    pub(crate) fn divide(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => return self.constant(x / y),
+            (Some(0.0), None) => return x,
+            (Some(1.0), None) => return self.function(Function::Reciprocal, y),
+            _ => {}
+        }
+        if self.is_fixed(y) {
+            let reciprocal = self.function(Function::Reciprocal, y);
+            return self.multiply(reciprocal, x);
+        }
+        if let Some(x) = self.negated(x) {
+            let quotient = self.divide(x, y);
+            return self.negative(quotient);
+        }
+        if let Some(y) = self.negated(y) {
+            let quotient = self.divide(x, y);
+            return self.negative(quotient);
+        }
+        self.put(Expression::Divide(x, y))
+    }
+
+    pub(crate) fn function(&mut self, function: Function, x: Node) -> Node {
+        if let Some(value) = self.value(x) {
+            return self.constant(function.value(value));
+        }
+        match (function, self.expression(x)) {
+            (Function::Negative, Expression::Of(Function::Negative, x)) => return x,
+            (Function::Negative, Expression::Subtract(x, y)) => return self.put(Expression::Subtract(y, x)),
+            (_, Expression::Of(Function::Negative, x)) if function.is_odd() => {
+                let y = self.function(function, x);
+                return self.negative(y);
+            }
+            (_, Expression::Of(Function::Negative, x)) if function.is_even() => return self.function(function, x),
+            _ => {}
+        }
+        self.put(Expression::Of(function, x))
+    }
+
+    pub(crate) fn integer_power(&mut self, x: Node, n: i32) -> Node {
+        if let Some(value) = self.value(x) {
+            return self.constant(value.powi(n));
+        }
+        match n {
+            0 => self.constant(1.0),
+            1 => x,
+            2 => self.multiply(x, x),
+            3 => {
+                let square = self.multiply(x, x);
+                self.multiply(square, x)
+            }
+            -1 => self.function(Function::Reciprocal, x),
+            _ => self.put(Expression::IntegerPower(x, n)),
+        }
+    }
+
+    pub(crate) fn power(&mut self, x: Node, n: Node) -> Node {
+        match (self.value(x), self.value(n)) {
+            (Some(x), Some(n)) => self.constant(x.powf(n)),
+            (_, Some(0.0)) => self.constant(1.0),
+            (_, Some(1.0)) => x,
+            _ => self.put(Expression::Power(x, n)),
+        }
+    }
+
+    pub(crate) fn atan2(&mut self, y: Node, x: Node) -> Node {
+        match (self.value(y), self.value(x)) {
+            (Some(y), Some(x)) => self.constant(y.atan2(x)),
+            _ => self.put(Expression::Atan2(y, x)),
+        }
+    }
+
+    pub(crate) fn max(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => self.constant(if y > x { y } else { x }),
+            _ => self.put(Expression::Max(x, y)),
+        }
+    }
+
+    pub(crate) fn min(&mut self, x: Node, y: Node) -> Node {
+        match (self.value(x), self.value(y)) {
+            (Some(x), Some(y)) => self.constant(if y < x { y } else { x }),
+            _ => self.put(Expression::Min(x, y)),
+        }
+    }
+
+    pub(super) fn less(&mut self, x: Node, y: Node) -> Node {
+        self.put(Expression::Less(x, y))
+    }
+
+    pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
+        if self.is_zero(x) { x } else { self.put(Expression::Where(condition, x)) }
+    }
+}

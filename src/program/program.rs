@@ -1,0 +1,197 @@
+//! [`Program`]: a formula as a list of instructions without branches, run for several elements side by side.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::function::Function;
+use super::graph::Expression;
+use crate::number::sin_cos_lanes;
+
+/// What an instruction does with its arguments x, y, z.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Operation {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// x y + z
+    MultiplyAdd,
+    /// x y − z
+    MultiplySubtract,
+    /// z − x y
+    SubtractProduct,
+    /// Into two registers.
+    SinCos,
+    IntegerPower(i32),
+    Power,
+    Atan2,
+    Max,
+    Min,
+    Less,
+    Where,
+    Of(Function),
+}
+
+impl Operation {
+    pub(super) fn of(expression: Expression) -> Self {
+        match expression {
+            Expression::Add(..) => Operation::Add,
+            Expression::Subtract(..) => Operation::Subtract,
+            Expression::Multiply(..) => Operation::Multiply,
+            Expression::Divide(..) => Operation::Divide,
+            Expression::IntegerPower(_, n) => Operation::IntegerPower(n),
+            Expression::Power(..) => Operation::Power,
+            Expression::Atan2(..) => Operation::Atan2,
+            Expression::Max(..) => Operation::Max,
+            Expression::Min(..) => Operation::Min,
+            Expression::Less(..) => Operation::Less,
+            Expression::Where(..) => Operation::Where,
+            Expression::Of(function, _) => Operation::Of(function),
+            Expression::Constant(_) | Expression::Parameter(_) | Expression::Input(_) => {
+                unreachable!("constants and arguments are not computed")
+            }
+        }
+    }
+}
+
+/// The registers that an instruction reads and writes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Instruction {
+    pub(super) of: [u32; 3],
+    pub(super) into: [u32; 2],
+}
+
+/// Instructions of one kind that follow each other.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) operation: Operation,
+    pub(super) instructions: Range<usize>,
+}
+
+/// A list of instructions on registers: first the arguments, then constants, then what is computed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Program {
+    pub(super) arguments: usize,
+    pub(super) constants: Vec<f64>,
+    pub(super) instructions: Vec<Instruction>,
+    pub(super) runs: Vec<Run>,
+    pub(super) registers: usize,
+    pub(super) results: Vec<u32>,
+}
+
+impl Program {
+    /// The number of arguments, which are the first registers.
+    pub(crate) fn arguments(&self) -> usize {
+        self.arguments
+    }
+
+    /// The numbers that the registers after the arguments hold before it is run.
+    pub(crate) fn constants(&self) -> &[f64] {
+        &self.constants
+    }
+
+    /// The number of registers, for each element.
+    pub(crate) fn registers(&self) -> usize {
+        self.registers
+    }
+
+    /// The registers of the results.
+    pub(crate) fn results(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.results.iter().map(|&register| register as usize)
+    }
+
+    /// The number of instructions.
+    pub(crate) fn len(&self) -> usize {
+        self.instructions.len()
+    }
+
+    /// Computes the results of `L` elements side by side.
+    pub(crate) fn run<const L: usize>(&self, registers: &mut [[f64; L]]) {
+        for Run { operation, instructions } in &self.runs {
+            let instructions = &self.instructions[instructions.clone()];
+            match *operation {
+                Operation::Add => each(instructions, registers, |[x, y, _]| x + y),
+                Operation::Subtract => each(instructions, registers, |[x, y, _]| x - y),
+                Operation::Multiply => each(instructions, registers, |[x, y, _]| x * y),
+                Operation::Divide => each(instructions, registers, |[x, y, _]| x / y),
+                Operation::MultiplyAdd => each(instructions, registers, |[x, y, z]| x * y + z),
+                Operation::MultiplySubtract => each(instructions, registers, |[x, y, z]| x * y - z),
+                Operation::SubtractProduct => each(instructions, registers, |[x, y, z]| z - x * y),
+                Operation::SinCos => sin_cos(instructions, registers),
+                Operation::IntegerPower(n) => each(instructions, registers, |[x, ..]| x.powi(n)),
+                Operation::Power => each(instructions, registers, |[x, n, _]| x.powf(n)),
+                Operation::Atan2 => each(instructions, registers, |[y, x, _]| y.atan2(x)),
+                Operation::Max => each(instructions, registers, |[x, y, _]| if y > x { y } else { x }),
+                Operation::Min => each(instructions, registers, |[x, y, _]| if y < x { y } else { x }),
+                Operation::Less => each(instructions, registers, |[x, y, _]| f64::from(x < y)),
+                Operation::Where => {
+                    each(instructions, registers, |[condition, x, _]| if condition == 0.0 { 0.0 } else { x })
+                }
+                Operation::Of(Function::Negative) => each(instructions, registers, |[x, ..]| -x),
+                Operation::Of(Function::Reciprocal) => each(instructions, registers, |[x, ..]| x.recip()),
+                Operation::Of(Function::Sqrt) => each(instructions, registers, |[x, ..]| x.sqrt()),
+                Operation::Of(function) => each(instructions, registers, |[x, ..]| function.value(x)),
+            }
+        }
+    }
+}
+
+/// Runs instructions with one result.
+#[inline(always)]
+fn each<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn([f64; 3]) -> f64) {
+    for Instruction { of, into } in instructions {
+        let [x, y, z] = of.map(|register| registers[register as usize]);
+        let result = &mut registers[into[0] as usize];
+        for lane in 0..L {
+            result[lane] = f([x[lane], y[lane], z[lane]]);
+        }
+    }
+}
+
+/// Sines and cosines.
+fn sin_cos<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]]) {
+    for Instruction { of, into } in instructions {
+        let (sin, cos) = sin_cos_lanes(&registers[of[0] as usize]);
+        registers[into[0] as usize] = sin;
+        registers[into[1] as usize] = cos;
+    }
+}
+
+impl Instruction {
+    fn write(&self, f: &mut fmt::Formatter, operation: Operation) -> fmt::Result {
+        let ([x, y, z], [into, second]) = (self.of, self.into);
+        match operation {
+            Operation::Add => write!(f, "r{into} = r{x} + r{y}"),
+            Operation::Subtract => write!(f, "r{into} = r{x} - r{y}"),
+            Operation::Multiply => write!(f, "r{into} = r{x} * r{y}"),
+            Operation::Divide => write!(f, "r{into} = r{x} / r{y}"),
+            Operation::MultiplyAdd => write!(f, "r{into} = r{x} * r{y} + r{z}"),
+            Operation::MultiplySubtract => write!(f, "r{into} = r{x} * r{y} - r{z}"),
+            Operation::SubtractProduct => write!(f, "r{into} = r{z} - r{x} * r{y}"),
+            Operation::SinCos => write!(f, "r{into}, r{second} = sin r{x}, cos r{x}"),
+            Operation::IntegerPower(n) => write!(f, "r{into} = r{x} ^ {n}"),
+            Operation::Power => write!(f, "r{into} = r{x} ^ r{y}"),
+            Operation::Atan2 => write!(f, "r{into} = atan2 r{x}, r{y}"),
+            Operation::Max => write!(f, "r{into} = max r{x}, r{y}"),
+            Operation::Min => write!(f, "r{into} = min r{x}, r{y}"),
+            Operation::Less => write!(f, "r{into} = r{x} < r{y}"),
+            Operation::Where => write!(f, "r{into} = r{y} where r{x}"),
+            Operation::Of(function) => write!(f, "r{into} = {}r{x}", function.name()),
+        }
+    }
+}
+
+impl fmt::Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (k, value) in self.constants.iter().enumerate() {
+            writeln!(f, "r{} = {value:?}", self.arguments + k)?;
+        }
+        for run in &self.runs {
+            for instruction in &self.instructions[run.instructions.clone()] {
+                instruction.write(f, run.operation)?;
+                writeln!(f)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,211 @@
+//! From a graph to a [`Program`]: what to compute, in which order, and where to put it.
+//!
+//! Products that are used once, in a sum, become one instruction with it, and so do sine and cosine of one angle. Among the operations whose
+//! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
+//! is not needed any more.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::function::Function;
+use super::graph::{Expression, Graph, Node};
+use super::program::{Instruction, Operation, Program, Run};
+
+/// Not a register, nor a task.
+const NONE: u32 = u32::MAX;
+
+/// One instruction to be: an operation on nodes.
+struct Task {
+    operation: Operation,
+    arguments: [Option<Node>; 3],
+    /// One node, or sine and cosine.
+    results: [Option<Node>; 2],
+}
+
+/// The tasks of a program, and which of them makes a node.
+struct Tasks {
+    list: Vec<Task>,
+    maker: Vec<u32>,
+}
+
+impl Program {
+    /// What computes some nodes from others, `arguments`, which come first in its registers.
+    pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Self {
+        let mut is_argument = vec![false; graph.len()];
+        arguments.iter().for_each(|node| is_argument[node.0 as usize] = true);
+        let needed = needed(graph, &is_argument, results);
+        let tasks = Tasks::new(graph, &is_argument, &needed, results);
+        let order = tasks.order();
+        let constants = needed.iter().filter(|&&node| !is_argument[node.0 as usize]);
+        let constants = constants.filter_map(|&node| graph.value(node).map(|value| (node, value))).collect();
+        tasks.assign(&order, graph.len(), (arguments, constants), results)
+    }
+}
+
+/// The nodes to be computed, and those they are made of.
+fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
+    let mut needed = vec![false; graph.len()];
+    results.iter().for_each(|node| needed[node.0 as usize] = true);
+    for i in (0..graph.len()).rev() {
+        if needed[i] && !is_argument[i] {
+            graph.expression(Node(i as u32)).arguments().for_each(|x| needed[x.0 as usize] = true);
+        }
+    }
+    (0..graph.len()).filter(|&i| needed[i]).map(|i| Node(i as u32)).collect()
+}
+
+impl Tasks {
+    fn new(graph: &Graph, is_argument: &[bool], needed: &[Node], results: &[Node]) -> Self {
+        let is_made = |node: Node| !is_argument[node.0 as usize] && graph.value(node).is_none();
+        let made: Vec<Node> = needed.iter().copied().filter(|&node| is_made(node)).collect();
+        let mut uses = vec![0; graph.len()];
+        results.iter().for_each(|node| uses[node.0 as usize] += 1);
+        made.iter().flat_map(|&node| graph.expression(node).arguments()).for_each(|x| uses[x.0 as usize] += 1);
+
+        let mut absorbed = vec![false; graph.len()];
+        let sines: HashMap<Node, Node> = made
+            .iter()
+            .filter_map(|&node| match graph.expression(node) {
+                Expression::Of(Function::Sin, x) => Some((x, node)),
+                _ => None,
+            })
+            .collect();
+        let mut cosines = HashMap::new();
+        for &node in &made {
+            if let Expression::Of(Function::Cos, x) = graph.expression(node) {
+                if let Some(&sine) = sines.get(&x) {
+                    cosines.insert(sine, node);
+                    absorbed[node.0 as usize] = true;
+                }
+            }
+        }
+        let product = |node: Node, absorbed: &[bool]| match graph.expression(node) {
+            Expression::Multiply(x, y) if is_made(node) && uses[node.0 as usize] == 1 && !absorbed[node.0 as usize] => {
+                Some((x, y))
+            }
+            _ => None,
+        };
+        let mut sums = HashMap::new();
+        for &node in &made {
+            let (x, y, fused) = match graph.expression(node) {
+                Expression::Add(x, y) => (x, y, [Operation::MultiplyAdd, Operation::MultiplyAdd]),
+                Expression::Subtract(x, y) => (x, y, [Operation::MultiplySubtract, Operation::SubtractProduct]),
+                _ => continue,
+            };
+            let (of, (operation, factors, other)) = if let Some(factors) = product(y, &absorbed) {
+                (y, (fused[1], factors, x))
+            } else if let Some(factors) = product(x, &absorbed) {
+                (x, (fused[0], factors, y))
+            } else {
+                continue;
+            };
+            absorbed[of.0 as usize] = true;
+            sums.insert(node, (operation, factors, other));
+        }
+
+        let mut tasks = Tasks { list: Vec::new(), maker: vec![NONE; graph.len()] };
+        for &node in made.iter().filter(|node| !absorbed[node.0 as usize]) {
+            let (operation, arguments, second) = match (sums.get(&node), cosines.get(&node)) {
+                (Some(&(operation, (x, y), z)), _) => (operation, [Some(x), Some(y), Some(z)], None),
+                (None, Some(&cosine)) => {
+                    (Operation::SinCos, [graph.expression(node).arguments().next(), None, None], Some(cosine))
+                }
+                (None, None) => {
+                    let mut arguments = graph.expression(node).arguments();
+                    (Operation::of(graph.expression(node)), [arguments.next(), arguments.next(), None], None)
+                }
+            };
+            let results = [Some(node), second];
+            for result in results.into_iter().flatten() {
+                tasks.maker[result.0 as usize] = tasks.list.len() as u32;
+            }
+            tasks.list.push(Task { operation, arguments, results });
+        }
+        tasks
+    }
+
+    /// An order in which arguments come first and equal operations together.
+    fn order(&self) -> Vec<usize> {
+        let mut waiting = vec![0; self.list.len()];
+        let mut users = vec![Vec::new(); self.list.len()];
+        for (k, task) in self.list.iter().enumerate() {
+            for argument in task.arguments.iter().flatten() {
+                let maker = self.maker[argument.0 as usize];
+                if maker != NONE {
+                    waiting[k] += 1;
+                    users[maker as usize].push(k);
+                }
+            }
+        }
+        let mut ready: BTreeMap<Operation, Vec<usize>> = BTreeMap::new();
+        for (k, task) in self.list.iter().enumerate().filter(|(k, _)| waiting[*k] == 0) {
+            ready.entry(task.operation).or_default().push(k);
+        }
+        let mut order = Vec::with_capacity(self.list.len());
+        while let Some(operation) = ready.iter().max_by_key(|(_, tasks)| tasks.len()).map(|(operation, _)| *operation) {
+            let mut run = ready.remove(&operation).unwrap_or_default();
+            while let Some(k) = run.pop() {
+                order.push(k);
+                for &user in &users[k] {
+                    waiting[user] -= 1;
+                    if waiting[user] == 0 {
+                        let kind = self.list[user].operation;
+                        if kind == operation { run.push(user) } else { ready.entry(kind).or_default().push(user) }
+                    }
+                }
+            }
+        }
+        order
+    }
+
+    /// Gives every node a register: first the arguments, then constants, then what is computed.
+    fn assign(
+        &self,
+        order: &[usize],
+        nodes: usize,
+        (arguments, constants): (&[Node], Vec<(Node, f64)>),
+        results: &[Node],
+    ) -> Program {
+        let mut register = vec![NONE; nodes];
+        let first = arguments.iter().copied().chain(constants.iter().map(|(node, _)| *node));
+        first.enumerate().for_each(|(k, node)| register[node.0 as usize] = k as u32);
+        let given = (arguments.len() + constants.len()) as u32;
+        let mut left = vec![0; nodes];
+        let used = order.iter().flat_map(|&k| self.list[k].arguments.iter().flatten());
+        used.chain(results).for_each(|node| left[node.0 as usize] += 1);
+
+        let (mut next, mut free) = (given, Vec::new());
+        let (mut instructions, mut runs): (Vec<Instruction>, Vec<Run>) = (Vec::with_capacity(order.len()), Vec::new());
+        for &k in order {
+            let Task { operation, arguments, results } = &self.list[k];
+            let of = arguments.map(|node| node.map_or(0, |node| register[node.0 as usize]));
+            for node in arguments.iter().flatten() {
+                left[node.0 as usize] -= 1;
+                if left[node.0 as usize] == 0 && register[node.0 as usize] >= given {
+                    free.push(register[node.0 as usize]);
+                }
+            }
+            let mut into = [0; 2];
+            for (into, node) in into.iter_mut().zip(results).filter_map(|(into, node)| Some((into, (*node)?))) {
+                *into = free.pop().unwrap_or_else(|| {
+                    next += 1;
+                    next - 1
+                });
+                register[node.0 as usize] = *into;
+            }
+            let at = instructions.len();
+            instructions.push(Instruction { of, into });
+            match runs.last_mut() {
+                Some(run) if run.operation == *operation => run.instructions.end = at + 1,
+                _ => runs.push(Run { operation: *operation, instructions: at..at + 1 }),
+            }
+        }
+        Program {
+            arguments: arguments.len(),
+            constants: constants.into_iter().map(|(_, value)| value).collect(),
+            instructions,
+            runs,
+            registers: next as usize,
+            results: results.iter().map(|node| register[node.0 as usize]).collect(),
+        }
+    }
+}

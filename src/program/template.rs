@@ -1,0 +1,62 @@
+//! [`Template`]: a recorded formula without its numbers, which is the same for all elements of one shape.
+
+use super::graph::{Expression, Graph, Node};
+
+/// The nodes of a formula, numbered anew, and its results; numbers that like elements need not share are parameters.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Template {
+    expressions: Vec<Expression>,
+    results: Vec<Node>,
+    /// The number of parameters, those of the formula's own numbers included.
+    pub(crate) parameters: usize,
+}
+
+/// Whether a number is part of the shape of a formula, which is simpler with it: a multiple of ½ up to 4.
+fn is_structural(value: f64) -> bool {
+    value.abs() <= 4.0 && (2.0 * value).fract() == 0.0
+}
+
+impl Template {
+    /// The template of a formula with so many parameters, and the numbers that became further ones.
+    pub(crate) fn new(graph: &Graph, results: &[Node], parameters: usize) -> (Self, Vec<f64>) {
+        let reachable = graph.reachable(results.iter().copied());
+        let mut is_exponent = vec![false; graph.len()];
+        for &node in &reachable {
+            if let Expression::Power(_, n) = graph.expression(node) {
+                is_exponent[n.0 as usize] = true;
+            }
+        }
+        let (mut expressions, mut numbers) = (Vec::with_capacity(reachable.len()), Vec::new());
+        let mut renumbered = vec![Node(u32::MAX); graph.len()];
+        for node in reachable {
+            renumbered[node.0 as usize] = Node(expressions.len() as u32);
+            expressions.push(match graph.value(node) {
+                Some(value) if !is_structural(value) && !is_exponent[node.0 as usize] => {
+                    numbers.push(value);
+                    Expression::Parameter((parameters + numbers.len() - 1) as u32)
+                }
+                _ => graph.expression(node).map(|x| renumbered[x.0 as usize]),
+            });
+        }
+        let results = results.iter().map(|node| renumbered[node.0 as usize]).collect();
+        (Template { expressions, results, parameters: parameters + numbers.len() }, numbers)
+    }
+
+    /// Which of so many inputs it depends on.
+    pub(crate) fn depends(&self, inputs: usize) -> Vec<bool> {
+        let mut depends = vec![false; inputs];
+        for expression in &self.expressions {
+            if let Expression::Input(which) = expression {
+                depends[*which as usize] = true;
+            }
+        }
+        depends
+    }
+
+    /// The template as a graph, to which derivatives can be added, and the results in it.
+    pub(crate) fn graph(&self) -> (Graph, Vec<Node>) {
+        let mut graph = Graph::default();
+        let nodes: Vec<Node> = self.expressions.iter().map(|expression| graph.put(*expression)).collect();
+        (graph, self.results.iter().map(|node| nodes[node.0 as usize]).collect())
+    }
+}

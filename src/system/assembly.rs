@@ -1,0 +1,287 @@
+//! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::batch::{AnyBatch, Covector, InputRows, StateRows, Sums};
+use super::element::{Element, Formulas};
+use super::formula::{Formula, InputOf};
+use super::point::Layout;
+use super::view::NodeView;
+use crate::program::{Kernel, Lanes, Registers};
+
+/// Elements of one formula whose derivatives vary along a motion.
+#[derive(Debug)]
+struct Group {
+    elements: Vec<usize>,
+    first: Lanes,
+    /// Of each element, where its components are added to all sums.
+    sums: Vec<u32>,
+    second: Lanes,
+}
+
+/// Elements of one formula with derivatives with respect to inputs.
+#[derive(Debug)]
+struct InputGroup {
+    elements: Vec<usize>,
+    inputs: Lanes,
+    /// Of each element, the inputs of its results, and their factors.
+    of: Vec<(Input, f64)>,
+}
+
+/// An input of a motion.
+#[derive(Clone, Copy, Debug)]
+enum Input {
+    Control(usize),
+    Design(usize),
+    Time,
+}
+
+/// Where the second derivatives of an element are stored and what they are.
+#[derive(Debug)]
+struct Stored {
+    element: usize,
+    /// Where its block begins among all.
+    block: usize,
+    /// Where its entries of K begin among all slots.
+    slots: usize,
+}
+
+/// All elements that are evaluated at every point.
+#[derive(Debug, Default)]
+pub(crate) struct Assembly {
+    layout: Layout,
+    groups: Vec<Group>,
+    input_groups: Vec<InputGroup>,
+    /// Elements that num-dual evaluates, and those with derivatives with respect to inputs that it does.
+    dual: Vec<usize>,
+    dual_inputs: Vec<usize>,
+    stored: Vec<Stored>,
+    /// Of each entry of a block, where it is added to K: at (row, column) and at (column, row).
+    slots: Vec<[u32; 2]>,
+    block_len: usize,
+}
+
+/// What preludes computed for a set of design variables, and memory for registers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Workspace {
+    first: Vec<Vec<f64>>,
+    second: Vec<Vec<f64>>,
+    inputs: Vec<Vec<f64>>,
+    registers: Registers,
+    point: Vec<f64>,
+    /// The point at which inputs are differentiated.
+    input_point: Vec<f64>,
+}
+
+impl Assembly {
+    pub(crate) fn new(elements: &[Element], layout: Layout) -> Self {
+        let mut assembly = Assembly { layout, ..Assembly::default() };
+        for (formula, members) in by_formula(elements) {
+            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
+            let source = |e: usize, which: usize| layout.source(own[e], formula.shape.place(which));
+            let lanes = |kernel: &Kernel| Lanes::new(kernel.clone(), own.len(), source);
+            let Some(kernels) = &formula.kernels else {
+                assembly.dual.extend(&members);
+                assembly.dual_inputs.extend(&members);
+                continue;
+            };
+            if !kernels.inputs_of.is_empty() {
+                let of = own.iter().flat_map(|element| kernels.inputs_of.iter().map(|of| input(element, *of)));
+                let (of, inputs) = (of.collect(), lanes(&kernels.inputs));
+                assembly.input_groups.push(InputGroup { elements: members.clone(), inputs, of });
+            }
+            if formula.is_varying() {
+                let sums = own.iter().flat_map(|element| kernels.components.iter().map(|of| layout.sum(element, *of)));
+                let sums = sums.map(|place| place as u32).collect();
+                let (first, second) = (lanes(&kernels.first), lanes(&kernels.second));
+                assembly.groups.push(Group { elements: members, first, sums, second });
+            }
+        }
+        let members = assembly.groups.iter().flat_map(|group| &group.elements).chain(&assembly.dual);
+        for &element in members {
+            let len = elements[element].formula.varying.len();
+            assembly.stored.push(Stored { element, block: assembly.block_len, slots: assembly.block_len });
+            assembly.block_len += len;
+        }
+        assembly
+    }
+
+    /// Fixes where each varying entry of K is stored.
+    pub(crate) fn place(&mut self, elements: &[Element], n: usize, slot: &dyn Fn(usize, usize) -> usize) {
+        for stored in &self.stored {
+            let element = &elements[stored.element];
+            self.slots.extend(element.formula.varying.iter().map(|entry| {
+                let [row, col] = element.unknowns(entry, n);
+                if entry.block.is_in_tangent() { [slot(row, col) as u32, slot(col, row) as u32] } else { [0, 0] }
+            }));
+        }
+    }
+
+    /// The number of second derivatives at a point.
+    pub(crate) fn block_len(&self) -> usize {
+        self.block_len
+    }
+
+    /// Whether any element is evaluated at every point.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.stored.is_empty()
+    }
+
+    /// The number of elements that are evaluated at every point.
+    pub(crate) fn elements(&self) -> usize {
+        self.stored.len()
+    }
+
+    pub(crate) fn workspace(&self) -> Workspace {
+        let mut registers = Registers::default();
+        for group in &self.groups {
+            registers.fit(&group.first);
+            registers.fit(&group.second);
+        }
+        self.input_groups.iter().for_each(|group| registers.fit(&group.inputs));
+        let zeros = |lanes: &Lanes| vec![0.0; lanes.fixed_len()];
+        Workspace {
+            first: self.groups.iter().map(|group| zeros(&group.first)).collect(),
+            second: self.groups.iter().map(|group| zeros(&group.second)).collect(),
+            inputs: self.input_groups.iter().map(|group| zeros(&group.inputs)).collect(),
+            registers,
+            point: vec![0.0; self.layout.len()],
+            input_point: vec![0.0; self.layout.len()],
+        }
+    }
+
+    /// Runs all preludes, for the design variables of a start.
+    pub(crate) fn fix(&self, parameters: impl Fn(usize) -> Vec<f64>, workspace: &mut Workspace) {
+        for (k, group) in self.groups.iter().enumerate() {
+            let of = |e: usize| parameters(group.elements[e]);
+            group.first.fix(of, &mut workspace.first[k]);
+            group.second.fix(of, &mut workspace.second[k]);
+        }
+        for (k, group) in self.input_groups.iter().enumerate() {
+            group.inputs.fix(|e| parameters(group.elements[e]), &mut workspace.inputs[k]);
+        }
+    }
+
+    /// Writes their second derivatives at the point that was evaluated last.
+    pub(crate) fn second(&self, workspace: &mut Workspace, blocks: &mut [f64]) {
+        let mut begin = 0;
+        for (group, fixed) in self.groups.iter().zip(&workspace.second) {
+            let results = group.second.kernel().results();
+            let own = &mut blocks[begin..][..results * group.elements.len()];
+            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, value| own[e * results + k] = value);
+            begin += own.len();
+        }
+    }
+
+    /// Whether `pull_back_inputs` has anything to add.
+    pub(crate) fn has_input_derivatives(&self) -> bool {
+        !self.input_groups.is_empty() || !self.dual_inputs.is_empty()
+    }
+}
+
+impl Formulas {
+    /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements but constant and sinusoidal ones; what num-dual evaluates writes its blocks, too.
+    pub(crate) fn first(
+        &self,
+        batches: &[Box<dyn AnyBatch>],
+        at: &NodeView<f64>,
+        workspace: &mut Workspace,
+        (sums, blocks): (&mut Sums<f64>, &mut [f64]),
+    ) {
+        let Formulas { elements, assembly } = self;
+        assembly.layout.load(at, &mut workspace.point);
+        for (group, fixed) in assembly.groups.iter().zip(&workspace.first) {
+            let results = group.first.kernel().results();
+            group.first.run(&workspace.point, fixed, &mut workspace.registers, |e, k, value| {
+                sums.all[group.sums[e * results + k] as usize] += value;
+            });
+        }
+        for stored in &assembly.stored[assembly.stored.len() - assembly.dual.len()..] {
+            let element = &elements[stored.element];
+            let own = &mut blocks[stored.block..][..element.formula.varying.len()];
+            batches[element.batch].evaluate(element.item, at, sums, own);
+        }
+    }
+
+    /// Adds the varying entries of K(h), made from blocks, to its values.
+    pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
+        let Formulas { elements, assembly } = self;
+        for stored in &assembly.stored {
+            let entries = &elements[stored.element].formula.varying;
+            let (blocks, slots) =
+                (&blocks[stored.block..][..entries.len()], &assembly.slots[stored.slots..][..entries.len()]);
+            for ((entry, x), slots) in entries.iter().zip(blocks).zip(slots).filter(|((e, _), _)| e.block.is_in_tangent()) {
+                let [here, there] = entry.in_tangent(h);
+                values[slots[0] as usize] += here * x;
+                values[slots[1] as usize] += there * x;
+            }
+        }
+    }
+
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
+    pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
+        let Formulas { elements, assembly } = self;
+        for stored in &assembly.stored {
+            let element = &elements[stored.element];
+            let entries = &element.formula.varying;
+            for (entry, x) in entries.iter().zip(&blocks[stored.block..]) {
+                entry.pull_back(*x, element.place(entry), with, rows);
+            }
+        }
+    }
+
+    /// Adds its derivatives with respect to u (of elements that are not constant), design variables and time.
+    pub(crate) fn pull_back_inputs(
+        &self,
+        batches: &[Box<dyn AnyBatch>],
+        at: &NodeView<f64>,
+        with: &Covector,
+        workspace: &mut Workspace,
+        rows: &mut InputRows,
+    ) {
+        let Formulas { elements, assembly } = self;
+        if !assembly.input_groups.is_empty() {
+            assembly.layout.load(at, &mut workspace.input_point);
+            assembly.layout.load_covector(with, &mut workspace.input_point);
+        }
+        for (group, fixed) in assembly.input_groups.iter().zip(&workspace.inputs) {
+            let results = group.inputs.kernel().results();
+            *rows.evaluations += results * group.elements.len();
+            group.inputs.run(&workspace.input_point, fixed, &mut workspace.registers, |e, k, value| {
+                match group.of[e * results + k] {
+                    (Input::Control(channel), _) => rows.u[channel] += value,
+                    (Input::Design(p), factor) => rows.design[p] += factor * value,
+                    (Input::Time, _) => *rows.time += value,
+                }
+            });
+        }
+        for &e in &assembly.dual_inputs {
+            batches[elements[e].batch].pull_back_inputs(elements[e].item, at, with, rows);
+        }
+    }
+}
+
+/// The elements of each formula, in the order of their first.
+fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)> {
+    let (mut groups, mut known): (Vec<(Arc<Formula>, Vec<usize>)>, HashMap<*const Formula, usize>) = Default::default();
+    for (e, element) in elements.iter().enumerate() {
+        let at = *known.entry(Arc::as_ptr(&element.formula)).or_insert_with(|| {
+            groups.push((element.formula.clone(), Vec::new()));
+            groups.len() - 1
+        });
+        groups[at].1.push(e);
+    }
+    groups
+}
+
+/// The input of a motion, and by which factor an element's own is a multiple of it.
+fn input(element: &Element, of: InputOf) -> (Input, f64) {
+    match of {
+        InputOf::Control(k) => (Input::Control(element.u[k]), 1.0),
+        InputOf::Time => (Input::Time, 1.0),
+        InputOf::Constant(p) => {
+            element.b[p].design().map_or((Input::Time, 0.0), |(design, factor)| (Input::Design(design), factor))
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Second derivatives of an element: where they belong in the tangent matrix K of a step, and in adjoint products.
+//!
+//! With D± = (∂_v ± h ∂_q, ∂_σ), the tangent matrix of a step is K(h) = D₋ D₊ᵀ 𝓛 − h D₊ᵀ Q:
+//!
+//! ```text
+//!   K_vv = 𝓛_vv + h 𝓛_vq − h (𝓛_qv + Q_v) − h² (𝓛_qq + Q_q)
+//!   K_vσ = Φ_qᵀ − h (dΦ/dt)_qᵀ          K_σv = Φ_q + h (dΦ/dt)_q          K_σσ = 0
+//! ```
+//!
+//! What comes from 𝓛 obeys K(−h) = K(h)ᵀ.
+
+use super::batch::{Covector, StateRows};
+use super::jet::ElementKind;
+
+/// One kind of second derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// 𝓛_vv.
+    Vv,
+    /// 𝓛_vq = 𝓛_qvᵀ.
+    Vq,
+    /// 𝓛_qq of an energy.
+    Qq,
+    /// Q_v.
+    ForceV,
+    /// Q_q.
+    ForceQ,
+    /// σᵀΦ_qq = 𝓛_vq = 𝓛_qv of a constraint.
+    PhiQq,
+    /// σᵀ(dΦ/dt)_qq.
+    PhiDotQq,
+    /// Φ_q; its rows are equations.
+    PhiQ,
+    /// (dΦ/dt)_q.
+    PhiDotQ,
+}
+
+/// One entry of a block, by the element's own numbers of row and column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockEntry {
+    pub block: Block,
+    pub row: usize,
+    pub col: usize,
+    /// Whether it stands for (col, row) as well.
+    pub mirrored: bool,
+}
+
+impl Block {
+    /// Whether its rows are equations.
+    pub fn has_equations(self) -> bool {
+        matches!(self, Block::PhiQ | Block::PhiDotQ)
+    }
+
+    /// Whether it appears in K: 𝓛_vq − 𝓛_qv of a constraint cancels.
+    pub fn is_in_tangent(self) -> bool {
+        self != Block::PhiQq
+    }
+}
+
+impl BlockEntry {
+    pub fn new(block: Block, row: usize, col: usize) -> Self {
+        BlockEntry { block, row, col, mirrored: false }
+    }
+
+    /// An entry on or below the diagonal of a symmetric block.
+    pub fn symmetric(block: Block, row: usize, col: usize) -> Self {
+        BlockEntry { block, row, col, mirrored: row != col }
+    }
+
+    /// All entries of the blocks of a kind with n coordinates and m equations, in the order of [`Jet::blocks`](super::jet::Jet::blocks).
+    pub fn all(kind: ElementKind, n: usize, m: usize) -> Vec<BlockEntry> {
+        let square = |block| (0..n * n).map(move |k| BlockEntry::new(block, k / n, k % n));
+        let rows = |block| (0..m * n).map(move |k| BlockEntry::new(block, k / n, k % n));
+        match kind {
+            ElementKind::Kinetic => square(Block::Vv).chain(square(Block::Vq)).chain(square(Block::Qq)).collect(),
+            ElementKind::Potential => square(Block::Qq).collect(),
+            ElementKind::Applied => square(Block::ForceV).chain(square(Block::ForceQ)).collect(),
+            ElementKind::Holonomic => {
+                let squares = square(Block::PhiQq).chain(square(Block::PhiDotQq));
+                squares.chain(rows(Block::PhiQ)).chain(rows(Block::PhiDotQ)).collect()
+            }
+        }
+    }
+
+    /// Its factors in K(h): at (row, col), and at (col, row).
+    pub fn in_tangent(&self, h: f64) -> [f64; 2] {
+        let mirrored = |factor: f64| [factor, if self.mirrored { factor } else { 0.0 }];
+        match self.block {
+            Block::Vv => mirrored(1.0),
+            Block::Vq => [h, -h],
+            Block::Qq | Block::PhiDotQq => mirrored(-h * h),
+            Block::ForceV => [-h, 0.0],
+            Block::ForceQ => [-h * h, 0.0],
+            Block::PhiQq => [0.0; 2],
+            Block::PhiQ => [1.0; 2],
+            Block::PhiDotQ => [h, -h],
+        }
+    }
+
+    /// Adds what an entry of value x, with row and column in the scene's numbering, contributes to the adjoint equations ∂v, ∂q and ∂σ:
+    ///
+    /// ```text
+    ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
+    /// ```
+    #[inline]
+    pub fn pull_back(&self, x: f64, [row, col]: [usize; 2], with: &Covector, rows: &mut StateRows) {
+        match self.block {
+            Block::Vv => {
+                rows.v[col] += x * with.c[row];
+                if self.mirrored {
+                    rows.v[row] += x * with.c[col];
+                }
+            }
+            Block::Vq => {
+                rows.v[row] += x * with.d[col];
+                rows.q[col] += x * with.c[row];
+            }
+            Block::Qq | Block::PhiDotQq | Block::ForceQ => {
+                rows.q[col] += x * with.d[row];
+                if self.mirrored {
+                    rows.q[row] += x * with.d[col];
+                }
+            }
+            Block::ForceV => rows.v[col] += x * with.d[row],
+            Block::PhiQq => {
+                rows.v[col] += x * with.d[row];
+                rows.q[col] += x * with.c[row];
+                if self.mirrored {
+                    rows.v[row] += x * with.d[col];
+                    rows.q[row] += x * with.c[col];
+                }
+            }
+            Block::PhiQ => {
+                rows.v[col] += x * with.e[row];
+                rows.sigma[row] += x * with.c[col];
+            }
+            Block::PhiDotQ => {
+                rows.q[col] += x * with.e[row];
+                rows.sigma[row] += x * with.d[col];
+            }
+        }
+    }
+}

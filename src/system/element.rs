@@ -1,0 +1,173 @@
+//! One element of a compiled scene, whatever its type: what it is connected to, and what is known of its formula.
+
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use super::assembly::Assembly;
+use super::block::{Block, BlockEntry};
+use super::constants::{Constants, Entry};
+use super::formula::Formula;
+use super::item::PlacedElement;
+use super::jet::{ElementKind, Jet};
+use super::shape::{Place, Shape};
+use super::sines::SinusoidalTerm;
+use super::view::NodeView;
+use crate::model::Param;
+use crate::number::trace::guarded;
+use crate::program::{Obstacle, Template};
+
+/// One element.
+#[derive(Clone, Debug)]
+pub struct Element {
+    pub name: String,
+    /// Its batch, and its place there.
+    pub batch: usize,
+    pub item: usize,
+    pub q: Vec<usize>,
+    pub sigma: Vec<usize>,
+    pub u: Vec<usize>,
+    pub b: Vec<Param>,
+    pub formula: Arc<Formula>,
+    /// The numbers in its formula that like elements need not share.
+    pub numbers: Vec<f64>,
+}
+
+/// What makes formulas differ: the kind of element, its shape, which constants are bound, and what was recorded.
+type Key = (ElementKind, Shape, Vec<bool>, Template);
+
+/// The elements of a scene, as they are recorded; every formula is differentiated once.
+#[derive(Default)]
+pub struct Recordings {
+    pub elements: Vec<Element>,
+    /// The batch that is being recorded.
+    pub batch: usize,
+    /// Whether num-dual shall evaluate everything.
+    without_programs: bool,
+    known: HashMap<Key, Arc<Formula>>,
+}
+
+impl Recordings {
+    pub fn new(without_programs: bool) -> Self {
+        Recordings { without_programs, ..Recordings::default() }
+    }
+
+    /// Records an element.
+    pub fn add<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        item: &PlacedElement<J, N, M, K, P>,
+        place: (usize, usize),
+        at: &NodeView<f64>,
+    ) -> Arc<Formula> {
+        let shape = Shape { n: N, m: M, k: K, p: P };
+        let (formula, numbers) = self.formula(J::KIND, shape, &item.b, || item.record(at));
+        debug_assert!(
+            Arc::strong_count(&formula) > 2 || guarded(|| item.agrees(&formula, &numbers, at)) != Some(false),
+            "the program of `{}` does not agree with num-dual",
+            item.name
+        );
+        self.elements.push(item.element(place, formula.clone(), numbers));
+        formula
+    }
+
+    /// The formula that was recorded, and the numbers in it.
+    pub fn formula(
+        &mut self,
+        kind: ElementKind,
+        shape: Shape,
+        b: &[Param],
+        record: impl FnOnce() -> Result<(Template, Vec<f64>), Obstacle>,
+    ) -> (Arc<Formula>, Vec<f64>) {
+        if self.without_programs {
+            return (Arc::new(Formula::unknown(kind, shape, None)), Vec::new());
+        }
+        match record() {
+            Ok((template, numbers)) => {
+                let bound: Vec<bool> = b.iter().map(|b| b.constant().is_none()).collect();
+                let formula = self.known.entry((kind, shape, bound, template));
+                let formula = formula.or_insert_with_key(|(_, _, bound, template)| {
+                    Arc::new(Formula::new(kind, shape, template.clone(), bound))
+                });
+                (formula.clone(), numbers)
+            }
+            Err(obstacle) => (Arc::new(Formula::unknown(kind, shape, Some(obstacle))), Vec::new()),
+        }
+    }
+}
+
+/// The formulas of a scene: its elements, and those that are evaluated at every point.
+#[derive(Debug)]
+pub struct Formulas {
+    pub elements: Vec<Element>,
+    pub assembly: Assembly,
+}
+
+impl Element {
+    pub fn kind(&self) -> ElementKind {
+        self.formula.kind
+    }
+
+    /// Whether another formula has derivatives in the same places.
+    pub fn has_places_of(&self, other: &Element) -> bool {
+        let flags = |formula: &Formula| (formula.constant, formula.sinusoidal, formula.timed, formula.kernels.is_some());
+        let (own, other) = (&*self.formula, &*other.formula);
+        flags(own) == flags(other) && own.varying == other.varying && own.fixed == other.fixed
+    }
+
+    /// Row and column of an entry in the scene's numbering; of equations, among the equations.
+    pub fn place(&self, entry: &BlockEntry) -> [usize; 2] {
+        let row = if entry.block.has_equations() { self.sigma[entry.row] } else { self.q[entry.row] };
+        [row, self.q[entry.col]]
+    }
+
+    /// The unknowns (n velocities, then multipliers) of an entry's row and column.
+    pub fn unknowns(&self, entry: &BlockEntry, n: usize) -> [usize; 2] {
+        let [row, col] = self.place(entry);
+        [if entry.block.has_equations() { n + row } else { row }, col]
+    }
+
+    /// Its constants and the numbers in its formula.
+    pub fn parameters(&self, design: &[f64]) -> Vec<f64> {
+        self.b.iter().map(|b| b.value(design)).chain(self.numbers.iter().copied()).collect()
+    }
+
+    /// Adds its constant second derivatives, and the coefficients of its sines.
+    pub fn add_constants(&self, parameters: &[f64], into: &mut Constants) {
+        let Some(kernels) = &self.formula.kernels else { return };
+        let none = |_| 0.0;
+        for (entry, value) in self.formula.fixed.iter().zip(kernels.fixed.evaluate(parameters, none)) {
+            into.add(entry, self.place(entry), value);
+        }
+        if self.formula.constant && self.kind() != ElementKind::Holonomic {
+            let values = kernels.at_zero.evaluate(parameters, none);
+            let n = self.q.len();
+            into.add_first(&self.q, &values[..n], &values[n..2 * n]);
+            for (k, value) in values[2 * n..].iter().enumerate() {
+                into.add_control(self.q[k / self.u.len()], self.u[k % self.u.len()], *value);
+            }
+        }
+        if self.formula.sinusoidal {
+            self.add_waves(parameters, into);
+        }
+    }
+
+    /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
+    fn add_waves(&self, parameters: &[f64], into: &mut Constants) {
+        let Some(kernels) = &self.formula.kernels else { return };
+        let slopes = [0.0, FRAC_PI_2, 2.0 * FRAC_PI_2].map(|angle| {
+            let is_angle = |which| matches!(self.formula.shape.place(which), Place::Q(_));
+            kernels.second.evaluate(parameters, |which| if is_angle(which) { angle } else { 0.0 })
+        });
+        for (k, entry) in self.formula.varying.iter().enumerate().filter(|(_, entry)| entry.block == Block::PhiQ) {
+            let [at_0, at_90, at_180] = slopes.each_ref().map(|slopes| slopes[k]);
+            // π is not exact in binary: what is left of a zero coefficient is rounding.
+            let rounding = 4.0 * f64::EPSILON * at_0.abs().max(at_90.abs()).max(at_180.abs());
+            let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
+            let linear = clean(0.5 * (at_0 + at_180));
+            let (sine, cosine) = (clean(0.5 * (at_0 - at_180)), clean(linear - at_90));
+            let [equation, coordinate] = self.place(entry);
+            into.waves.push(SinusoidalTerm { coordinate, equation, sine, cosine });
+            into.add_phi_q(Entry { row: equation, col: coordinate, value: linear });
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! [`Layout`]: all arguments of all elements at a point, one after the other.
+
+use super::batch::Covector;
+use super::element::Element;
+use super::formula::Component;
+use super::shape::Place;
+use super::view::NodeView;
+
+/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Layout {
+    pub(crate) n: usize,
+    pub(crate) m: usize,
+    pub(crate) k: usize,
+}
+
+impl Layout {
+    fn t(&self) -> usize {
+        2 * self.n + self.m + self.k
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.t() + 1 + 2 * self.n + self.m
+    }
+
+    /// Where an argument of an element stands.
+    pub(crate) fn source(&self, element: &Element, place: Place) -> usize {
+        let Layout { n, m, .. } = *self;
+        let adjoint = self.t() + 1;
+        match place {
+            Place::Q(i) => element.q[i],
+            Place::V(i) => n + element.q[i],
+            Place::Sigma(j) => 2 * n + element.sigma[j],
+            Place::U(k) => 2 * n + m + element.u[k],
+            Place::T => self.t(),
+            Place::C(i) => adjoint + element.q[i],
+            Place::D(i) => adjoint + n + element.q[i],
+            Place::E(j) => adjoint + 2 * n + element.sigma[j],
+        }
+    }
+
+    /// Where a component of an element stands among all sums, 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    pub(crate) fn sum(&self, element: &Element, component: Component) -> usize {
+        match component {
+            Component::Momentum(i) => element.q[i],
+            Component::Force(i) => self.n + element.q[i],
+            Component::Equation(j) => 2 * self.n + element.sigma[j],
+        }
+    }
+
+    pub(crate) fn load(&self, at: &NodeView<f64>, point: &mut [f64]) {
+        let (q, rest) = point.split_at_mut(self.n);
+        let (v, rest) = rest.split_at_mut(self.n);
+        let (sigma, rest) = rest.split_at_mut(self.m);
+        let (u, rest) = rest.split_at_mut(self.k);
+        q.copy_from_slice(at.q);
+        v.copy_from_slice(at.v);
+        sigma.copy_from_slice(at.sigma);
+        u.copy_from_slice(at.u);
+        rest[0] = at.t;
+    }
+
+    pub(crate) fn load_covector(&self, with: &Covector, point: &mut [f64]) {
+        let (c, rest) = point[self.t() + 1..].split_at_mut(self.n);
+        let (d, e) = rest.split_at_mut(self.n);
+        c.copy_from_slice(with.c);
+        d.copy_from_slice(with.d);
+        e.copy_from_slice(with.e);
+    }
+}

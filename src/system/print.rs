@@ -1,0 +1,120 @@
+//! An element's programs as text.
+
+use std::fmt::{self, Write};
+
+use super::block::{Block, BlockEntry};
+use super::element::Element;
+use super::formula::{Component, InputOf};
+use super::shape::Place;
+use crate::program::{Kernel, Program};
+
+impl Place {
+    fn name(self) -> String {
+        match self {
+            Place::Q(i) => format!("q{i}"),
+            Place::V(i) => format!("v{i}"),
+            Place::U(k) => format!("u{k}"),
+            Place::T => "t".into(),
+            Place::Sigma(j) => format!("sigma{j}"),
+            Place::C(i) => format!("c{i}"),
+            Place::D(i) => format!("d{i}"),
+            Place::E(j) => format!("e{j}"),
+        }
+    }
+}
+
+impl Component {
+    fn name(self) -> String {
+        match self {
+            Component::Momentum(i) => format!("L_v{i}"),
+            Component::Force(i) => format!("force{i}"),
+            Component::Equation(j) => format!("phi_dot{j}"),
+        }
+    }
+}
+
+impl BlockEntry {
+    fn name(&self) -> String {
+        let block = match self.block {
+            Block::Vv => "L_vv",
+            Block::Vq => "L_vq",
+            Block::Qq => "L_qq",
+            Block::ForceV => "Q_v",
+            Block::ForceQ => "Q_q",
+            Block::PhiQq => "sigma phi_qq",
+            Block::PhiDotQq => "sigma phi_dot_qq",
+            Block::PhiQ => "phi_q",
+            Block::PhiDotQ => "phi_dot_q",
+        };
+        format!("{block}[{}, {}]", self.row, self.col)
+    }
+}
+
+/// All programs of an element.
+pub(super) fn print(element: &Element) -> String {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = write_all(element, &mut text);
+    text
+}
+
+fn write_all(element: &Element, text: &mut String) -> fmt::Result {
+    let formula = &element.formula;
+    let Some(kernels) = &formula.kernels else {
+        return writeln!(text, "`{}` has no program: num-dual differentiates it at every point", element.name);
+    };
+    let names = |entries: &[BlockEntry]| entries.iter().map(BlockEntry::name).collect::<Vec<_>>();
+    let mut part = |what: &str, kernel: &Kernel, results: Vec<String>| -> fmt::Result {
+        if results.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            text,
+            "{what} of `{}`: {} instructions, {} registers",
+            element.name,
+            kernel.instructions(),
+            kernel.main().registers()
+        )?;
+        write_kernel(text, kernel, |which| formula.shape.place(which).name(), &results)
+    };
+    part("constant second derivatives", &kernels.fixed, names(&formula.fixed))?;
+    if formula.is_varying() {
+        part("first derivatives", &kernels.first, kernels.components.iter().map(|of| of.name()).collect())?;
+        part("second derivatives", &kernels.second, names(&formula.varying))?;
+    }
+    let inputs = kernels.inputs_of.iter().map(|of| match of {
+        InputOf::Control(k) => format!("by u{k}"),
+        InputOf::Constant(p) => format!("by b{p}"),
+        InputOf::Time => "by t".into(),
+    });
+    part("derivatives by inputs", &kernels.inputs, inputs.collect())
+}
+
+fn write_kernel(text: &mut String, kernel: &Kernel, name: impl Fn(usize) -> String, results: &[String]) -> fmt::Result {
+    if kernel.fixed() > 0 {
+        writeln!(text, "  once, of b and the formula's own numbers:")?;
+        let parameters = (0..kernel.prelude().arguments()).map(|p| format!("b{p}"));
+        write_program(
+            text,
+            kernel.prelude(),
+            parameters.collect(),
+            &(0..kernel.fixed()).map(|k| format!("f{k}")).collect::<Vec<_>>(),
+        )?;
+        writeln!(text, "  at every point:")?;
+    }
+    let arguments = kernel.inputs().iter().map(|&which| name(which)).chain((0..kernel.fixed()).map(|k| format!("f{k}")));
+    write_program(text, kernel.main(), arguments.collect(), results)
+}
+
+fn write_program(text: &mut String, program: &Program, arguments: Vec<String>, results: &[String]) -> fmt::Result {
+    for (register, name) in arguments.iter().enumerate() {
+        writeln!(text, "    r{register} = {name}")?;
+    }
+    for line in program.to_string().lines() {
+        writeln!(text, "    {line}")?;
+    }
+    for (register, name) in program.results().zip(results) {
+        writeln!(text, "    {name} = r{register}")?;
+    }
+    Ok(())
+}

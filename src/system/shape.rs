@@ -1,0 +1,63 @@
+//! The arguments of an element's formulas, numbered one after the other.
+
+/// How many coordinates, equations, controls and constants an element has.
+///
+/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Shape {
+    pub n: usize,
+    pub m: usize,
+    pub k: usize,
+    pub p: usize,
+}
+
+/// One of these arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Q(usize),
+    V(usize),
+    U(usize),
+    T,
+    Sigma(usize),
+    C(usize),
+    D(usize),
+    E(usize),
+}
+
+impl Shape {
+    pub const fn v(self) -> usize {
+        self.n
+    }
+    pub const fn u(self) -> usize {
+        2 * self.n
+    }
+    pub const fn t(self) -> usize {
+        2 * self.n + self.k
+    }
+    pub const fn sigma(self) -> usize {
+        self.t() + 1
+    }
+    pub const fn c(self) -> usize {
+        self.sigma() + self.m
+    }
+    pub const fn d(self) -> usize {
+        self.c() + self.n
+    }
+    pub const fn e(self) -> usize {
+        self.d() + self.n
+    }
+
+    /// Which argument has a number.
+    pub fn place(self, which: usize) -> Place {
+        match which {
+            i if i < self.v() => Place::Q(i),
+            i if i < self.u() => Place::V(i - self.v()),
+            i if i < self.t() => Place::U(i - self.u()),
+            i if i < self.sigma() => Place::T,
+            i if i < self.c() => Place::Sigma(i - self.sigma()),
+            i if i < self.d() => Place::C(i - self.c()),
+            i if i < self.e() => Place::D(i - self.d()),
+            i => Place::E(i - self.e()),
+        }
+    }
+}

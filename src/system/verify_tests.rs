@@ -1,0 +1,191 @@
+//! Programs of thousands of random formulas, and of all functions, against num-dual on the same formulas.
+
+use nalgebra::SVector;
+
+use super::batch::Covector;
+use super::element::Recordings;
+use super::item::PlacedElement;
+use super::jet::{Jet, Local};
+use super::shape::Shape;
+use super::verify::{Draw, Pair};
+use super::view::NodeView;
+use super::{Applied, Holonomic, Kinetic, Potential};
+use crate::model::{Design, Param, SceneTag};
+use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
+
+/// A formula as a list of operations on what was computed before; it is made at random, and evaluated on any numbers.
+#[derive(Clone, Debug)]
+struct Random {
+    operations: Vec<(usize, [usize; 2], f64)>,
+}
+
+/// The number of operations to choose from.
+const KINDS: usize = 40;
+
+fn operate<S: Scalar>(kind: usize, x: S, y: S, c: f64) -> S {
+    let positive = x * x + 0.1;
+    let small = x.sin() * 0.9;
+    match kind {
+        0 | 1 => x + y,
+        2 | 3 => x - y,
+        4 | 5 => x * y,
+        6 => x / (y * y + 0.3),
+        7 => x / (y + c),
+        8 => -x,
+        9 => x * c,
+        10 => x + c,
+        11 => x * S::from([0.0, 1.0, -1.0, 2.0, 0.5][(c.abs() * 4.99) as usize]),
+        12 => S::from(c) - x * S::zero(),
+        13 => x.sin(),
+        14 => x.cos(),
+        15 => x.sin_cos().0 * y.sin_cos().1,
+        16 => small.tan(),
+        17 => positive.sqrt(),
+        18 => positive.ln(),
+        19 => positive.ln_1p(),
+        20 => x.sin().exp(),
+        21 => x.cos().exp_m1(),
+        22 => small.asin(),
+        23 => small.acos(),
+        24 => x.atan(),
+        25 => small.sinh(),
+        26 => small.cosh(),
+        27 => x.tanh(),
+        28 => positive.recip(),
+        29 => positive.powf(3.0 * c),
+        30 => (x + c).powi((4.0 * c) as i32 + 1),
+        // Not of a zero, whose sign decides, nor one over zero.
+        31 => (x + c).atan2(y),
+        32 => x.hypot(y),
+        33 => x.abs(),
+        34 => x.max(y),
+        35 => x.min(y * c),
+        36 => (-small).acos() + (-small).asin() - (-x).atan(),
+        37 => (-small).sinh() + (-small).cosh() * (-y).tanh(),
+        38 => (-x).abs() * (-positive).recip() + (-x).sin() * (-y).cos() - (-small).tan(),
+        _ => (-x).sin().exp() + (-small).ln_1p() + (-x).sin().exp_m1(),
+    }
+}
+
+impl Random {
+    fn new(draw: &mut Draw, inputs: usize, len: usize) -> Self {
+        let mut below = |n: usize| ((draw.number() + 1.0) * 0.5 * n as f64) as usize % n;
+        let shape: Vec<_> = (0..len).map(|k| (below(KINDS), [below(inputs + k), below(inputs + k)])).collect();
+        Random { operations: shape.into_iter().map(|(kind, of)| (kind, of, draw.number())).collect() }
+    }
+
+    fn values<S: Scalar>(&self, inputs: &[S]) -> Vec<S> {
+        let mut values = inputs.to_vec();
+        for &(kind, [x, y], c) in &self.operations {
+            values.push(operate(kind, values[x], values[y], c));
+        }
+        values
+    }
+
+    /// The last values, each with something of all inputs.
+    fn last<S: Scalar, const M: usize>(&self, inputs: &[S]) -> SVector<S, M> {
+        let values = self.values(inputs);
+        SVector::from_fn(|j, _| values[values.len() - 1 - j])
+    }
+}
+
+impl KineticEnergy<2, 2> for Random {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 2>) -> S {
+        self.last::<S, 1>(&[q[0], q[1], v[0], v[1], b[0], b[1]])[0]
+    }
+}
+
+impl PotentialEnergy<3, 2> for Random {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 2>, t: S) -> S {
+        self.last::<S, 1>(&[q[0], q[1], q[2], b[0], b[1], t])[0]
+    }
+}
+
+impl Force<2, 1, 2> for Random {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 1>, b: &SVector<S, 2>) -> SVector<S, 2> {
+        self.last(&[at.q[0], at.q[1], at.v[0], at.v[1], at.u[0], at.t, b[0], b[1]])
+    }
+}
+
+impl Constraint<3, 2, 2> for Random {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 2>, t: S) -> SVector<S, 2> {
+        self.last(&[q[0], q[1], q[2], b[0], b[1], t])
+    }
+}
+
+/// Compares a formula as one kind of element at random points; returns how many of them say something.
+fn hold<J, const N: usize, const M: usize, const K: usize>(jet: J, draw: &mut Draw, name: &str) -> usize
+where
+    J: Jet<N, M, K, 2>,
+{
+    let design = [0.7 * draw.number(), draw.number()];
+    let b: [Param; 2] = [Design(SceneTag::default().handle(0)).into(), Param::from(design[1])];
+    let element = PlacedElement {
+        name: name.to_string(),
+        jet,
+        q: std::array::from_fn(|i| i),
+        sigma: std::array::from_fn(|j| j),
+        u: std::array::from_fn(|k| k),
+        b,
+        timed: true,
+        bends: true,
+        is_recorded: false,
+    };
+    let mut zeros = || vec![0.1; 8];
+    let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
+    let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, &design));
+    let shape = Shape { n: N, m: M, k: K, p: 2 };
+    let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
+    assert!(formula.kernels.is_some(), "{name}");
+    let mut said = 0;
+    for _ in 0..4 {
+        let mut random = |_: usize, _: usize| 1.5 * draw.number();
+        let local = Local {
+            q: SVector::from_fn(&mut random),
+            v: SVector::from_fn(&mut random),
+            sigma: SVector::from_fn(&mut random),
+            u: SVector::from_fn(&mut random),
+            t: random(0, 0),
+        };
+        let [c, d, e]: [Vec<f64>; 3] = std::array::from_fn(|_| (0..3).map(|_| draw.number()).collect());
+        let compare = |at: &Local<f64, N, M, K>, design: &[f64]| {
+            element.compare(&formula, &numbers, at, (design, &Covector { c: &c, d: &d, e: &e }))
+        };
+        let pairs = compare(&local, &design);
+        // How far rounding can reach: what a relative change of 1e-11 of every argument does.
+        let mut noise = 0.0f64;
+        for _ in 0..3 {
+            let (mut nearby, mut b) = (local, design);
+            let lists =
+                [nearby.q.as_mut_slice(), nearby.v.as_mut_slice(), nearby.sigma.as_mut_slice(), nearby.u.as_mut_slice()];
+            lists.into_iter().flatten().chain(&mut b).for_each(|x| *x *= 1.0 + 1e-11 * draw.number());
+            let changes = compare(&nearby, &b).into_iter().zip(&pairs).map(|(there, here)| (there.dual - here.dual).abs());
+            noise = changes.fold(noise, f64::max);
+        }
+        let largest = pairs.iter().fold(1.0, |size: f64, pair| size.max(pair.dual.abs()));
+        let is_moderate = largest < 1e8 && pairs.iter().all(|pair| pair.dual.is_finite());
+        said += usize::from(is_moderate);
+        let is_close = |pair: &Pair| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
+        let far = || pairs.iter().filter(|pair| !is_close(pair));
+        let show = || far().map(|pair| format!("{} {}\n", pair.program, pair.dual)).collect::<String>();
+        assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{local:?} {design:?} {noise}\n{}", show());
+    }
+    said
+}
+
+#[test]
+fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
+    let (mut draw, mut said) = (Draw(7), 0);
+    let formulas = std::env::var("RANDOM_FORMULAS").ok().and_then(|n| n.parse().ok()).unwrap_or(1500);
+    for k in 0..formulas {
+        let mut random = |inputs: usize| Random::new(&mut draw, inputs, 3 + k % 22);
+        let (kinetic, potential, applied, holonomic) = (random(6), random(6), random(8), random(6));
+        let name = |formula: &Random| format!("formula {k}: {formula:?}");
+        let names = [name(&kinetic), name(&potential), name(&applied), name(&holonomic)];
+        said += hold::<_, 2, 0, 0>(Kinetic(kinetic), &mut draw, &names[0]);
+        said += hold::<_, 3, 0, 0>(Potential(potential), &mut draw, &names[1]);
+        said += hold::<_, 2, 0, 1>(Applied(applied), &mut draw, &names[2]);
+        said += hold::<_, 3, 2, 0>(Holonomic(holonomic), &mut draw, &names[3]);
+    }
+    assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
+}
