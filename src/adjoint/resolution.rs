@@ -24,6 +24,7 @@ use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
 use crate::number::dot;
+use crate::node::Newton;
 use crate::system::{Covector, NodeView, Within};
 use crate::{System, Warning};
 
@@ -157,7 +158,14 @@ impl End {
 
 impl AdjointSweep {
     /// Looks whether elements bend within the step into a node, if it is worth it; its adjoint equations have just been solved.
-    pub(crate) fn watch_resolution(&mut self, system: &System, motion: &Motion, restart: Option<&Restart>, node: usize) {
+    pub(crate) fn watch_resolution(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        restart: Option<&Restart>,
+        node: usize,
+    ) {
         let (event, stages) = (&mut self.resolution, motion.inputs.grid.stages);
         if stages > 1 {
             // What is missed in one stage is made good by others.
@@ -174,12 +182,19 @@ impl AdjointSweep {
             }
         }
         if self.resolution.quiet.is_some() {
-            self.look_into_step(system, motion, restart, node);
+            self.look_into_step(system, motion, newton, restart, node);
         }
     }
 
     #[cold]
-    fn look_into_step(&mut self, system: &System, motion: &Motion, restart: Option<&Restart>, node: usize) {
+    fn look_into_step(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        restart: Option<&Restart>,
+        node: usize,
+    ) {
         let (here, before) = (motion.at(node), motion.at(node - 1));
         let end = restart.map_or(here, |end| NodeView { q: end.q, v: end.v, sigma: end.sigma, ..here });
         let (rates, k, steps) = (&motion.trajectory.p_star_dot, node - motion.first, &motion.inputs.grid.steps);
@@ -215,7 +230,7 @@ impl AdjointSweep {
             }
         };
         let (ends, with) = ([from.at(design), to.at(design)], Covector { c, d, e });
-        system.bending().for_each(|batch| batch.look_within(&ends, &with, &mut judge));
+        newton.evaluation.look_within(system, &ends, &with, &mut judge);
         self.report.chord_evaluations += 2 * self.resolution.bends.len();
     }
 }

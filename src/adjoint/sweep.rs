@@ -170,7 +170,7 @@ impl AdjointSweep {
             return Ok(());
         }
         if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
-            self.watch_resolution(system, motion, restart.as_ref(), node);
+            self.watch_resolution(system, motion, newton, restart.as_ref(), node);
         }
         if last > 1 {
             self.inner_stages(system, motion, newton, node)?;

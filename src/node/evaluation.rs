@@ -3,9 +3,11 @@
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
+use num_dual::Dual64;
+
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
-use crate::system::{Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Workspace};
+use crate::system::{Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Within, Workspace};
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
@@ -212,6 +214,18 @@ impl Evaluation {
     pub(crate) fn pull_back_inputs(&mut self, system: &System, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.pull_back_inputs(system.batches(), at, with, &mut self.workspace, rows);
+    }
+
+    /// Shows what happens to each element that may bend between the ends of a step.
+    pub(crate) fn look_within(
+        &mut self,
+        system: &System,
+        ends: &[NodeView<Dual64>; 2],
+        with: &Covector,
+        show: &mut dyn FnMut(Within),
+    ) {
+        let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
+        formulas.look_within(system.batches(), ends, with, &mut self.workspace, show);
     }
 
     /// Adds −μ e, the rows of the compliances.

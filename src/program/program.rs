@@ -54,11 +54,14 @@ impl Operation {
     }
 }
 
-/// The registers that an instruction reads and writes.
+/// A register.
+pub(super) type Register = u16;
+
+/// The registers that an instruction reads, and the one it writes; a cosine goes to the second of the former.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
-    pub(super) of: [u32; 3],
-    pub(super) into: [u32; 2],
+    pub(super) of: [Register; 3],
+    pub(super) into: Register,
 }
 
 /// Instructions of one kind that follow each other.
@@ -76,7 +79,7 @@ pub(crate) struct Program {
     pub(super) instructions: Vec<Instruction>,
     pub(super) runs: Vec<Run>,
     pub(super) registers: usize,
-    pub(super) results: Vec<u32>,
+    pub(super) results: Vec<Register>,
 }
 
 impl Program {
@@ -97,7 +100,7 @@ impl Program {
 
     /// The registers of the results.
     pub(crate) fn results(&self) -> impl ExactSizeIterator<Item = usize> {
-        self.results.iter().map(|&register| register as usize)
+        self.results.iter().map(|&register| usize::from(register))
     }
 
     /// The number of instructions.
@@ -110,56 +113,69 @@ impl Program {
         for Run { operation, instructions } in &self.runs {
             let instructions = &self.instructions[instructions.clone()];
             match *operation {
-                Operation::Add => each(instructions, registers, |[x, y, _]| x + y),
-                Operation::Subtract => each(instructions, registers, |[x, y, _]| x - y),
-                Operation::Multiply => each(instructions, registers, |[x, y, _]| x * y),
-                Operation::Divide => each(instructions, registers, |[x, y, _]| x / y),
-                Operation::MultiplyAdd => each(instructions, registers, |[x, y, z]| x * y + z),
-                Operation::MultiplySubtract => each(instructions, registers, |[x, y, z]| x * y - z),
-                Operation::SubtractProduct => each(instructions, registers, |[x, y, z]| z - x * y),
+                Operation::Add => binary(instructions, registers, |x, y| x + y),
+                Operation::Subtract => binary(instructions, registers, |x, y| x - y),
+                Operation::Multiply => binary(instructions, registers, |x, y| x * y),
+                Operation::Divide => binary(instructions, registers, |x, y| x / y),
+                Operation::MultiplyAdd => ternary(instructions, registers, |x, y, z| x * y + z),
+                Operation::MultiplySubtract => ternary(instructions, registers, |x, y, z| x * y - z),
+                Operation::SubtractProduct => ternary(instructions, registers, |x, y, z| z - x * y),
                 Operation::SinCos => sin_cos(instructions, registers),
-                Operation::IntegerPower(n) => each(instructions, registers, |[x, ..]| x.powi(n)),
-                Operation::Power => each(instructions, registers, |[x, n, _]| x.powf(n)),
-                Operation::Atan2 => each(instructions, registers, |[y, x, _]| y.atan2(x)),
-                Operation::Max => each(instructions, registers, |[x, y, _]| if y > x { y } else { x }),
-                Operation::Min => each(instructions, registers, |[x, y, _]| if y < x { y } else { x }),
-                Operation::Less => each(instructions, registers, |[x, y, _]| f64::from(x < y)),
-                Operation::Where => {
-                    each(instructions, registers, |[condition, x, _]| if condition == 0.0 { 0.0 } else { x })
-                }
-                Operation::Of(Function::Negative) => each(instructions, registers, |[x, ..]| -x),
-                Operation::Of(Function::Reciprocal) => each(instructions, registers, |[x, ..]| x.recip()),
-                Operation::Of(Function::Sqrt) => each(instructions, registers, |[x, ..]| x.sqrt()),
-                Operation::Of(function) => each(instructions, registers, |[x, ..]| function.value(x)),
+                Operation::IntegerPower(n) => unary(instructions, registers, |x| x.powi(n)),
+                Operation::Power => binary(instructions, registers, f64::powf),
+                Operation::Atan2 => binary(instructions, registers, f64::atan2),
+                Operation::Max => binary(instructions, registers, |x, y| if y > x { y } else { x }),
+                Operation::Min => binary(instructions, registers, |x, y| if y < x { y } else { x }),
+                Operation::Less => binary(instructions, registers, |x, y| f64::from(x < y)),
+                Operation::Where => binary(instructions, registers, |condition, x| if condition == 0.0 { 0.0 } else { x }),
+                Operation::Of(Function::Negative) => unary(instructions, registers, |x| -x),
+                Operation::Of(Function::Reciprocal) => unary(instructions, registers, f64::recip),
+                Operation::Of(Function::Sqrt) => unary(instructions, registers, f64::sqrt),
+                Operation::Of(function) => unary(instructions, registers, |x| function.value(x)),
             }
         }
     }
 }
 
-/// Runs instructions with one result.
+/// Runs instructions with one argument.
 #[inline(always)]
-fn each<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn([f64; 3]) -> f64) {
+fn unary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64) -> f64) {
     for Instruction { of, into } in instructions {
-        let [x, y, z] = of.map(|register| registers[register as usize]);
-        let result = &mut registers[into[0] as usize];
-        for lane in 0..L {
-            result[lane] = f([x[lane], y[lane], z[lane]]);
-        }
+        let x = registers[usize::from(of[0])];
+        registers[usize::from(*into)] = x.map(&f);
+    }
+}
+
+/// Runs instructions with two arguments.
+#[inline(always)]
+fn binary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64, f64) -> f64) {
+    for Instruction { of, into } in instructions {
+        let (x, y) = (registers[usize::from(of[0])], registers[usize::from(of[1])]);
+        registers[usize::from(*into)] = std::array::from_fn(|lane| f(x[lane], y[lane]));
+    }
+}
+
+/// Runs instructions with three arguments.
+#[inline(always)]
+fn ternary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64, f64, f64) -> f64) {
+    for Instruction { of, into } in instructions {
+        let [x, y, z] = of.map(|register| registers[usize::from(register)]);
+        registers[usize::from(*into)] = std::array::from_fn(|lane| f(x[lane], y[lane], z[lane]));
     }
 }
 
 /// Sines and cosines.
 fn sin_cos<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]]) {
     for Instruction { of, into } in instructions {
-        let (sin, cos) = sin_cos_lanes(&registers[of[0] as usize]);
-        registers[into[0] as usize] = sin;
-        registers[into[1] as usize] = cos;
+        let (sin, cos) = sin_cos_lanes(&registers[usize::from(of[0])]);
+        registers[usize::from(*into)] = sin;
+        registers[usize::from(of[1])] = cos;
     }
 }
 
 impl Instruction {
     fn write(&self, f: &mut fmt::Formatter, operation: Operation) -> fmt::Result {
-        let ([x, y, z], [into, second]) = (self.of, self.into);
+        let ([x, y, z], into) = (self.of, self.into);
         match operation {
             Operation::Add => write!(f, "r{into} = r{x} + r{y}"),
             Operation::Subtract => write!(f, "r{into} = r{x} - r{y}"),
@@ -168,7 +184,7 @@ impl Instruction {
             Operation::MultiplyAdd => write!(f, "r{into} = r{x} * r{y} + r{z}"),
             Operation::MultiplySubtract => write!(f, "r{into} = r{x} * r{y} - r{z}"),
             Operation::SubtractProduct => write!(f, "r{into} = r{z} - r{x} * r{y}"),
-            Operation::SinCos => write!(f, "r{into}, r{second} = sin r{x}, cos r{x}"),
+            Operation::SinCos => write!(f, "r{into}, r{y} = sin r{x}, cos r{x}"),
             Operation::IntegerPower(n) => write!(f, "r{into} = r{x} ^ {n}"),
             Operation::Power => write!(f, "r{into} = r{x} ^ r{y}"),
             Operation::Atan2 => write!(f, "r{into} = atan2 r{x}, r{y}"),

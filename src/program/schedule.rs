@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::function::Function;
 use super::graph::{Expression, Graph, Node};
-use super::program::{Instruction, Operation, Program, Run};
+use super::program::{Instruction, Operation, Program, Register, Run};
 
 /// Not a register, nor a task.
 const NONE: u32 = u32::MAX;
@@ -192,6 +192,9 @@ impl Tasks {
                 });
                 register[node.0 as usize] = *into;
             }
+            let [into, cosine] = into.map(|register: u32| register as Register);
+            let [x, y, z] = of.map(|register| register as Register);
+            let of = if *operation == Operation::SinCos { [x, cosine, 0] } else { [x, y, z] };
             let at = instructions.len();
             instructions.push(Instruction { of, into });
             match runs.last_mut() {
@@ -205,7 +208,7 @@ impl Tasks {
             instructions,
             runs,
             registers: next as usize,
-            results: results.iter().map(|node| register[node.0 as usize]).collect(),
+            results: results.iter().map(|node| register[node.0 as usize] as Register).collect(),
         }
     }
 }

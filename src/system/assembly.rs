@@ -1,9 +1,10 @@
 //! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
 
+use num_dual::Dual64;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::batch::{AnyBatch, Covector, InputRows, StateRows, Sums};
+use super::batch::{AnyBatch, Covector, InputRows, StateRows, Sums, Within};
 use super::element::{Element, Formulas};
 use super::formula::{Formula, InputOf};
 use super::point::Layout;
@@ -27,6 +28,15 @@ struct InputGroup {
     inputs: Lanes,
     /// Of each element, the inputs of its results, and their factors.
     of: Vec<(Input, f64)>,
+}
+
+/// Elements of one formula that may bend within a step.
+#[derive(Debug)]
+struct BendingGroup {
+    elements: Vec<usize>,
+    /// Where each of them stands among all that may bend.
+    places: Vec<usize>,
+    along: Lanes,
 }
 
 /// An input of a motion.
@@ -56,6 +66,9 @@ pub(crate) struct Assembly {
     /// Elements that num-dual evaluates, and those with derivatives with respect to inputs that it does.
     dual: Vec<usize>,
     dual_inputs: Vec<usize>,
+    /// Elements that may bend within a step, in their order, and those of them that have programs.
+    bending: Vec<usize>,
+    bending_groups: Vec<BendingGroup>,
     stored: Vec<Stored>,
     /// Of each entry of a block, where it is added to K: at (row, column) and at (column, row).
     slots: Vec<[u32; 2]>,
@@ -68,6 +81,9 @@ pub(crate) struct Workspace {
     first: Vec<Vec<f64>>,
     second: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,
+    along: Vec<Vec<f64>>,
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, at both ends of a step, of every element that may bend.
+    ends: Vec<[[f64; 2]; 2]>,
     registers: Registers,
     point: Vec<f64>,
     /// The point at which inputs are differentiated.
@@ -86,6 +102,10 @@ impl Assembly {
                 assembly.dual_inputs.extend(&members);
                 continue;
             };
+            if formula.may_bend() {
+                let (elements, along) = (members.clone(), lanes(&kernels.along));
+                assembly.bending_groups.push(BendingGroup { elements, places: Vec::new(), along });
+            }
             if !kernels.inputs_of.is_empty() {
                 let of = own.iter().flat_map(|element| kernels.inputs_of.iter().map(|of| input(element, *of)));
                 let (of, inputs) = (of.collect(), lanes(&kernels.inputs));
@@ -97,6 +117,11 @@ impl Assembly {
                 let (first, second) = (lanes(&kernels.first), lanes(&kernels.second));
                 assembly.groups.push(Group { elements: members, first, sums, second });
             }
+        }
+        assembly.bending = (0..elements.len()).filter(|&e| elements[e].formula.may_bend()).collect();
+        for group in &mut assembly.bending_groups {
+            let place = |e: &usize| assembly.bending.binary_search(e).unwrap_or_default();
+            group.places = group.elements.iter().map(place).collect();
         }
         let members = assembly.groups.iter().flat_map(|group| &group.elements).chain(&assembly.dual);
         for &element in members {
@@ -140,11 +165,14 @@ impl Assembly {
             registers.fit(&group.second);
         }
         self.input_groups.iter().for_each(|group| registers.fit(&group.inputs));
+        self.bending_groups.iter().for_each(|group| registers.fit(&group.along));
         let zeros = |lanes: &Lanes| vec![0.0; lanes.fixed_len()];
         Workspace {
             first: self.groups.iter().map(|group| zeros(&group.first)).collect(),
             second: self.groups.iter().map(|group| zeros(&group.second)).collect(),
             inputs: self.input_groups.iter().map(|group| zeros(&group.inputs)).collect(),
+            along: self.bending_groups.iter().map(|group| zeros(&group.along)).collect(),
+            ends: vec![[[0.0; 2]; 2]; self.bending.len()],
             registers,
             point: vec![0.0; self.layout.len()],
             input_point: vec![0.0; self.layout.len()],
@@ -161,6 +189,9 @@ impl Assembly {
         for (k, group) in self.input_groups.iter().enumerate() {
             group.inputs.fix(|e| parameters(group.elements[e]), &mut workspace.inputs[k]);
         }
+        for (k, group) in self.bending_groups.iter().enumerate() {
+            group.along.fix(|e| parameters(group.elements[e]), &mut workspace.along[k]);
+        }
     }
 
     /// Writes their second derivatives at the point that was evaluated last.
@@ -172,6 +203,11 @@ impl Assembly {
             group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, value| own[e * results + k] = value);
             begin += own.len();
         }
+    }
+
+    /// Whether any element may bend within a step.
+    pub(crate) fn may_bend(&self) -> bool {
+        !self.bending.is_empty()
     }
 
     /// Whether `pull_back_inputs` has anything to add.
@@ -258,6 +294,37 @@ impl Formulas {
         }
         for &e in &assembly.dual_inputs {
             batches[elements[e].batch].pull_back_inputs(elements[e].item, at, with, rows);
+        }
+    }
+}
+
+impl Formulas {
+    /// Shows what happens to each element that may bend between the ends of a step; rates there are along the step.
+    pub(crate) fn look_within(
+        &self,
+        batches: &[Box<dyn AnyBatch>],
+        ends: &[NodeView<Dual64>; 2],
+        with: &Covector,
+        workspace: &mut Workspace,
+        show: &mut dyn FnMut(Within),
+    ) {
+        let Formulas { elements, assembly } = self;
+        let Workspace { along, ends: values, registers, input_point: point, .. } = workspace;
+        assembly.layout.load_covector(with, point);
+        for (end, at) in ends.iter().enumerate() {
+            assembly.layout.load_rates(at, point);
+            for (group, fixed) in assembly.bending_groups.iter().zip(&*along) {
+                group.along.run(point, fixed, registers, |e, k, value| values[group.places[e]][end][k] = value);
+            }
+            for (values, &e) in values.iter_mut().zip(&assembly.bending) {
+                if elements[e].formula.kernels.is_none() {
+                    values[end] = batches[elements[e].batch].along(elements[e].item, at, with);
+                }
+            }
+        }
+        for [[begin, begin_rate], [end, end_rate]] in values {
+            let (change, told) = (*end - *begin, 0.5 * (*begin_rate + *end_rate));
+            show(Within { missed: change - told, change: change.abs().max(told.abs()) });
         }
     }
 }

@@ -156,10 +156,8 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn pull_back_inputs(&self, item: usize, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows);
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows);
-    /// The names of the elements whose derivatives vary other than as sines.
-    fn bending(&self) -> Vec<&str>;
-    /// Shows what happens to each of them between the ends of a step; derivatives there are along the step.
-    fn look_within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within));
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element, and its rate.
+    fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2];
     /// The first element whose contributions or their derivatives are not finite.
     fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Suspect<'_>>;
     /// The first element with a derivative with respect to an input that is not finite.
@@ -208,7 +206,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         for (place, item) in self.items.iter_mut().enumerate() {
             item.b = item.b.map(|b| b.resolve(gravity));
             let formula = into.add(item, (into.batch, place), at);
-            (item.timed, item.bends) = (formula.timed, formula.may_bend());
+            item.timed = formula.timed;
             item.is_recorded = formula.template.is_some();
         }
         into.batch += 1;
@@ -241,12 +239,8 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.items.iter().filter(|_| M > 0).for_each(|item| item.pull_back_phi(at, e, rows));
     }
 
-    fn bending(&self) -> Vec<&str> {
-        self.items.iter().filter(|item| item.bends).map(|item| item.name.as_str()).collect()
-    }
-
-    fn look_within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector, show: &mut dyn FnMut(Within)) {
-        self.items.iter().filter(|item| item.bends).for_each(|item| show(item.within(ends, with)));
+    fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
+        self.items[item].along(at, with)
     }
 
     fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Suspect<'_>> {

@@ -45,6 +45,8 @@ pub struct Kernels {
     /// Derivatives with respect to inputs.
     pub inputs: Kernel,
     pub inputs_of: Vec<InputOf>,
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
+    pub along: Kernel,
 }
 
 /// What is known of a formula.
@@ -105,6 +107,7 @@ impl Formula {
         let (fixed, varying): (Vec<_>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
         let (of, results): (Vec<_>, Vec<_>) = derivatives.components(&mut graph, shape, &is_linear).into_iter().unzip();
         let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, shape, (bound, timed, !constant));
+        let along = derivatives.along(&mut graph, shape);
         let at_zero: Vec<Node> = derivatives.l_v.iter().chain(&derivatives.force).chain(&controls).copied().collect();
         let nodes = |entries: &[(BlockEntry, Node)]| entries.iter().map(|(_, node)| *node).collect::<Vec<_>>();
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
@@ -116,6 +119,7 @@ impl Formula {
             at_zero: kernel(&at_zero),
             inputs: kernel(&by_inputs),
             inputs_of,
+            along: kernel(&along),
         };
         let entries = |entries: Vec<(BlockEntry, Node)>| entries.into_iter().map(|(entry, _)| entry).collect();
         Formula {
@@ -314,14 +318,28 @@ impl Derivatives {
                 InputOf::Time => graph.input(shape.t()),
             })
             .collect();
-        let weighted = |nodes: &[Node], first: usize, graph: &mut Graph| {
-            nodes.iter().enumerate().map(|(i, node)| (*node, graph.input(first + i))).collect::<Vec<_>>()
-        };
-        let mut sum = weighted(&self.l_v, shape.c(), graph);
-        sum.extend(weighted(&self.force, shape.d(), graph));
-        sum.extend(weighted(&self.phi_dot, shape.e(), graph));
+        let sum = self.weighted(graph, shape);
         let slopes = graph.reverse(&sum, &arguments);
         of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip()
+    }
+
+    /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt with c, d and e.
+    fn weighted(&self, graph: &mut Graph, shape: Shape) -> Vec<(Node, Node)> {
+        let mut all = Vec::new();
+        for (nodes, first) in [(&self.l_v, shape.c()), (&self.force, shape.d()), (&self.phi_dot, shape.e())] {
+            all.extend(nodes.iter().enumerate().map(|(i, node)| (*node, graph.input(first + i))));
+        }
+        all
+    }
+
+    /// Their sum of products, and its rate.
+    fn along(&self, graph: &mut Graph, shape: Shape) -> [Node; 2] {
+        let (x, y): (Vec<Node>, Vec<Node>) = self.weighted(graph, shape).into_iter().unzip();
+        let zero = graph.constant(0.0);
+        let sum = sum_of_products(graph, &x, &y, zero);
+        let moving = shape.moving().enumerate();
+        let tangents: Vec<(Node, Node)> = moving.map(|(k, which)| (graph.input(which), graph.input(shape.rates() + k))).collect();
+        [sum, graph.forward(&[sum], &tangents)[0]]
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use num_dual::Dual64;
 use std::sync::Arc;
 
-use super::batch::{Covector, InputRows, Sums, Within};
+use super::batch::{Covector, InputRows, Sums};
 use super::blame::Argument;
 use super::constants::Entry;
 use super::element::Element;
@@ -25,9 +25,8 @@ pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, cons
     pub sigma: [usize; M],
     pub u: [usize; K],
     pub b: [Param; P],
-    /// Whether it depends on time, whether its derivatives vary other than as sines, and whether its formula has a graph: all, until it is recorded.
+    /// Whether it depends on time, as long as nothing else is known, and whether its formula has a graph.
     pub timed: bool,
-    pub bends: bool,
     pub is_recorded: bool,
 }
 
@@ -185,11 +184,10 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         sum
     }
 
-    /// What happens to that sum between the ends of a step, where derivatives are along it.
-    pub fn within(&self, ends: &[NodeView<Dual64>; 2], with: &Covector) -> Within {
-        let [begin, end] = ends.map(|at| self.pair(&self.jet.first(&self.local(&at), &self.b(at.design)), with));
-        let (change, told) = (end.re - begin.re, 0.5 * (begin.eps + end.eps));
-        Within { missed: change - told, change: change.abs().max(told.abs()) }
+    /// That sum and its rate.
+    pub fn along(&self, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
+        let sum = self.pair(&self.jet.first(&self.local(at), &self.b(at.design)), with);
+        [sum.re, sum.eps]
     }
 
     /// The first input with respect to which the derivatives are not finite.

@@ -69,8 +69,6 @@ pub struct System {
     k: usize,
     batches: Vec<Box<dyn AnyBatch>>,
     formulas: Formulas,
-    /// The batches with elements that may bend within a step.
-    bending: Vec<usize>,
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     integral: bool,
@@ -118,8 +116,6 @@ impl System {
         let running = costs.iter().any(|costs| costs.is_running());
         let integral = costs.iter().any(|costs| costs.has_integral());
         let (initial, positive) = (scene.initial, scene.positive);
-        let numbered = || batches.iter().enumerate();
-        let bending = numbered().filter(|(_, b)| !b.bending().is_empty()).map(|(i, _)| i).collect();
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
             n,
@@ -127,7 +123,6 @@ impl System {
             k,
             batches,
             formulas,
-            bending,
             costs,
             running,
             integral,
@@ -243,18 +238,13 @@ impl System {
         })
     }
 
-    /// The batches with elements that may bend within a step: whose derivatives vary, other than as sines.
-    pub(crate) fn bending(&self) -> impl Iterator<Item = &dyn AnyBatch> {
-        self.bending.iter().map(|&i| self.batches[i].as_ref())
-    }
-
-    /// The names of these elements.
+    /// The names of the elements that may bend within a step: whose derivatives vary, other than as sines.
     pub(crate) fn bending_elements(&self) -> impl Iterator<Item = &str> {
-        self.bending().flat_map(|batch| batch.bending())
+        self.formulas.elements.iter().filter(|element| element.formula.may_bend()).map(|element| element.name.as_str())
     }
 
     pub(crate) fn may_bend(&self) -> bool {
-        !self.bending.is_empty()
+        self.formulas.assembly.may_bend()
     }
 
     pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {

@@ -1,12 +1,14 @@
 //! [`Layout`]: all arguments of all elements at a point, one after the other.
 
+use num_dual::Dual64;
+
 use super::batch::Covector;
 use super::element::Element;
 use super::formula::Component;
 use super::shape::Place;
 use super::view::NodeView;
 
-/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e.
+/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e, then the rates of the former.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Layout {
     pub(crate) n: usize,
@@ -19,8 +21,12 @@ impl Layout {
         2 * self.n + self.m + self.k
     }
 
-    pub(crate) fn len(&self) -> usize {
+    fn rates(&self) -> usize {
         self.t() + 1 + 2 * self.n + self.m
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.rates() + self.t() + 1
     }
 
     /// Where an argument of an element stands.
@@ -36,6 +42,11 @@ impl Layout {
             Place::C(i) => adjoint + element.q[i],
             Place::D(i) => adjoint + n + element.q[i],
             Place::E(j) => adjoint + 2 * n + element.sigma[j],
+            Place::QRate(i) => self.rates() + element.q[i],
+            Place::VRate(i) => self.rates() + n + element.q[i],
+            Place::SigmaRate(j) => self.rates() + 2 * n + element.sigma[j],
+            Place::URate(k) => self.rates() + 2 * n + m + element.u[k],
+            Place::TRate => self.rates() + self.t(),
         }
     }
 
@@ -60,9 +71,19 @@ impl Layout {
         rest[0] = at.t;
     }
 
+    /// A point and its rates.
+    pub(crate) fn load_rates(&self, at: &NodeView<Dual64>, point: &mut [f64]) {
+        let (values, rates) = point.split_at_mut(self.rates());
+        let all = [at.q, at.v, at.sigma, at.u].into_iter().flatten().chain([&at.t]);
+        for ((x, rate), dual) in values.iter_mut().zip(rates).zip(all) {
+            (*x, *rate) = (dual.re, dual.eps);
+        }
+    }
+
     pub(crate) fn load_covector(&self, with: &Covector, point: &mut [f64]) {
         let (c, rest) = point[self.t() + 1..].split_at_mut(self.n);
-        let (d, e) = rest.split_at_mut(self.n);
+        let (d, rest) = rest.split_at_mut(self.n);
+        let (e, _) = rest.split_at_mut(self.m);
         c.copy_from_slice(with.c);
         d.copy_from_slice(with.d);
         e.copy_from_slice(with.e);

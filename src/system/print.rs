@@ -19,6 +19,11 @@ impl Place {
             Place::C(i) => format!("c{i}"),
             Place::D(i) => format!("d{i}"),
             Place::E(j) => format!("e{j}"),
+            Place::QRate(i) => format!("dq{i}"),
+            Place::VRate(i) => format!("dv{i}"),
+            Place::SigmaRate(j) => format!("dsigma{j}"),
+            Place::URate(k) => format!("du{k}"),
+            Place::TRate => "dt".into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 /// How many coordinates, equations, controls and constants an element has.
 ///
-/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint.
+/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shape {
     pub n: usize,
@@ -22,6 +22,11 @@ pub enum Place {
     C(usize),
     D(usize),
     E(usize),
+    QRate(usize),
+    VRate(usize),
+    SigmaRate(usize),
+    URate(usize),
+    TRate,
 }
 
 impl Shape {
@@ -46,6 +51,14 @@ impl Shape {
     pub const fn e(self) -> usize {
         self.d() + self.n
     }
+    pub const fn rates(self) -> usize {
+        self.e() + self.m
+    }
+
+    /// The arguments that have rates, in their order.
+    pub fn moving(self) -> impl Iterator<Item = usize> {
+        (0..self.u()).chain(self.sigma()..self.c()).chain(self.u()..self.sigma())
+    }
 
     /// Which argument has a number.
     pub fn place(self, which: usize) -> Place {
@@ -57,7 +70,14 @@ impl Shape {
             i if i < self.c() => Place::Sigma(i - self.sigma()),
             i if i < self.d() => Place::C(i - self.c()),
             i if i < self.e() => Place::D(i - self.d()),
-            i => Place::E(i - self.e()),
+            i if i < self.rates() => Place::E(i - self.e()),
+            i => match self.moving().nth(i - self.rates()).map(|which| self.place(which)) {
+                Some(Place::Q(i)) => Place::QRate(i),
+                Some(Place::V(i)) => Place::VRate(i),
+                Some(Place::Sigma(j)) => Place::SigmaRate(j),
+                Some(Place::U(k)) => Place::URate(k),
+                _ => Place::TRate,
+            },
         }
     }
 }

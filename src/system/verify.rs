@@ -1,6 +1,7 @@
 //! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
 
 use nalgebra::SVector;
+use num_dual::Dual64;
 
 use super::batch::Covector;
 use super::block::BlockEntry;
@@ -46,6 +47,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             Place::C(i) => with.c[i],
             Place::D(i) => with.d[i],
             Place::E(j) => with.e[j],
+            // Any rates will do.
+            Place::QRate(i) => with.d[i],
+            Place::VRate(i) => with.c[i],
+            Place::SigmaRate(j) => with.e[j],
+            Place::URate(_) => 0.37,
+            Place::TRate => 1.3,
         };
         let mut first = FirstDerivatives::zero();
         let mut dual = vec![0.0; J::KIND.length(N, M)];
@@ -85,7 +92,24 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             program.push(value);
             dual.push(self.by_input(at, &b, *of, with));
         }
+        program.extend(kernels.along.evaluate(&parameters, input));
+        dual.extend(self.along_rates(at, &b, with));
         program.into_iter().zip(dual).map(|(program, dual)| Pair { program, dual }).collect()
+    }
+
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for the rates above.
+    fn along_rates(&self, at: &Local<f64, N, M, K>, b: &SVector<f64, P>, with: &Covector) -> [f64; 2] {
+        let moving = Local {
+            q: SVector::from_fn(|i, _| Dual64::new(at.q[i], with.d[i])),
+            v: SVector::from_fn(|i, _| Dual64::new(at.v[i], with.c[i])),
+            sigma: SVector::from_fn(|j, _| Dual64::new(at.sigma[j], with.e[j])),
+            u: at.u.map(|u| Dual64::new(u, 0.37)),
+            t: Dual64::new(at.t, 1.3),
+        };
+        let first = self.jet.first(&moving, &b.map(Dual64::from));
+        let dot = |x: &[Dual64], y: &[f64]| x.iter().zip(y).map(|(x, y)| *x * *y).sum::<Dual64>();
+        let sum = dot(first.l_v.as_slice(), with.c) + dot(first.force.as_slice(), with.d) + dot(first.phi_dot.as_slice(), with.e);
+        [sum.re, sum.eps]
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one of the element's own inputs.

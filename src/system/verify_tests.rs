@@ -128,7 +128,6 @@ where
         u: std::array::from_fn(|k| k),
         b,
         timed: true,
-        bends: true,
         is_recorded: false,
     };
     let mut zeros = || vec![0.1; 8];
