@@ -23,8 +23,8 @@ use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
-use crate::number::dot;
 use crate::node::Newton;
+use crate::number::dot;
 use crate::system::{Covector, NodeView, Within};
 use crate::{System, Warning};
 

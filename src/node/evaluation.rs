@@ -7,7 +7,9 @@ use num_dual::Dual64;
 
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
-use crate::system::{Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Within, Workspace};
+use crate::system::{
+    Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Wanted, Within, Workspace,
+};
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
@@ -198,7 +200,7 @@ impl Evaluation {
         let values = matrix.reset();
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.scatter(angles, h, values);
-        self.formulas(system).scatter(rest, h, values);
+        self.formulas(system).assembly.scatter(rest, h, values);
     }
 
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
@@ -207,7 +209,7 @@ impl Evaluation {
         self.constants.pull_back(with, rows);
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.pull_back(angles, with, rows);
-        self.formulas(system).pull_back(rest, with, rows);
+        self.formulas(system).assembly.pull_back(rest, with, Wanted::ALL, rows);
     }
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, without those that are constant.
@@ -241,11 +243,8 @@ impl Evaluation {
         self.sines.subtract_force_rows(angles, h, d, right);
         let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
         rows.clear();
-        self.formulas.as_ref().unwrap_or(system.formulas()).pull_back(
-            rest,
-            &Covector { c: &zeros.v, d, e: &zeros.sigma },
-            rows,
-        );
+        let with = Covector { c: &zeros.v, d, e: &zeros.sigma };
+        self.formulas.as_ref().unwrap_or(system.formulas()).assembly.pull_back(rest, &with, Wanted::OF_FORCE, rows);
         for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
             right[position] -= v + h * q;
         }
@@ -259,7 +258,7 @@ impl Evaluation {
         self.sines.subtract_row_q(angles, with, a);
         let Some(Elements { rows, .. }) = &mut self.elements else { return };
         rows.clear();
-        self.formulas.as_ref().unwrap_or(system.formulas()).pull_back(rest, with, rows);
+        self.formulas.as_ref().unwrap_or(system.formulas()).assembly.pull_back(rest, with, Wanted::ROW_Q, rows);
         a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
     }
 }

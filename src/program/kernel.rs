@@ -16,8 +16,8 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// For elements with so many parameters.
-    pub(crate) fn new(graph: &mut Graph, parameters: usize, results: &[Node]) -> Self {
+    /// For elements with so many parameters; nothing if it is too long.
+    pub(crate) fn new(graph: &mut Graph, parameters: usize, results: &[Node]) -> Option<Self> {
         let parameters: Vec<Node> = (0..parameters).map(|which| graph.parameter(which)).collect();
         let (mut inputs, mut arguments, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
         for node in graph.edge(results) {
@@ -29,9 +29,9 @@ impl Kernel {
                 _ => fixed.push(node),
             }
         }
-        let prelude = Program::new(graph, &parameters, &fixed);
+        let prelude = Program::new(graph, &parameters, &fixed)?;
         arguments.extend(fixed);
-        Kernel { inputs, prelude, main: Program::new(graph, &arguments, results) }
+        Some(Kernel { inputs, prelude, main: Program::new(graph, &arguments, results)? })
     }
 
     /// The numbers of the inputs that it uses.

@@ -128,6 +128,8 @@ impl Program {
                 Operation::Min => binary(instructions, registers, |x, y| if y < x { y } else { x }),
                 Operation::Less => binary(instructions, registers, |x, y| f64::from(x < y)),
                 Operation::Where => binary(instructions, registers, |condition, x| if condition == 0.0 { 0.0 } else { x }),
+                Operation::Of(Function::Sin) => lanes(instructions, registers, |x| sin_cos_lanes(x).0),
+                Operation::Of(Function::Cos) => lanes(instructions, registers, |x| sin_cos_lanes(x).1),
                 Operation::Of(Function::Negative) => unary(instructions, registers, |x| -x),
                 Operation::Of(Function::Reciprocal) => unary(instructions, registers, f64::recip),
                 Operation::Of(Function::Sqrt) => unary(instructions, registers, f64::sqrt),
@@ -140,9 +142,14 @@ impl Program {
 /// Runs instructions with one argument.
 #[inline(always)]
 fn unary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64) -> f64) {
+    lanes(instructions, registers, |x| x.map(&f));
+}
+
+/// Runs instructions with one argument, all lanes at once.
+#[inline(always)]
+fn lanes<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(&[f64; L]) -> [f64; L]) {
     for Instruction { of, into } in instructions {
-        let x = registers[usize::from(of[0])];
-        registers[usize::from(*into)] = x.map(&f);
+        registers[usize::from(*into)] = f(&registers[usize::from(of[0])]);
     }
 }
 

@@ -28,8 +28,8 @@ struct Tasks {
 }
 
 impl Program {
-    /// What computes some nodes from others, `arguments`, which come first in its registers.
-    pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Self {
+    /// What computes some nodes from others, `arguments`, which come first in its registers; nothing if it takes too many registers.
+    pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Option<Self> {
         let mut is_argument = vec![false; graph.len()];
         arguments.iter().for_each(|node| is_argument[node.0 as usize] = true);
         let needed = needed(graph, &is_argument, results);
@@ -164,7 +164,7 @@ impl Tasks {
         nodes: usize,
         (arguments, constants): (&[Node], Vec<(Node, f64)>),
         results: &[Node],
-    ) -> Program {
+    ) -> Option<Program> {
         let mut register = vec![NONE; nodes];
         let first = arguments.iter().copied().chain(constants.iter().map(|(node, _)| *node));
         first.enumerate().for_each(|(k, node)| register[node.0 as usize] = k as u32);
@@ -202,13 +202,14 @@ impl Tasks {
                 _ => runs.push(Run { operation: *operation, instructions: at..at + 1 }),
             }
         }
-        Program {
+        Register::try_from(next).ok()?;
+        Some(Program {
             arguments: arguments.len(),
             constants: constants.into_iter().map(|(_, value)| value).collect(),
             instructions,
             runs,
             registers: next as usize,
             results: results.iter().map(|node| register[node.0 as usize] as Register).collect(),
-        }
+        })
     }
 }

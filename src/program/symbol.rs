@@ -30,6 +30,8 @@ pub enum Obstacle {
     Branches,
     /// It panics where it was recorded.
     Panics,
+    /// Its derivatives are too long for a program.
+    IsTooLong,
 }
 
 /// Records a formula: its graph and the nodes of its results.

@@ -234,8 +234,7 @@ impl Scene {
             return;
         }
         let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
-        let item =
-            PlacedElement { name: name.to_string(), jet, q, sigma, u, b, timed: true, is_recorded: false };
+        let item = PlacedElement { name: name.to_string(), jet, q, sigma, u, b, timed: true, is_recorded: false };
         let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
         let at = self.parts.batches.iter_mut().position(like).unwrap_or_else(|| {
             self.parts.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));

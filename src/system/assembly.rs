@@ -2,9 +2,11 @@
 
 use num_dual::Dual64;
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::batch::{AnyBatch, Covector, InputRows, StateRows, Sums, Within};
+use super::block::{BlockRun, Wanted};
 use super::element::{Element, Formulas};
 use super::formula::{Formula, InputOf};
 use super::point::Layout;
@@ -47,14 +49,15 @@ enum Input {
     Time,
 }
 
-/// Where the second derivatives of an element are stored and what they are.
+/// The second derivatives of elements of one formula, one element after the other.
 #[derive(Debug)]
 struct Stored {
-    element: usize,
-    /// Where its block begins among all.
-    block: usize,
-    /// Where its entries of K begin among all slots.
-    slots: usize,
+    elements: Vec<usize>,
+    runs: Vec<BlockRun>,
+    /// The number of entries of each.
+    len: usize,
+    /// Where they begin among all.
+    begin: usize,
 }
 
 /// All elements that are evaluated at every point.
@@ -70,9 +73,10 @@ pub(crate) struct Assembly {
     bending: Vec<usize>,
     bending_groups: Vec<BendingGroup>,
     stored: Vec<Stored>,
-    /// Of each entry of a block, where it is added to K: at (row, column) and at (column, row).
+    /// Of each entry of a block, row and column, and where it is added to K: at (row, column) and at (column, row).
+    places: Vec<[u32; 2]>,
     slots: Vec<[u32; 2]>,
-    block_len: usize,
+    varying: usize,
 }
 
 /// What preludes computed for a set of design variables, and memory for registers.
@@ -123,29 +127,36 @@ impl Assembly {
             let place = |e: &usize| assembly.bending.binary_search(e).unwrap_or_default();
             group.places = group.elements.iter().map(place).collect();
         }
-        let members = assembly.groups.iter().flat_map(|group| &group.elements).chain(&assembly.dual);
-        for &element in members {
-            let len = elements[element].formula.varying.len();
-            assembly.stored.push(Stored { element, block: assembly.block_len, slots: assembly.block_len });
-            assembly.block_len += len;
-        }
+        let programmed = assembly.groups.iter().map(|group| group.elements.clone());
+        let lists: Vec<Vec<usize>> = programmed.chain(assembly.dual.iter().map(|&e| vec![e])).collect();
+        lists.into_iter().for_each(|members| assembly.store(elements, members));
         assembly
+    }
+
+    /// Makes room for the second derivatives of elements of one formula.
+    fn store(&mut self, elements: &[Element], members: Vec<usize>) {
+        let entries = &elements[members[0]].formula.varying;
+        let begin = self.places.len();
+        for &e in &members {
+            self.places.extend(entries.iter().map(|entry| elements[e].place(entry).map(|place| place as u32)));
+        }
+        self.varying += members.len();
+        self.stored.push(Stored { elements: members, runs: BlockRun::all(entries), len: entries.len(), begin });
     }
 
     /// Fixes where each varying entry of K is stored.
     pub(crate) fn place(&mut self, elements: &[Element], n: usize, slot: &dyn Fn(usize, usize) -> usize) {
-        for stored in &self.stored {
-            let element = &elements[stored.element];
-            self.slots.extend(element.formula.varying.iter().map(|entry| {
-                let [row, col] = element.unknowns(entry, n);
-                if entry.block.is_in_tangent() { [slot(row, col) as u32, slot(col, row) as u32] } else { [0, 0] }
+        for &e in self.stored.iter().flat_map(|stored| &stored.elements) {
+            self.slots.extend(elements[e].formula.varying.iter().map(|entry| {
+                let [row, col] = elements[e].unknowns(entry, n);
+                [slot(row, col) as u32, slot(col, row) as u32]
             }));
         }
     }
 
     /// The number of second derivatives at a point.
     pub(crate) fn block_len(&self) -> usize {
-        self.block_len
+        self.places.len()
     }
 
     /// Whether any element is evaluated at every point.
@@ -155,7 +166,7 @@ impl Assembly {
 
     /// The number of elements that are evaluated at every point.
     pub(crate) fn elements(&self) -> usize {
-        self.stored.len()
+        self.varying
     }
 
     pub(crate) fn workspace(&self) -> Workspace {
@@ -205,6 +216,31 @@ impl Assembly {
         }
     }
 
+    /// The runs of all elements, with where their entries stand among all.
+    fn runs(&self) -> impl Iterator<Item = (&BlockRun, Range<usize>)> {
+        let of_run = |stored: &'_ Stored, run: &BlockRun, k: usize| {
+            let first = stored.begin + k * stored.len + run.entries.start;
+            first..first + run.entries.len()
+        };
+        self.stored.iter().flat_map(move |stored| {
+            stored.runs.iter().flat_map(move |run| (0..stored.elements.len()).map(move |k| (run, of_run(stored, run, k))))
+        })
+    }
+
+    /// Adds the varying entries of K(h), made from blocks, to its values.
+    pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
+        for (run, range) in self.runs() {
+            run.scatter(&blocks[range.clone()], &self.slots[range], h, values);
+        }
+    }
+
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
+    pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
+        for (run, range) in self.runs() {
+            run.pull_back(&blocks[range.clone()], &self.places[range], with, wanted, rows);
+        }
+    }
+
     /// Whether any element may bend within a step.
     pub(crate) fn may_bend(&self) -> bool {
         !self.bending.is_empty()
@@ -234,36 +270,8 @@ impl Formulas {
             });
         }
         for stored in &assembly.stored[assembly.stored.len() - assembly.dual.len()..] {
-            let element = &elements[stored.element];
-            let own = &mut blocks[stored.block..][..element.formula.varying.len()];
-            batches[element.batch].evaluate(element.item, at, sums, own);
-        }
-    }
-
-    /// Adds the varying entries of K(h), made from blocks, to its values.
-    pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
-        let Formulas { elements, assembly } = self;
-        for stored in &assembly.stored {
-            let entries = &elements[stored.element].formula.varying;
-            let (blocks, slots) =
-                (&blocks[stored.block..][..entries.len()], &assembly.slots[stored.slots..][..entries.len()]);
-            for ((entry, x), slots) in entries.iter().zip(blocks).zip(slots).filter(|((e, _), _)| e.block.is_in_tangent()) {
-                let [here, there] = entry.in_tangent(h);
-                values[slots[0] as usize] += here * x;
-                values[slots[1] as usize] += there * x;
-            }
-        }
-    }
-
-    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
-    pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
-        let Formulas { elements, assembly } = self;
-        for stored in &assembly.stored {
-            let element = &elements[stored.element];
-            let entries = &element.formula.varying;
-            for (entry, x) in entries.iter().zip(&blocks[stored.block..]) {
-                entry.pull_back(*x, element.place(entry), with, rows);
-            }
+            let element = &elements[stored.elements[0]];
+            batches[element.batch].evaluate(element.item, at, sums, &mut blocks[stored.begin..][..stored.len]);
         }
     }
 

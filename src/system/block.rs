@@ -9,11 +9,13 @@
 //!
 //! What comes from 𝓛 obeys K(−h) = K(h)ᵀ.
 
+use std::ops::Range;
+
 use super::batch::{Covector, StateRows};
 use super::jet::ElementKind;
 
 /// One kind of second derivatives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Block {
     /// 𝓛_vv.
     Vv,
@@ -49,11 +51,6 @@ impl Block {
     /// Whether its rows are equations.
     pub fn has_equations(self) -> bool {
         matches!(self, Block::PhiQ | Block::PhiDotQ)
-    }
-
-    /// Whether it appears in K: 𝓛_vq − 𝓛_qv of a constraint cancels.
-    pub fn is_in_tangent(self) -> bool {
-        self != Block::PhiQq
     }
 }
 
@@ -96,47 +93,124 @@ impl BlockEntry {
             Block::PhiDotQ => [h, -h],
         }
     }
+}
 
-    /// Adds what an entry of value x, with row and column in the scene's numbering, contributes to the adjoint equations ∂v, ∂q and ∂σ:
+/// A part of the adjoint rows, and of the adjoint variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    V,
+    Q,
+    Sigma,
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    C,
+    D,
+    E,
+}
+
+/// Which parts of the adjoint rows are wanted, and which variables are not zero.
+#[derive(Clone, Copy)]
+pub struct Wanted(pub fn(Row, Variable) -> bool);
+
+impl Wanted {
+    pub const ALL: Wanted = Wanted(|_, _| true);
+    /// What d alone contributes.
+    pub const OF_FORCE: Wanted = Wanted(|_, variable| matches!(variable, Variable::D));
+    /// The row ∂q.
+    pub const ROW_Q: Wanted = Wanted(|row, _| matches!(row, Row::Q));
+}
+
+/// Adds Bᵀ x, or B x, of a block B to a part of the adjoint rows.
+struct Term {
+    to: Row,
+    of: Variable,
+    transposed: bool,
+}
+
+impl Block {
+    /// What a block contributes to the adjoint equations ∂v, ∂q and ∂σ:
     ///
     /// ```text
     ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
     /// ```
+    const fn terms(self) -> &'static [Term] {
+        use Row::{Q, Sigma, V};
+        use Variable::{C, D, E};
+        const fn transposed(to: Row, of: Variable) -> Term {
+            Term { to, of, transposed: true }
+        }
+        const fn plain(to: Row, of: Variable) -> Term {
+            Term { to, of, transposed: false }
+        }
+        match self {
+            Block::Vv => const { &[transposed(V, C)] },
+            Block::Vq => const { &[plain(V, D), transposed(Q, C)] },
+            Block::Qq | Block::PhiDotQq | Block::ForceQ => const { &[transposed(Q, D)] },
+            Block::ForceV => const { &[transposed(V, D)] },
+            Block::PhiQq => const { &[transposed(V, D), transposed(Q, C)] },
+            Block::PhiQ => const { &[transposed(V, E), plain(Sigma, C)] },
+            Block::PhiDotQ => const { &[transposed(Q, E), plain(Sigma, D)] },
+        }
+    }
+}
+
+/// Entries of one block that follow each other, mirrored ones or others.
+#[derive(Clone, Debug)]
+pub struct BlockRun {
+    /// Their block, and whether they are mirrored.
+    pub like: BlockEntry,
+    pub entries: Range<usize>,
+}
+
+impl BlockRun {
+    /// The runs of a list.
+    pub fn all(entries: &[BlockEntry]) -> Vec<BlockRun> {
+        let mut begin = 0;
+        let runs = entries.chunk_by(|a, b| (a.block, a.mirrored) == (b.block, b.mirrored));
+        runs.map(|run| {
+            begin += run.len();
+            BlockRun { like: run[0], entries: begin - run.len()..begin }
+        })
+        .collect()
+    }
+
+    /// Adds its values to K at two lists of slots, (row, column) and (column, row).
     #[inline]
-    pub fn pull_back(&self, x: f64, [row, col]: [usize; 2], with: &Covector, rows: &mut StateRows) {
-        match self.block {
-            Block::Vv => {
-                rows.v[col] += x * with.c[row];
-                if self.mirrored {
-                    rows.v[row] += x * with.c[col];
-                }
+    pub fn scatter(&self, x: &[f64], slots: &[[u32; 2]], h: f64, values: &mut [f64]) {
+        if self.like.block == Block::PhiQq {
+            return;
+        }
+        let [here, there] = self.like.in_tangent(h);
+        for (x, slots) in x.iter().zip(slots) {
+            values[slots[0] as usize] += here * x;
+        }
+        if there != 0.0 {
+            for (x, slots) in x.iter().zip(slots) {
+                values[slots[1] as usize] += there * x;
             }
-            Block::Vq => {
-                rows.v[row] += x * with.d[col];
-                rows.q[col] += x * with.c[row];
+        }
+    }
+
+    /// Adds to the adjoint rows what values at some places, in the scene's numbering, contribute.
+    #[inline]
+    pub fn pull_back(&self, x: &[f64], places: &[[u32; 2]], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
+        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
+            let to = match term.to {
+                Row::V => &mut rows.v,
+                Row::Q => &mut rows.q,
+                Row::Sigma => &mut rows.sigma,
+            };
+            let of = match term.of {
+                Variable::C => with.c,
+                Variable::D => with.d,
+                Variable::E => with.e,
+            };
+            if term.transposed || self.like.mirrored {
+                x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
             }
-            Block::Qq | Block::PhiDotQq | Block::ForceQ => {
-                rows.q[col] += x * with.d[row];
-                if self.mirrored {
-                    rows.q[row] += x * with.d[col];
-                }
-            }
-            Block::ForceV => rows.v[col] += x * with.d[row],
-            Block::PhiQq => {
-                rows.v[col] += x * with.d[row];
-                rows.q[col] += x * with.c[row];
-                if self.mirrored {
-                    rows.v[row] += x * with.d[col];
-                    rows.q[row] += x * with.c[col];
-                }
-            }
-            Block::PhiQ => {
-                rows.v[col] += x * with.e[row];
-                rows.sigma[row] += x * with.c[col];
-            }
-            Block::PhiDotQ => {
-                rows.q[col] += x * with.e[row];
-                rows.sigma[row] += x * with.d[col];
+            if !term.transposed || self.like.mirrored {
+                x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
             }
         }
     }

@@ -87,6 +87,11 @@ impl Formula {
 
     /// Differentiates a recorded formula; `bound` says which constants are design variables.
     pub fn new(kind: ElementKind, shape: Shape, template: Template, bound: &[bool]) -> Self {
+        Formula::compile(kind, shape, template, bound)
+            .unwrap_or_else(|| Formula::unknown(kind, shape, Some(Obstacle::IsTooLong)))
+    }
+
+    fn compile(kind: ElementKind, shape: Shape, template: Template, bound: &[bool]) -> Option<Self> {
         let (mut graph, values) = template.graph();
         let derivatives = Derivatives::new(&mut graph, kind, shape, &values);
         let depends = template.depends(shape.sigma());
@@ -112,17 +117,17 @@ impl Formula {
         let nodes = |entries: &[(BlockEntry, Node)]| entries.iter().map(|(_, node)| *node).collect::<Vec<_>>();
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
         let kernels = Kernels {
-            first: kernel(&results),
+            first: kernel(&results)?,
             components: of,
-            second: kernel(&nodes(&varying)),
-            fixed: kernel(&nodes(&fixed)),
-            at_zero: kernel(&at_zero),
-            inputs: kernel(&by_inputs),
+            second: kernel(&nodes(&varying))?,
+            fixed: kernel(&nodes(&fixed))?,
+            at_zero: kernel(&at_zero)?,
+            inputs: kernel(&by_inputs)?,
             inputs_of,
-            along: kernel(&along),
+            along: kernel(&along)?,
         };
         let entries = |entries: Vec<(BlockEntry, Node)>| entries.into_iter().map(|(entry, _)| entry).collect();
-        Formula {
+        Some(Formula {
             kind,
             shape,
             template: Some(template),
@@ -133,7 +138,7 @@ impl Formula {
             varying: entries(varying),
             fixed: entries(fixed),
             kernels: Some(kernels),
-        }
+        })
     }
 
     /// Whether its derivatives vary within a step, other than as sines of angles, whose turns are looked at themselves.
@@ -184,6 +189,7 @@ impl Derivatives {
             ElementKind::Holonomic => derivatives.holonomic(graph, shape, values, (&q, &v)),
         }
         derivatives.entries.retain(|(_, node)| !graph.is_zero(*node));
+        derivatives.entries.sort_by_key(|(entry, _)| (entry.block, entry.mirrored));
         derivatives
     }
 
@@ -338,7 +344,8 @@ impl Derivatives {
         let zero = graph.constant(0.0);
         let sum = sum_of_products(graph, &x, &y, zero);
         let moving = shape.moving().enumerate();
-        let tangents: Vec<(Node, Node)> = moving.map(|(k, which)| (graph.input(which), graph.input(shape.rates() + k))).collect();
+        let tangents: Vec<(Node, Node)> =
+            moving.map(|(k, which)| (graph.input(which), graph.input(shape.rates() + k))).collect();
         [sum, graph.forward(&[sum], &tangents)[0]]
     }
 }

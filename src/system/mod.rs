@@ -34,6 +34,7 @@ use std::collections::BTreeSet;
 pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
+pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights};
 pub(crate) use energy::{Kinetic, Potential};
@@ -232,6 +233,7 @@ impl System {
             let why = match element.formula.obstacle {
                 None => "the scene was compiled without programs",
                 Some(Obstacle::Branches) => "its formula branches on a value",
+                Some(Obstacle::IsTooLong) => "its derivatives are too long for a program",
                 Some(Obstacle::Panics) => "its formula panics where the scene was placed",
             };
             (element.name.as_str(), why)
