@@ -86,13 +86,13 @@ impl Lanes {
         }
     }
 
-    /// Runs the kernel for all elements at a point; `put` gets the element, the number of the result and its value.
+    /// Runs the kernel for all elements at a point; `put` gets the first of some elements, the number of the result and their values.
     pub(crate) fn run(
         &self,
         point: &[f64],
         fixed: &[f64],
         registers: &mut Registers,
-        mut put: impl FnMut(usize, usize, f64),
+        mut put: impl FnMut(usize, usize, &[f64]),
     ) {
         for chunk in &self.chunks {
             match chunk.lanes {
@@ -110,7 +110,7 @@ impl Lanes {
         point: &[f64],
         fixed: &[f64],
         registers: &mut Registers,
-        put: &mut impl FnMut(usize, usize, f64),
+        put: &mut impl FnMut(usize, usize, &[f64]),
     ) {
         let (inputs, constants) = (self.kernel.inputs().len(), self.kernel.fixed());
         let registers = registers.0[..L * self.kernel.main().registers()].as_chunks_mut::<L>().0;
@@ -122,10 +122,7 @@ impl Lanes {
         registers[inputs..][..constants].copy_from_slice(fixed);
         self.kernel.main().run(registers);
         for (k, register) in self.kernel.main().results().enumerate() {
-            let values = &registers[register];
-            for lane in 0..chunk.elements {
-                put(chunk.first + lane, k, values[lane]);
-            }
+            put(chunk.first, k, &registers[register][..chunk.elements]);
         }
     }
 }

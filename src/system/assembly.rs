@@ -49,17 +49,6 @@ enum Input {
     Time,
 }
 
-/// The second derivatives of elements of one formula, one element after the other.
-#[derive(Debug)]
-struct Stored {
-    elements: Vec<usize>,
-    runs: Vec<BlockRun>,
-    /// The number of entries of each.
-    len: usize,
-    /// Where they begin among all.
-    begin: usize,
-}
-
 /// All elements that are evaluated at every point.
 #[derive(Debug, Default)]
 pub(crate) struct Assembly {
@@ -69,14 +58,18 @@ pub(crate) struct Assembly {
     /// Elements that num-dual evaluates, and those with derivatives with respect to inputs that it does.
     dual: Vec<usize>,
     dual_inputs: Vec<usize>,
+    /// The number of second derivatives of the former, which are the last.
+    dual_len: usize,
     /// Elements that may bend within a step, in their order, and those of them that have programs.
     bending: Vec<usize>,
     bending_groups: Vec<BendingGroup>,
-    stored: Vec<Stored>,
-    /// Of each entry of a block, row and column, and where it is added to K: at (row, column) and at (column, row).
+    /// Elements whose second derivatives are stored, and where these stand: entry by entry, and of each entry element by element.
+    varying: Vec<usize>,
+    stored: Vec<(BlockRun, Range<usize>)>,
+    /// Of each of them, row and column, and where it is added to K: at (row, column) and at (column, row).
     places: Vec<[u32; 2]>,
+    unknowns: Vec<[usize; 2]>,
     slots: Vec<[u32; 2]>,
-    varying: usize,
 }
 
 /// What preludes computed for a set of design variables, and memory for registers.
@@ -111,13 +104,14 @@ impl Assembly {
                 assembly.bending_groups.push(BendingGroup { elements, places: Vec::new(), along });
             }
             if !kernels.inputs_of.is_empty() {
-                let of = own.iter().flat_map(|element| kernels.inputs_of.iter().map(|of| input(element, *of)));
+                let of = kernels.inputs_of.iter().flat_map(|of| own.iter().map(|element| input(element, *of)));
                 let (of, inputs) = (of.collect(), lanes(&kernels.inputs));
                 assembly.input_groups.push(InputGroup { elements: members.clone(), inputs, of });
             }
             if formula.is_varying() {
-                let sums = own.iter().flat_map(|element| kernels.components.iter().map(|of| layout.sum(element, *of)));
-                let sums = sums.map(|place| place as u32).collect();
+                let sums =
+                    kernels.components.iter().flat_map(|of| own.iter().map(|element| layout.sum(element, *of) as u32));
+                let sums = sums.collect();
                 let (first, second) = (lanes(&kernels.first), lanes(&kernels.second));
                 assembly.groups.push(Group { elements: members, first, sums, second });
             }
@@ -130,28 +124,28 @@ impl Assembly {
         let programmed = assembly.groups.iter().map(|group| group.elements.clone());
         let lists: Vec<Vec<usize>> = programmed.chain(assembly.dual.iter().map(|&e| vec![e])).collect();
         lists.into_iter().for_each(|members| assembly.store(elements, members));
+        assembly.dual_len = assembly.dual.iter().map(|&e| elements[e].formula.varying.len()).sum();
         assembly
     }
 
     /// Makes room for the second derivatives of elements of one formula.
     fn store(&mut self, elements: &[Element], members: Vec<usize>) {
-        let entries = &elements[members[0]].formula.varying;
-        let begin = self.places.len();
-        for &e in &members {
-            self.places.extend(entries.iter().map(|entry| elements[e].place(entry).map(|place| place as u32)));
+        let (entries, begin, count) = (&elements[members[0]].formula.varying, self.places.len(), members.len());
+        for run in BlockRun::all(entries) {
+            let range = begin + count * run.entries.start..begin + count * run.entries.end;
+            self.stored.push((run, range));
         }
-        self.varying += members.len();
-        self.stored.push(Stored { elements: members, runs: BlockRun::all(entries), len: entries.len(), begin });
+        for entry in entries {
+            self.places.extend(members.iter().map(|&e| elements[e].place(entry).map(|place| place as u32)));
+            self.unknowns.extend(members.iter().map(|&e| elements[e].unknowns(entry, self.layout.n)));
+        }
+        self.varying.extend(members);
     }
 
     /// Fixes where each varying entry of K is stored.
-    pub(crate) fn place(&mut self, elements: &[Element], n: usize, slot: &dyn Fn(usize, usize) -> usize) {
-        for &e in self.stored.iter().flat_map(|stored| &stored.elements) {
-            self.slots.extend(elements[e].formula.varying.iter().map(|entry| {
-                let [row, col] = elements[e].unknowns(entry, n);
-                [slot(row, col) as u32, slot(col, row) as u32]
-            }));
-        }
+    pub(crate) fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize) {
+        let slots = self.unknowns.iter().map(|&[row, col]| [slot(row, col) as u32, slot(col, row) as u32]);
+        self.slots = slots.collect();
     }
 
     /// The number of second derivatives at a point.
@@ -161,12 +155,12 @@ impl Assembly {
 
     /// Whether any element is evaluated at every point.
     pub(crate) fn is_empty(&self) -> bool {
-        self.stored.is_empty()
+        self.varying.is_empty()
     }
 
     /// The number of elements that are evaluated at every point.
     pub(crate) fn elements(&self) -> usize {
-        self.varying
+        self.varying.len()
     }
 
     pub(crate) fn workspace(&self) -> Workspace {
@@ -209,35 +203,26 @@ impl Assembly {
     pub(crate) fn second(&self, workspace: &mut Workspace, blocks: &mut [f64]) {
         let mut begin = 0;
         for (group, fixed) in self.groups.iter().zip(&workspace.second) {
-            let results = group.second.kernel().results();
-            let own = &mut blocks[begin..][..results * group.elements.len()];
-            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, value| own[e * results + k] = value);
+            let count = group.elements.len();
+            let own = &mut blocks[begin..][..count * group.second.kernel().results()];
+            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| {
+                own[k * count + e..][..values.len()].copy_from_slice(values);
+            });
             begin += own.len();
         }
     }
 
-    /// The runs of all elements, with where their entries stand among all.
-    fn runs(&self) -> impl Iterator<Item = (&BlockRun, Range<usize>)> {
-        let of_run = |stored: &'_ Stored, run: &BlockRun, k: usize| {
-            let first = stored.begin + k * stored.len + run.entries.start;
-            first..first + run.entries.len()
-        };
-        self.stored.iter().flat_map(move |stored| {
-            stored.runs.iter().flat_map(move |run| (0..stored.elements.len()).map(move |k| (run, of_run(stored, run, k))))
-        })
-    }
-
     /// Adds the varying entries of K(h), made from blocks, to its values.
     pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
-        for (run, range) in self.runs() {
-            run.scatter(&blocks[range.clone()], &self.slots[range], h, values);
+        for (run, range) in &self.stored {
+            run.scatter(&blocks[range.clone()], &self.slots[range.clone()], h, values);
         }
     }
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
     pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
-        for (run, range) in self.runs() {
-            run.pull_back(&blocks[range.clone()], &self.places[range], with, wanted, rows);
+        for (run, range) in &self.stored {
+            run.pull_back(&blocks[range.clone()], &self.places[range.clone()], with, wanted, rows);
         }
     }
 
@@ -264,14 +249,17 @@ impl Formulas {
         let Formulas { elements, assembly } = self;
         assembly.layout.load(at, &mut workspace.point);
         for (group, fixed) in assembly.groups.iter().zip(&workspace.first) {
-            let results = group.first.kernel().results();
-            group.first.run(&workspace.point, fixed, &mut workspace.registers, |e, k, value| {
-                sums.all[group.sums[e * results + k] as usize] += value;
+            let count = group.elements.len();
+            group.first.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| {
+                let places = &group.sums[k * count + e..];
+                places.iter().zip(values).for_each(|(&place, value)| sums.all[place as usize] += value);
             });
         }
-        for stored in &assembly.stored[assembly.stored.len() - assembly.dual.len()..] {
-            let element = &elements[stored.elements[0]];
-            batches[element.batch].evaluate(element.item, at, sums, &mut blocks[stored.begin..][..stored.len]);
+        let mut rest = &mut blocks[assembly.places.len() - assembly.dual_len..];
+        for &e in &assembly.dual {
+            let (own, after) = rest.split_at_mut(elements[e].formula.varying.len());
+            batches[elements[e].batch].evaluate(elements[e].item, at, sums, own);
+            rest = after;
         }
     }
 
@@ -290,13 +278,15 @@ impl Formulas {
             assembly.layout.load_covector(with, &mut workspace.input_point);
         }
         for (group, fixed) in assembly.input_groups.iter().zip(&workspace.inputs) {
-            let results = group.inputs.kernel().results();
-            *rows.evaluations += results * group.elements.len();
-            group.inputs.run(&workspace.input_point, fixed, &mut workspace.registers, |e, k, value| {
-                match group.of[e * results + k] {
-                    (Input::Control(channel), _) => rows.u[channel] += value,
-                    (Input::Design(p), factor) => rows.design[p] += factor * value,
-                    (Input::Time, _) => *rows.time += value,
+            let count = group.elements.len();
+            *rows.evaluations += group.of.len();
+            group.inputs.run(&workspace.input_point, fixed, &mut workspace.registers, |e, k, values| {
+                for (of, value) in group.of[k * count + e..].iter().zip(values) {
+                    match *of {
+                        (Input::Control(channel), _) => rows.u[channel] += value,
+                        (Input::Design(p), factor) => rows.design[p] += factor * value,
+                        (Input::Time, _) => *rows.time += value,
+                    }
                 }
             });
         }
@@ -322,7 +312,9 @@ impl Formulas {
         for (end, at) in ends.iter().enumerate() {
             assembly.layout.load_rates(at, point);
             for (group, fixed) in assembly.bending_groups.iter().zip(&*along) {
-                group.along.run(point, fixed, registers, |e, k, value| values[group.places[e]][end][k] = value);
+                group.along.run(point, fixed, registers, |e, k, results| {
+                    group.places[e..].iter().zip(results).for_each(|(&place, value)| values[place][end][k] = *value);
+                });
             }
             for (values, &e) in values.iter_mut().zip(&assembly.bending) {
                 if elements[e].formula.kernels.is_none() {

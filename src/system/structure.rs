@@ -19,7 +19,7 @@ impl Formulas {
     pub(super) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
         let mut assembly = Assembly::new(&elements, layout);
         // Row and column of a varying entry vary, so neither is condensed.
-        assembly.place(&elements, layout.n, &|row, col| symbolic.slot(row, col).unwrap_or_default());
+        assembly.place(&|row, col| symbolic.slot(row, col).unwrap_or_default());
         Formulas { elements, assembly }
     }
 
