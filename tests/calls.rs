@@ -290,17 +290,15 @@ fn without_programs_a_formula_is_called_in_every_step_and_by_the_sweep_for_its_i
 }
 
 #[test]
-fn a_cost_is_called_where_it_counts_and_for_the_partials_it_has() {
+fn a_cost_is_called_by_dual_numbers_alone_and_where_it_counts() {
     let cost = |sum| move |s: &mut Bench, n| s.scene.cost("e", Counted(Distance, n), sum, [s.x], [], [], [s.constant]);
-    // Once for the value and once for the partials with respect to q, at each node with a weight.
-    assert_eq!(sweep(cost(Sum::Terminal)), 2);
-    assert_eq!(sweep(cost(Sum::Plain)), 2 * 20);
-    assert_eq!(sweep(cost(Sum::Trapezoidal)), 2 * 21);
     for sum in [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal] {
-        assert_eq!(growth(cost(sum)), (0, if sum == Sum::Terminal { 0 } else { 2 * 20 }));
+        assert_eq!((growth(cost(sum)), sweep(cost(sum))), ((0, 0), 0));
+        // For the value, and for q, v, p*, its rate, σ, u and t, at each node with a weight.
+        assert_eq!(growth_by_dual_numbers(cost(sum)), (0, if sum == Sum::Terminal { 0 } else { 8 * 20 }));
     }
     let bound = |s: &mut Bench, n| {
         s.scene.cost("e", Counted(Distance, n), Sum::Terminal, [s.x], [], [], [s.bound.into()]);
     };
-    assert_eq!(sweep(bound), 3);
+    assert_eq!(calls_of(&bound, 20, Scene::compile_without_programs).1, 9);
 }

@@ -110,7 +110,7 @@ impl AdjointSweep {
         let ForwardSweep { motion, stepper, monitor, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
-        self.begin(system, motion, settings);
+        self.begin(system, motion, &stepper.newton, settings);
         self.back(system, motion, &mut stepper.newton, 0..nodes)?;
         self.finish(system, &monitor.report)
     }
@@ -207,8 +207,11 @@ impl AdjointSweep {
     }
 
     /// Makes room for the gradient with respect to the given inputs and sets it to zero.
-    pub(crate) fn begin(&mut self, system: &System, motion: &Motion, settings: &Settings) {
+    pub(crate) fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, settings: &Settings) {
         let inputs = &motion.inputs;
+        let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
+        let at = NodeView::of_equations(state, (&self.u, 0.0, inputs.design.as_slice()));
+        system.fix_costs(&at, newton.evaluation.fingerprint(), &mut self.cost.memory);
         self.refinement = motion.refinement();
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;

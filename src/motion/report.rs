@@ -25,7 +25,7 @@ pub struct Report {
     pub input_evaluations: usize,
     /// Evaluations of single elements at the ends of steps, along them, to see whether they are resolved (adjoint sweep only).
     pub chord_evaluations: usize,
-    /// Evaluations of single costs: for the value, and for each part of their arguments (q, v, …, a design variable) with a derivative.
+    /// Evaluations of single costs with their derivatives.
     pub cost_evaluations: usize,
     /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
     pub worst_pivot: f64,

@@ -96,6 +96,11 @@ impl Evaluation {
         Ok(())
     }
 
+    /// Identifies the formulas that were evaluated.
+    pub(crate) fn fingerprint(&self) -> Option<u64> {
+        self.fingerprint
+    }
+
     fn formulas<'a>(&'a self, system: &'a System) -> &'a Formulas {
         self.formulas.as_ref().unwrap_or(system.formulas())
     }

@@ -144,7 +144,7 @@ impl<'s> LongSolver<'s> {
             self.forward.begin_again(self.system, &self.settings)?;
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
-        self.sweep.begin(self.system, &self.forward.motion, &self.settings);
+        self.sweep.begin(self.system, &self.forward.motion, &self.forward.stepper.newton, &self.settings);
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
         let mut to = self.forward.motion.nodes() - 1;
         for from in starts.into_iter().rev().chain([0]) {

@@ -5,13 +5,14 @@ use num_dual::{Dual64, DualSVec64, gradient};
 use std::any::Any;
 
 use super::blame::{Argument, Suspect};
+use super::cost_formula::{CostFormula, CostMemory, Partial};
 use super::jet::{Slope, slope};
 use super::view::NodeView;
 use crate::model::Param;
 use crate::model::element::{CostPoint, Sum};
 use crate::number::Fingerprint;
 use crate::number::Real;
-use crate::number::trace::{Structure, Trace};
+use crate::program::{Obstacle, Symbol, Template, record};
 use crate::{Cost, Cx, Scalar};
 
 /// The factor of h_i for each way of summing, at one node or stage.
@@ -82,8 +83,9 @@ pub struct CostRows {
     pub step_after: f64,
     /// Σ h of the costs that are summed with the weights of the scheme.
     pub integrand: f64,
-    /// How often a cost was evaluated.
+    /// How many costs were evaluated.
     pub evaluations: usize,
+    pub memory: CostMemory,
 }
 
 impl CostRows {
@@ -140,8 +142,10 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
-    /// Traces every cost and resolves its parameters.
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>);
+    /// Resolves the parameters of every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
+    /// Takes over design variables, and formulas as they are now if they are `changed`; counts costs whose programs do not hold any more.
+    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize;
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
@@ -166,12 +170,12 @@ pub struct PlacedCost<C, const N: usize, const M: usize, const K: usize, const P
     pub sigma: [usize; M],
     pub u: [usize; K],
     pub b: [Param; P],
-    pub uses: Structure,
+    formula: Option<CostFormula>,
 }
 
 impl<C, const N: usize, const M: usize, const K: usize, const P: usize> PlacedCost<C, N, M, K, P> {
     pub fn new(name: &str, cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
-        PlacedCost { name: name.to_string(), cost, sum, q, sigma, u, b, uses: Structure::UNKNOWN }
+        PlacedCost { name: name.to_string(), cost, sum, q, sigma, u, b, formula: None }
     }
 }
 
@@ -240,15 +244,15 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         SVector::from_fn(|p, _| self.b[p].value(design))
     }
 
-    /// What the formula depends on; the values are for one that looks at them.
-    fn traced(&self, at: &NodeView<f64>) -> Structure {
-        if input::t(N, M, K) >= Structure::MOST_INPUTS {
-            return Structure::UNKNOWN;
-        }
+    /// Its formula, and the numbers in it; the values are for one that looks at them.
+    fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
         let value = |i: usize| if i < 2 * N { [at.q, at.v][i / N][self.q[i % N]] } else { 0.0 };
-        let point = Self::inputs(|i| Trace::input(if i == input::t(N, M, K) { at.t } else { value(i) }, i));
-        let b = self.b(at.design).map(Trace::unknown_constant);
-        Structure::of(|| [self.cost.cost(&point, &b)])
+        let (graph, results) = record(|put| {
+            let point = Self::inputs(|i| Symbol::input(i, if i == input::t(N, M, K) { at.t } else { value(i) }));
+            let b = SVector::from_fn(|p, _| Symbol::parameter(p, self.b[p].value(at.design)));
+            put(self.cost.cost(&point, &b));
+        })?;
+        Ok(Template::new(&graph, &results, P))
     }
 
     /// A point made of numbered inputs.
@@ -266,14 +270,10 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
     }
 
     fn fingerprint(&self, sum: &mut Fingerprint) {
-        if self.uses != Structure::UNKNOWN {
+        if self.formula.is_some() {
             let b = SVector::from_fn(|p, _| Fingerprint::input(input::t(N, M, K) + 1 + p));
             sum.join(self.cost.cost(&Self::inputs(Fingerprint::input), &b));
         }
-    }
-
-    fn uses(&self, first: usize, len: usize) -> bool {
-        (first..first + len).any(|i| self.uses.depends_on(i.min(Structure::MOST_INPUTS - 1)))
     }
 
     /// The gradient with respect to one part of the point, chosen by `set`.
@@ -299,8 +299,10 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         // A weight of adjacent steps may vanish between a step forth and a step back; its derivatives do not.
         let is_of_both_steps = matches!(self.sum, Sum::Trapezoidal | Sum::Integral);
         let Some(weight) = weights.of(self.sum).filter(|weight| *weight != 0.0 || is_of_both_steps) else { return };
-        let (p, b) = (self.local(at), self.b(at.design));
-        let value = self.cost.cost(&p, &b);
+        let value = match &self.formula {
+            Some(formula) if rows.memory.is_ready => self.program_gradient(formula, at, weight, rows),
+            _ => self.dual_gradient(at, weight, rows),
+        };
         rows.value += weight * value;
         rows.evaluations += 1;
         match self.sum {
@@ -312,49 +314,46 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
             Sum::Integral => rows.integrand += value,
             Sum::Plain | Sum::Terminal => {}
         }
-        self.state_gradient(&p, &b, weight, rows);
-        self.input_gradient(&p, &b, weight, rows);
     }
 
-    fn state_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
-        if self.uses(0, N) {
-            rows.evaluations += 1;
-            add(&mut rows.q, &self.q, weight, &self.part(&p.q, p, b, |point, x| point.q = x));
-        }
-        if self.uses(input::v(N), N) {
-            rows.evaluations += 1;
-            add(&mut rows.v, &self.q, weight, &self.part(&p.v, p, b, |point, x| point.v = x));
-        }
-        if self.uses(input::p_star(N), N) {
-            rows.evaluations += 1;
-            add(&mut rows.p_star, &self.q, weight, &self.part(&p.p_star, p, b, |point, x| point.p_star = x));
-        }
-        if self.uses(input::p_star_dot(N), N) {
-            rows.evaluations += 1;
-            add(&mut rows.p_star_dot, &self.q, weight, &self.part(&p.p_star_dot, p, b, |point, x| point.p_star_dot = x));
-        }
-        if self.uses(input::sigma(N), M) {
-            rows.evaluations += 1;
-            add(&mut rows.sigma, &self.sigma, weight, &self.part(&p.sigma, p, b, |point, x| point.sigma = x));
-        }
+    /// Value and gradient by the program.
+    fn program_gradient(&self, formula: &CostFormula, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
+        let argument = |which: usize| match which {
+            i if i < 4 * N => [at.q, at.v, at.p_star, at.p_star_dot][i / N][self.q[i % N]],
+            i if i < input::u(N, M) => at.sigma[self.sigma[i - input::sigma(N)]],
+            i if i < input::t(N, M, K) => at.u[self.u[i - input::u(N, M)]],
+            _ => at.t,
+        };
+        let CostRows { q, v, p_star, p_star_dot, sigma, u, design, time, memory, .. } = rows;
+        formula.evaluate(memory, argument, |of, slope| match of {
+            Partial::Argument(i) if i < 4 * N => [&mut *q, v, p_star, p_star_dot][i / N][self.q[i % N]] += weight * slope,
+            Partial::Argument(i) if i < input::u(N, M) => sigma[self.sigma[i - input::sigma(N)]] += weight * slope,
+            Partial::Argument(i) if i < input::t(N, M, K) => u[self.u[i - input::u(N, M)]] += weight * slope,
+            Partial::Argument(_) => *time += weight * slope,
+            Partial::Constant(p) => {
+                if let Some((which, factor)) = self.b[p].design() {
+                    design[which] += weight * factor * slope;
+                }
+            }
+        })
     }
 
-    fn input_gradient(&self, p: &Point<f64, N, M, K>, b: &SVector<f64, P>, weight: f64, rows: &mut CostRows) {
-        if self.uses(input::u(N, M), K) {
-            rows.evaluations += 1;
-            add(&mut rows.u, &self.u, weight, &self.part(&p.u, p, b, |point, x| point.u = x));
-        }
-        if self.uses(input::t(N, M, K), 1) {
-            rows.evaluations += 1;
-            let t = SVector::from([p.t]);
-            rows.time += weight * self.part(&t, p, b, |point, x| point.t = x[0])[0];
-        }
+    /// Value and gradient by dual numbers, part by part.
+    fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
+        let (p, b) = (&self.local(at), &self.b(at.design));
+        add(&mut rows.q, &self.q, weight, &self.part(&p.q, p, b, |point, x| point.q = x));
+        add(&mut rows.v, &self.q, weight, &self.part(&p.v, p, b, |point, x| point.v = x));
+        add(&mut rows.p_star, &self.q, weight, &self.part(&p.p_star, p, b, |point, x| point.p_star = x));
+        add(&mut rows.p_star_dot, &self.q, weight, &self.part(&p.p_star_dot, p, b, |point, x| point.p_star_dot = x));
+        add(&mut rows.sigma, &self.sigma, weight, &self.part(&p.sigma, p, b, |point, x| point.sigma = x));
+        add(&mut rows.u, &self.u, weight, &self.part(&p.u, p, b, |point, x| point.u = x));
+        rows.time += weight * self.part(&SVector::from([p.t]), p, b, |point, x| point.t = x[0])[0];
         for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
             let mut b = b.map(Slope::from_re);
             b[i] = b[i].derivative(0);
-            rows.evaluations += 1;
             rows.design[design] += weight * factor * slope(&self.cost.cost(&lift(p), &b));
         }
+        self.cost.cost(p, b)
     }
 }
 
@@ -382,11 +381,27 @@ where
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>) {
+    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
         for item in &mut self.items {
             item.b = item.b.map(|b| b.resolve(gravity));
-            item.uses = item.traced(at);
+            if !without_programs {
+                let bound = item.b.map(|b| b.constant().is_none());
+                let recorded = item.record(at);
+                let formula =
+                    recorded.and_then(|recorded| CostFormula::new(recorded, input::t(N, M, K) + 1, &bound, *fixed));
+                item.formula = formula.ok();
+                *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
+            }
         }
+    }
+
+    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize {
+        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
+        let broken = programs.filter(|(item, formula)| {
+            let now = changed.then(|| item.record(at).ok()).flatten();
+            changed && now.is_none() || !formula.fix(item.b(at.design).as_slice(), now.as_ref(), memory)
+        });
+        broken.count()
     }
 
     fn fingerprint(&self, sum: &mut Fingerprint) {
@@ -394,7 +409,11 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
     }
 
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
-        self.items.iter().find(|item| item.traced(at) != item.uses).map(|item| item.name.as_str())
+        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
+        let depends =
+            |item: &PlacedCost<C, N, M, K, P>| item.record(at).map(|(template, _)| template.depends(input::t(N, M, K) + 1));
+        let mut changed = programs.filter(|(item, formula)| depends(item).as_ref() != Ok(&formula.depends));
+        changed.next().map(|(item, _)| item.name.as_str())
     }
 
     fn is_running(&self) -> bool {

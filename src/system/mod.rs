@@ -7,6 +7,7 @@ mod blame;
 mod block;
 mod constants;
 mod cost;
+mod cost_formula;
 mod element;
 mod energy;
 mod formula;
@@ -37,6 +38,7 @@ pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, St
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
 pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights};
+pub(crate) use cost_formula::CostMemory;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
@@ -102,7 +104,8 @@ impl System {
         let mut recordings = Recordings::new(without_programs);
         batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at, &mut recordings));
         let elements = recordings.elements;
-        costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at));
+        let mut fixed = 0;
+        costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at, without_programs, &mut fixed));
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
@@ -401,6 +404,16 @@ impl System {
         }
         let layout = Layout { n: self.n, m: self.m, k: self.k };
         Ok(Some(Formulas::new(recordings.elements, layout, &self.symbolic)))
+    }
+
+    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now if they are other ones than were compiled.
+    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, fingerprint: Option<u64>, memory: &mut CostMemory) {
+        let changed = fingerprint != Some(self.fingerprint);
+        if changed || !memory.is_ready || memory.design != at.design {
+            memory.design.clear();
+            memory.design.extend_from_slice(at.design);
+            memory.is_ready = self.costs.iter().map(|costs| costs.fix(at, changed, memory)).sum::<usize>() == 0;
+        }
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
