@@ -16,11 +16,12 @@ use hamiltonian_adjoint::{
 use nalgebra::SVector;
 
 const HELP: &str = "\
-usage: cargo run --release --example arm -- [--steps N] [--repeat R] [--num-dual]
+usage: cargo run --release --example arm -- [--steps N] [--repeat R] [--num-dual] [--print]
 
   --steps N     number of time steps of 0.01 s (100)
   --repeat R    how often to compute; the times are medians (1)
   --num-dual    differentiate by dual numbers at every point, without programs
+  --print       print the programs of the arm instead
 ";
 
 const LINKS: usize = 7;
@@ -95,7 +96,7 @@ fn median(mut times: Vec<f64>) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (mut steps, mut repeat, mut with_programs) = (100, 1, true);
+    let (mut steps, mut repeat, mut with_programs, mut print) = (100, 1, true, false);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut number = || -> Result<usize, Box<dyn Error>> {
@@ -107,6 +108,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--steps" => steps = number()?,
             "--repeat" => repeat = number()?,
             "--num-dual" => with_programs = false,
+            "--print" => print = true,
             "--help" | "-h" => {
                 print!("{HELP}");
                 return Ok(());
@@ -115,10 +117,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let system = system(with_programs)?;
-    if std::env::var("PRINT").is_ok() {
-        for e in ["arm", "weight"] {
-            println!("{}", system.program(e).unwrap());
-        }
+    if print {
+        let programs = ["weight", "arm"].into_iter().filter_map(|name| system.program(name));
+        println!("{}", programs.collect::<Vec<_>>().join("\n"));
+        return Ok(());
     }
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
     inputs.controls.fill(10.0);

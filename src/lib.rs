@@ -100,7 +100,7 @@ pub use error::Error;
 pub use model::element::{self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
 pub use model::{Control, Coordinate, Design, Multiplier, Param};
 pub use motion::{Composition, Grid, Inputs, Report, Stages, Start, Trajectory};
-pub use number::{Arithmetic, Cx, Real, Scalar, trace};
+pub use number::{Arithmetic, Cx, Real, Scalar};
 pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;
 pub use settings::Settings;

@@ -7,7 +7,6 @@ use hamiltonian_adjoint::check::{self, Input, Part};
 use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
 use hamiltonian_adjoint::planar::{Body, Frame};
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::trace::{Structure, Trace};
 use hamiltonian_adjoint::{
     Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver, Param,
     Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
@@ -404,13 +403,6 @@ fn values_that_are_no_numbers_are_refused_when_compiled_or_simulated() {
 
 #[test]
 fn bits_and_counts_have_no_end_that_panics() {
-    for i in [128, 129, 1 << 32, (1 << 32) + 3, usize::MAX] {
-        // It cannot be told apart from others, so it counts as all of them.
-        let found = Structure::of(|| [Trace::input(1.0, i)]);
-        assert!(found.depends_on(i) && found.depends_on(3) && !found.is_bent_in(i));
-        let third = Structure::of(|| [Trace::input(1.0, 3)]);
-        assert!(!third.depends_on(i) && third.depends_on(3) && Structure::UNKNOWN.is_bent_in(i));
-    }
     let rank_above_rows = Error::DependentConstraints { rank: 3, rows: 2, equations: Vec::new(), time: f64::NAN };
     assert!(rank_above_rows.to_string().contains("rank 3"));
 }

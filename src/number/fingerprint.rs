@@ -9,7 +9,7 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use crate::Scalar;
-use crate::number::trace::note_look;
+use crate::number::note_look;
 
 /// The hash value of an expression.
 #[derive(Clone, Copy)]

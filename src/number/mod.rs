@@ -4,14 +4,15 @@ mod boundary;
 mod complex;
 mod fingerprint;
 mod lanes;
+mod look;
 mod real;
 mod scalar;
 mod sincos;
-pub mod trace;
 
 pub use complex::Cx;
 pub(crate) use fingerprint::Fingerprint;
 pub(crate) use lanes::{add, all_finite, dot, larger, largest};
+pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
 pub(crate) use sincos::{Known, sin_cos_lanes};

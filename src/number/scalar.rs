@@ -43,7 +43,7 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 /// | `f64` | values |
 /// | num-dual's dual numbers (`DualSVec64<N>`, `Dual2SVec<…>`, …) | Jacobian blocks |
 /// | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
-/// | [`Trace`](crate::number::trace::Trace) | finding out what a function depends on |
+/// | a recording number | the programs that a scene is compiled to |
 ///
 /// A vector is scaled by a number of its own type: `vector * S::from(0.3)`.
 ///

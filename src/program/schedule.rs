@@ -53,72 +53,88 @@ fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
     (0..graph.len()).filter(|&i| needed[i]).map(|i| Node(i as u32)).collect()
 }
 
-impl Tasks {
-    fn new(graph: &Graph, is_argument: &[bool], needed: &[Node], results: &[Node]) -> Self {
-        let is_made = |node: Node| !is_argument[node.0 as usize] && graph.value(node).is_none();
-        let made: Vec<Node> = needed.iter().copied().filter(|&node| is_made(node)).collect();
-        let mut uses = vec![0; graph.len()];
-        results.iter().for_each(|node| uses[node.0 as usize] += 1);
-        made.iter().flat_map(|&node| graph.expression(node).arguments()).for_each(|x| uses[x.0 as usize] += 1);
+/// What becomes one instruction: sines with their cosines, and sums with a product.
+struct Fusion {
+    cosine_of: HashMap<Node, Node>,
+    /// The operation, the factors and the other term of a sum.
+    sums: HashMap<Node, (Operation, [Node; 3])>,
+    /// The nodes that others take in.
+    absorbed: Vec<bool>,
+}
 
-        let mut absorbed = vec![false; graph.len()];
-        let sines: HashMap<Node, Node> = made
-            .iter()
-            .filter_map(|&node| match graph.expression(node) {
-                Expression::Of(Function::Sin, x) => Some((x, node)),
-                _ => None,
-            })
-            .collect();
-        let mut cosines = HashMap::new();
-        for &node in &made {
-            if let Expression::Of(Function::Cos, x) = graph.expression(node) {
-                if let Some(&sine) = sines.get(&x) {
-                    cosines.insert(sine, node);
-                    absorbed[node.0 as usize] = true;
-                }
-            }
-        }
-        let product = |node: Node, absorbed: &[bool]| match graph.expression(node) {
-            Expression::Multiply(x, y) if is_made(node) && uses[node.0 as usize] == 1 && !absorbed[node.0 as usize] => {
-                Some((x, y))
-            }
-            _ => None,
-        };
-        let mut sums = HashMap::new();
-        for &node in &made {
-            let (x, y, fused) = match graph.expression(node) {
-                Expression::Add(x, y) => (x, y, [Operation::MultiplyAdd, Operation::MultiplyAdd]),
+impl Fusion {
+    /// Of the nodes that are made, each with the number of its uses.
+    fn new(graph: &Graph, made: &[Node], uses: &[usize]) -> Self {
+        let mut fusion = Fusion { cosine_of: HashMap::new(), sums: HashMap::new(), absorbed: vec![false; graph.len()] };
+        let mut is_made = vec![false; graph.len()];
+        made.iter().for_each(|node| is_made[node.0 as usize] = true);
+        fusion.join_sines(graph, made);
+        for &node in made {
+            let (x, y, [with_x, with_y]) = match graph.expression(node) {
+                Expression::Add(x, y) => (x, y, [Operation::MultiplyAdd; 2]),
                 Expression::Subtract(x, y) => (x, y, [Operation::MultiplySubtract, Operation::SubtractProduct]),
                 _ => continue,
             };
-            let (of, (operation, factors, other)) = if let Some(factors) = product(y, &absorbed) {
-                (y, (fused[1], factors, x))
-            } else if let Some(factors) = product(x, &absorbed) {
-                (x, (fused[0], factors, y))
-            } else {
-                continue;
-            };
-            absorbed[of.0 as usize] = true;
-            sums.insert(node, (operation, factors, other));
+            for (product, other, operation) in [(y, x, with_y), (x, y, with_x)] {
+                let k = product.0 as usize;
+                if let Expression::Multiply(a, b) = graph.expression(product)
+                    && is_made[k]
+                    && uses[k] == 1
+                {
+                    fusion.absorbed[k] = true;
+                    fusion.sums.insert(node, (operation, [a, b, other]));
+                    break;
+                }
+            }
         }
+        fusion
+    }
 
+    fn join_sines(&mut self, graph: &Graph, made: &[Node]) {
+        let sine = |node: &Node| match graph.expression(*node) {
+            Expression::Of(Function::Sin, angle) => Some((angle, *node)),
+            _ => None,
+        };
+        let sines: HashMap<Node, Node> = made.iter().filter_map(sine).collect();
+        for &node in made {
+            if let Expression::Of(Function::Cos, angle) = graph.expression(node)
+                && let Some(&sine) = sines.get(&angle)
+            {
+                self.cosine_of.insert(sine, node);
+                self.absorbed[node.0 as usize] = true;
+            }
+        }
+    }
+
+    /// The instruction that makes a node.
+    fn task(&self, graph: &Graph, node: Node) -> Task {
+        let mut of = graph.expression(node).arguments();
+        let arguments = [of.next(), of.next(), None];
+        match (self.sums.get(&node), self.cosine_of.get(&node)) {
+            (Some(&(operation, of)), _) => Task { operation, arguments: of.map(Some), results: [Some(node), None] },
+            (None, Some(&cosine)) => Task { operation: Operation::SinCos, arguments, results: [Some(node), Some(cosine)] },
+            (None, None) => {
+                Task { operation: Operation::of(graph.expression(node)), arguments, results: [Some(node), None] }
+            }
+        }
+    }
+}
+
+impl Tasks {
+    fn new(graph: &Graph, is_argument: &[bool], needed: &[Node], results: &[Node]) -> Self {
+        let is_made = |node: &Node| !is_argument[node.0 as usize] && graph.value(*node).is_none();
+        let made: Vec<Node> = needed.iter().copied().filter(is_made).collect();
+        let mut uses = vec![0; graph.len()];
+        let used = made.iter().flat_map(|&node| graph.expression(node).arguments());
+        used.chain(results.iter().copied()).for_each(|node| uses[node.0 as usize] += 1);
+        let fusion = Fusion::new(graph, &made, &uses);
         let mut tasks = Tasks { list: Vec::new(), maker: vec![NONE; graph.len()] };
-        for &node in made.iter().filter(|node| !absorbed[node.0 as usize]) {
-            let (operation, arguments, second) = match (sums.get(&node), cosines.get(&node)) {
-                (Some(&(operation, (x, y), z)), _) => (operation, [Some(x), Some(y), Some(z)], None),
-                (None, Some(&cosine)) => {
-                    (Operation::SinCos, [graph.expression(node).arguments().next(), None, None], Some(cosine))
-                }
-                (None, None) => {
-                    let mut arguments = graph.expression(node).arguments();
-                    (Operation::of(graph.expression(node)), [arguments.next(), arguments.next(), None], None)
-                }
-            };
-            let results = [Some(node), second];
-            for result in results.into_iter().flatten() {
+        for &node in made.iter().filter(|node| !fusion.absorbed[node.0 as usize]) {
+            let task = fusion.task(graph, node);
+            for result in task.results.iter().flatten() {
                 tasks.maker[result.0 as usize] = tasks.list.len() as u32;
             }
-            tasks.list.push(Task { operation, arguments, results });
+            tasks.list.push(task);
         }
         tasks
     }

@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use super::function::Function;
 use super::graph::{Graph, Node};
 use crate::Scalar;
-use crate::number::trace::{guarded, note_look, take_look};
+use crate::number::{guarded, note_look, take_look};
 
 thread_local! {
     /// The graph of the formula that is being recorded.

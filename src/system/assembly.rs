@@ -331,7 +331,8 @@ impl Formulas {
 
 /// The elements of each formula, in the order of their first.
 fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)> {
-    let (mut groups, mut known): (Vec<(Arc<Formula>, Vec<usize>)>, HashMap<*const Formula, usize>) = Default::default();
+    let mut groups: Vec<(Arc<Formula>, Vec<usize>)> = Vec::new();
+    let mut known: HashMap<*const Formula, usize> = HashMap::new();
     for (e, element) in elements.iter().enumerate() {
         let at = *known.entry(Arc::as_ptr(&element.formula)).or_insert_with(|| {
             groups.push((element.formula.clone(), Vec::new()));

@@ -14,7 +14,7 @@ use super::shape::{Place, Shape};
 use super::sines::SinusoidalTerm;
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::trace::guarded;
+use crate::number::guarded;
 use crate::program::{Obstacle, Template};
 
 /// One element.

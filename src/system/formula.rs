@@ -198,8 +198,8 @@ impl Derivatives {
         let gradient = graph.reverse(&[(energy, one)], &[v, q].concat());
         self.l_v = gradient[..n].to_vec();
         self.force = gradient[n..].to_vec();
-        for i in 0..n {
-            let slopes = graph.forward(&gradient, &[(v[i], one)]);
+        for (i, v) in v.iter().enumerate() {
+            let slopes = graph.forward(&gradient, &[(*v, one)]);
             self.entries.extend((i..n).map(|k| (BlockEntry::symmetric(Block::Vv, k, i), slopes[k])));
             self.entries.extend((0..n).map(|k| (BlockEntry::new(Block::Vq, i, k), slopes[n + k])));
         }

@@ -22,7 +22,7 @@ use super::jet::ElementKind;
 use super::view::NodeView;
 use crate::linear::equilibrate;
 use crate::linear::{Branch, Group};
-use crate::number::trace::guarded;
+use crate::number::guarded;
 
 /// A constraint: its equations and the blocks of coordinates it touches.
 struct Joint {

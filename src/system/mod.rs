@@ -26,7 +26,7 @@ mod sines;
 mod structure;
 mod verify;
 #[cfg(test)]
-mod verify_tests;
+pub(crate) mod verify_tests;
 mod view;
 
 use nalgebra::DVector;
@@ -52,7 +52,7 @@ use crate::linear::{Breakdown, Symbolic};
 use crate::model::Param;
 use crate::number::Fingerprint;
 use crate::number::Real;
-use crate::number::trace::take_look;
+use crate::number::take_look;
 use crate::program::Obstacle;
 use crate::{Error, memory};
 use blame::Suspect;

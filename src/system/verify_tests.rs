@@ -3,7 +3,9 @@
 use nalgebra::SVector;
 
 use super::batch::Covector;
-use super::element::Recordings;
+use super::block::Block;
+use super::constants::{Constants, Entry};
+use super::element::{Element, Recordings};
 use super::item::PlacedElement;
 use super::jet::{Jet, Local};
 use super::shape::Shape;
@@ -114,12 +116,15 @@ impl Constraint<3, 2, 2> for Random {
 }
 
 /// Compares a formula as one kind of element at random points; returns how many of them say something.
-fn hold<J, const N: usize, const M: usize, const K: usize>(jet: J, draw: &mut Draw, name: &str) -> usize
+fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+    jet: J,
+    draw: &mut Draw,
+    name: &str,
+    (b, design): ([Param; P], &[f64]),
+) -> usize
 where
-    J: Jet<N, M, K, 2>,
+    J: Jet<N, M, K, P>,
 {
-    let design = [0.7 * draw.number(), draw.number()];
-    let b: [Param; 2] = [Design(SceneTag::default().handle(0)).into(), Param::from(design[1])];
     let element = PlacedElement {
         name: name.to_string(),
         jet,
@@ -130,12 +135,13 @@ where
         timed: true,
         is_recorded: false,
     };
-    let mut zeros = || vec![0.1; 8];
+    let zeros = || vec![0.1; 8];
     let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
-    let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, &design));
-    let shape = Shape { n: N, m: M, k: K, p: 2 };
+    let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, design));
+    let shape = Shape { n: N, m: M, k: K, p: P };
     let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
+    assert_sines(&element.element((0, 0), formula.clone(), numbers.clone()), design, draw, name);
     let mut said = 0;
     for _ in 0..4 {
         let mut random = |_: usize, _: usize| 1.5 * draw.number();
@@ -146,15 +152,15 @@ where
             u: SVector::from_fn(&mut random),
             t: random(0, 0),
         };
-        let [c, d, e]: [Vec<f64>; 3] = std::array::from_fn(|_| (0..3).map(|_| draw.number()).collect());
+        let [c, d, e]: [Vec<f64>; 3] = std::array::from_fn(|_| (0..8).map(|_| draw.number()).collect());
         let compare = |at: &Local<f64, N, M, K>, design: &[f64]| {
             element.compare(&formula, &numbers, at, (design, &Covector { c: &c, d: &d, e: &e }))
         };
-        let pairs = compare(&local, &design);
+        let pairs = compare(&local, design);
         // How far rounding can reach: what a relative change of 1e-11 of every argument does.
         let mut noise = 0.0f64;
         for _ in 0..3 {
-            let (mut nearby, mut b) = (local, design);
+            let (mut nearby, mut b) = (local, design.to_vec());
             let lists =
                 [nearby.q.as_mut_slice(), nearby.v.as_mut_slice(), nearby.sigma.as_mut_slice(), nearby.u.as_mut_slice()];
             lists.into_iter().flatten().chain(&mut b).for_each(|x| *x *= 1.0 + 1e-11 * draw.number());
@@ -172,6 +178,43 @@ where
     said
 }
 
+/// Holds the coefficients of a sum of sines to its slopes at a random angle.
+fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) {
+    let Some(kernels) = element.formula.kernels.as_ref().filter(|_| element.formula.sinusoidal) else { return };
+    let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());
+    let mut constants = Constants::new(element.q.len());
+    element.add_constants(&parameters, &mut constants);
+    let slopes = kernels.second.evaluate(&parameters, |which| if which < element.q.len() { angle } else { 0.0 });
+    let phi_q = element.formula.varying.iter().zip(slopes).filter(|(entry, _)| entry.block == Block::PhiQ);
+    for ((entry, slope), wave) in phi_q.zip(&constants.waves) {
+        let at = |e: &&Entry| (e.row, e.col) == (entry.row, entry.col);
+        let linear: f64 = constants.phi_q.iter().filter(at).map(|e| e.value).sum();
+        let sum = linear + wave.sine * angle.cos() - wave.cosine * angle.sin();
+        assert!((slope - sum).abs() < 1e-12, "{name}: {slope} and {sum}");
+    }
+}
+
+/// Holds the programs of an element with `P` constants to num-dual: with numbers, with zeros among them, and with one that is bound.
+pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+    make: impl Fn() -> J,
+    name: &str,
+) where
+    J: Jet<N, M, K, P>,
+{
+    let mut draw = Draw(name.len() as u64);
+    let mut said = 0;
+    for zeros in 0..1usize << P {
+        let design = [0.6 + 0.5 * draw.number()];
+        let b: [Param; P] = std::array::from_fn(|p| match zeros >> p & 1 {
+            1 if zeros.count_ones() > 1 => Param::from(0.0),
+            1 => Design(SceneTag::default().handle(0)).into(),
+            _ => Param::from(0.8 + 0.5 * draw.number()),
+        });
+        said += hold(make(), &mut draw, &format!("{name} with {b:?}"), (b, &design));
+    }
+    assert!(said > 2 << P, "{name}: {said} points of {}", 4 << P);
+}
+
 #[test]
 fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
     let (mut draw, mut said) = (Draw(7), 0);
@@ -181,10 +224,13 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let (kinetic, potential, applied, holonomic) = (random(6), random(6), random(8), random(6));
         let name = |formula: &Random| format!("formula {k}: {formula:?}");
         let names = [name(&kinetic), name(&potential), name(&applied), name(&holonomic)];
-        said += hold::<_, 2, 0, 0>(Kinetic(kinetic), &mut draw, &names[0]);
-        said += hold::<_, 3, 0, 0>(Potential(potential), &mut draw, &names[1]);
-        said += hold::<_, 2, 0, 1>(Applied(applied), &mut draw, &names[2]);
-        said += hold::<_, 3, 2, 0>(Holonomic(holonomic), &mut draw, &names[3]);
+        let design = [0.7 * draw.number()];
+        let b = [Design(SceneTag::default().handle(0)).into(), Param::from(draw.number())];
+        let with = (b, design.as_slice());
+        said += hold::<_, 2, 0, 0, 2>(Kinetic(kinetic), &mut draw, &names[0], with);
+        said += hold::<_, 3, 0, 0, 2>(Potential(potential), &mut draw, &names[1], with);
+        said += hold::<_, 2, 0, 1, 2>(Applied(applied), &mut draw, &names[2], with);
+        said += hold::<_, 3, 2, 0, 2>(Holonomic(holonomic), &mut draw, &names[3], with);
     }
     assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
 }

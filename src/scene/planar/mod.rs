@@ -24,6 +24,8 @@ mod geometry;
 mod ground;
 mod joints;
 mod motion;
+#[cfg(test)]
+mod tests;
 
 pub use body::{Body, Frame, Point, RigidBody, Weight};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};

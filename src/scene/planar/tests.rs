@@ -1,0 +1,34 @@
+//! The programs of all planar elements against num-dual.
+
+use super::*;
+use crate::system::verify_tests::hold_element;
+use crate::system::{Applied, Holonomic, Kinetic, Potential};
+
+macro_rules! between_bodies {
+    ($($kind:ident, $element:expr, $m:literal, $k:literal, $p:literal;)*) => {$(
+        hold_element::<_, 6, $m, $k, $p>(|| $kind($element), stringify!($element));
+        hold_element::<_, 3, $m, $k, $p>(|| $kind(FromGround($element)), concat!(stringify!($element), " from ground"));
+        hold_element::<_, 3, $m, $k, $p>(|| $kind(ToGround($element)), concat!(stringify!($element), " to ground"));
+    )*};
+}
+
+#[test]
+fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
+    between_bodies! {
+        Holonomic, Revolute, 2, 0, 4;
+        Holonomic, Prismatic, 2, 0, 6;
+        Holonomic, Weld, 3, 0, 5;
+        Holonomic, Distance, 1, 0, 5;
+        Holonomic, DrivenAngle(ConstantSpeed), 1, 0, 2;
+        Holonomic, DrivenAngle(Harmonic), 1, 0, 4;
+        Applied, Damper, 0, 0, 5;
+        Applied, JointFriction, 0, 0, 1;
+        Applied, SlidingFriction, 0, 0, 6;
+        Applied, Actuator, 0, 1, 5;
+        Applied, TorqueActuator, 0, 1, 0;
+        Potential, LinearSpring, 0, 0, 6;
+        Potential, TorsionalSpring, 0, 0, 2;
+    }
+    hold_element::<_, 3, 0, 0, 2>(|| Kinetic(RigidBody), "RigidBody");
+    hold_element::<_, 2, 0, 0, 3>(|| Potential(Weight), "Weight");
+}
