@@ -144,7 +144,8 @@ fn against_dual_numbers(name: &str, scenes: [Scene; 2]) {
         let mut inputs = Inputs::at_rest(system, Grid::uniform(20, 0.01));
         inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 1.0 + (i as f64).sin());
         let gradient = gradient(system, &inputs, Settings::default()).expect("a gradient");
-        Input::all(&inputs).iter().map(|input| input.in_gradient(&gradient)).collect::<Vec<f64>>()
+        let inputs = Input::all(&inputs);
+        inputs.iter().map(|input| input.in_gradient(&gradient)).chain([gradient.value]).collect::<Vec<f64>>()
     });
     let size = plain.iter().fold(0.0f64, |size, x| size.max(x.abs()));
     for (ours, plain) in ours.iter().zip(&plain) {
@@ -186,4 +187,38 @@ fn formulas_that_are_less_than_they_seem_move_as_their_plain_formulas() {
     assert!(compiled.program("traps").expect("an element").contains("second derivatives of `traps`"));
     against_plain("traps", scene());
     against_dual_numbers("traps", [scene(), scene()]);
+}
+
+/// c + gᵀx + ½ xᵀA x in the coordinates and velocities, or with a cube, which is no quadratic form.
+struct Form(bool);
+
+impl Cost<7> for Form {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 7, 0, 0>, _b: &SVector<S, 0>) -> S {
+        let mut sum = S::from(0.7);
+        for i in 0..7 {
+            let row: S = (0..7).map(|j| at.q[j] * f64::from(7 * i + 3 * j as i32).sin() + at.v[j] * 0.1).sum();
+            sum += at.q[i as usize] * row * 0.5 + at.v[i as usize] * f64::from(i) * 0.2;
+        }
+        if self.0 { sum + at.q[3].powi(3) } else { sum }
+    }
+}
+
+#[test]
+fn quadratic_forms_of_many_arguments_are_what_dual_numbers_make_of_them() {
+    for (cubic, sum) in [(false, Sum::Terminal), (false, Sum::Trapezoidal), (false, Sum::Integral), (true, Sum::Trapezoidal)]
+    {
+        let scene = || {
+            let mut scene = Scene::new();
+            let q = scene.coordinates("seven", ["a", "b", "c", "d", "e", "f", "g"]);
+            for (k, q) in q.into_iter().enumerate() {
+                scene.place(q, 0.3 - 0.1 * k as f64);
+                scene.kinetic_energy(&format!("mass {k}"), Heavy, [q], []);
+            }
+            scene.potential_energy("traps", Traps, [q[0], q[1], q[2]], []);
+            scene.cost("form", Form(cubic), sum, q, [], [], []);
+            scene
+        };
+        against_plain("form", scene());
+        against_dual_numbers("form", [scene(), scene()]);
+    }
 }

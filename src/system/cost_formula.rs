@@ -1,5 +1,6 @@
 //! [`CostFormula`]: a recorded cost, and the program for its value and gradient.
 
+use crate::number::dot;
 use crate::program::{Graph, Kernel, Node, Obstacle, Template};
 
 /// What a cost is differentiated by: one of its arguments, or one of its constants.
@@ -20,9 +21,14 @@ pub struct CostFormula {
     kernel: Kernel,
     /// What the results after the first, the value, are.
     partials: Vec<Partial>,
-    /// Where what the prelude computes stands among that of all costs.
+    /// Of a polynomial of degree two in many arguments: its second derivatives, which are constant.
+    quadratic: Option<Kernel>,
+    /// Where what the prelude computes, or a quadratic form, stands among those of all costs.
     offset: usize,
 }
+
+/// For fewer arguments than these a program is at least as fast as a matrix.
+const FEW: usize = 6;
 
 /// What preludes computed for a set of design variables, and memory for registers.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +39,9 @@ pub struct CostMemory {
     pub design: Vec<f64>,
     fixed: Vec<f64>,
     registers: Vec<[f64; 1]>,
+    /// x, then H x.
+    x: Vec<f64>,
+    product: Vec<f64>,
 }
 
 impl CostFormula {
@@ -50,12 +59,14 @@ impl CostFormula {
         let (partials, slopes) = gradient(&mut graph, values[0], of);
         let results = [&values[..1], &slopes].concat();
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
-        Ok(CostFormula { depends, template, numbers, kernel, partials, offset })
+        let quadratic = quadratic(&mut graph, &partials, &slopes, template.parameters);
+        Ok(CostFormula { depends, template, numbers, kernel, partials, quadratic, offset })
     }
 
     /// Where the next cost's fixed numbers may stand.
     pub fn end(&self) -> usize {
-        self.offset + self.kernel.fixed()
+        let n = self.partials.len();
+        self.offset + if self.quadratic.is_some() { n * n + n + 1 } else { self.kernel.fixed() }
     }
 
     /// Takes over constants, and the numbers in the formula if it was recorded anew; whether its program is still the right one.
@@ -67,8 +78,42 @@ impl CostFormula {
         let parameters: Vec<f64> = b.iter().chain(numbers).copied().collect();
         memory.fixed.resize(memory.fixed.len().max(self.end()), 0.0);
         memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
-        self.kernel.run_prelude(&parameters, |k, value| memory.fixed[self.offset + k] = value);
-        true
+        let Some(second) = &self.quadratic else {
+            self.kernel.run_prelude(&parameters, |k, value| memory.fixed[self.offset + k] = value);
+            return true;
+        };
+        let n = self.partials.len();
+        memory.x.resize(memory.x.len().max(n), 0.0);
+        memory.product.resize(memory.product.len().max(n), 0.0);
+        let own = &mut memory.fixed[self.offset..self.end()];
+        let (matrix, rest) = own.split_at_mut(n * n);
+        matrix.copy_from_slice(&second.evaluate(&parameters, |_| 0.0));
+        rest.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
+        own.iter().all(|x| x.is_finite())
+    }
+
+    /// c + gᵀx + ½ xᵀH x, and g + H x, with c and g the value and the gradient at zero.
+    fn evaluate_quadratic(
+        &self,
+        memory: &mut CostMemory,
+        argument: impl Fn(usize) -> f64,
+        mut put: impl FnMut(Partial, f64),
+    ) -> f64 {
+        let (n, CostMemory { fixed, x, product, .. }) = (self.partials.len(), memory);
+        let (matrix, rest) = fixed[self.offset..self.end()].split_at(n * n);
+        let (x, product) = (&mut x[..n], &mut product[..n]);
+        for (x, of) in x.iter_mut().zip(&self.partials) {
+            *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
+        }
+        product.fill(0.0);
+        for (column, x) in matrix.chunks_exact(n).zip(&*x) {
+            product.iter_mut().zip(column).for_each(|(y, h)| *y += h * x);
+        }
+        let (value, gradient) = (rest[0], &rest[1..]);
+        for ((of, y), g) in self.partials.iter().zip(&*product).zip(gradient) {
+            put(*of, g + y);
+        }
+        value + dot(x, gradient) + 0.5 * dot(x, product)
     }
 
     /// The value, and each partial derivative by what it is one.
@@ -78,6 +123,9 @@ impl CostFormula {
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
     ) -> f64 {
+        if self.quadratic.is_some() {
+            return self.evaluate_quadratic(memory, argument, put);
+        }
         let CostMemory { fixed, registers, .. } = memory;
         let given =
             self.kernel.inputs().iter().map(|&which| argument(which)).chain(fixed[self.offset..self.end()].iter().copied());
@@ -88,6 +136,19 @@ impl CostFormula {
         self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
         value
     }
+}
+
+/// The second derivatives of a polynomial of degree two by columns, if it is one of many arguments.
+fn quadratic(graph: &mut Graph, partials: &[Partial], slopes: &[Node], parameters: usize) -> Option<Kernel> {
+    let one = graph.constant(1.0);
+    let mut second = Vec::new();
+    for of in partials.iter().filter(|_| partials.len() >= FEW) {
+        let Partial::Argument(which) = of else { return None };
+        let x = graph.input(*which);
+        second.extend(graph.forward(slopes, &[(x, one)]));
+    }
+    let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
+    is_quadratic.then(|| Kernel::new(graph, parameters, &second)).flatten()
 }
 
 /// The partial derivatives of a node, without those that vanish.
