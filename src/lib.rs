@@ -55,7 +55,8 @@
 //! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
 //! | (2) | schemes as tables ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
 //! | (3), (4) | the node problem, Newton's iteration | `node/`, `forward/` |
-//! | | tangent matrix K of the reduced step, and Kᵀ | `system/tangent.rs`, `linear/` |
+//! | | tangent matrix K of the reduced step, and Kᵀ | `system/block.rs`, `linear/` |
+//! | | formulas as programs | `program/`, docs/programs.md |
 //! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
 //! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint/sweep.rs` |
 //! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
@@ -115,3 +116,7 @@ pub use nalgebra;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/programs.md")]
+struct Programs;

@@ -1,4 +1,4 @@
-//! The equations of a step in real numbers: what is linear, what is sinusoidal, and what dual numbers differentiate.
+//! The equations of a step in real numbers: what is linear, what is sinusoidal, and what programs or dual numbers evaluate.
 //!
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.

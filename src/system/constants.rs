@@ -156,7 +156,7 @@ impl Constants {
         waves && values.into_iter().all(f64::is_finite)
     }
 
-    /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`tangent::pull_back`](super::tangent::pull_back)), in the solver's order.
+    /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`block`](super::block)), in the solver's order.
     pub fn subtract_force_rows(&self, h: f64, d: &[f64], positions: &Positions, right: &mut [f64]) {
         for (matrix, factor) in [(&self.qv, 1.0), (&self.qq, h)] {
             matrix.iter().for_each(|e| right[positions.v[e.col]] -= factor * e.value * d[e.row]);

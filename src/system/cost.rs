@@ -190,7 +190,7 @@ impl<C, const N: usize, const M: usize, const K: usize, const P: usize> Default 
     }
 }
 
-/// Numbers of a cost's inputs in its trace.
+/// Numbers of a cost's arguments.
 mod input {
     pub(super) const fn v(n: usize) -> usize {
         n

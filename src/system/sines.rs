@@ -1,6 +1,6 @@
 //! Constraints that are sums of q_i, sin q_i and cos q_i: most planar joints, and nothing to differentiate at run time.
 //!
-//! Tracing finds them when the scene is compiled; their coefficients are read off by dual numbers once per set of design variables. With
+//! Their graphs show them when the scene is compiled; their coefficients are computed once per set of design variables. With
 //! Φ_j = … + α sin q + β cos q for one coordinate q, v = q̇, and A = Σ_j σ_j α_j, B = Σ_j σ_j β_j over its equations,
 //!
 //! ```text
@@ -206,7 +206,7 @@ impl Sines {
         }
     }
 
-    /// Adds the adjoint rows (see [`tangent::pull_back`](super::tangent::pull_back)).
+    /// Adds the adjoint rows (see [`block`](super::block)).
     pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;

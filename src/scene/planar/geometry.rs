@@ -31,7 +31,7 @@ impl<S: Scalar> Link<S> {
         Link { arm_a, arm_b, between }
     }
 
-    /// The velocity of the vector between, in the plane: written with differences, so that a trace sees that nothing else matters.
+    /// The velocity of the vector between, in the plane: written with differences, so that equal differences are computed once.
     pub(super) fn velocity(&self, v: &SVector<S, 6>) -> SVector<S, 2> {
         SVector::from([v[3] - v[0], v[4] - v[1]]) + turned(&self.arm_b) * v[5] - turned(&self.arm_a) * v[2]
     }

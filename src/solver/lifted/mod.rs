@@ -1,7 +1,7 @@
 //! The same simulation on complex or dual numbers: complex step and tangents through all of it, Newton included.
 //!
 //! The motion is first computed in real numbers. Then every step is solved again on the numbers asked for, starting from the real solution,
-//! by the plain element formulas (nothing traced, nothing condensed, nothing skipped) and corrections with
+//! by the plain element formulas (nothing recorded, nothing condensed, nothing skipped) and corrections with
 //! the real tangent matrix: r(x + ε w) = 0 holds for w after one exact correction, because K is converged; another one
 //! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
 //! fast the iteration converges.
