@@ -3,6 +3,8 @@
 
 #[path = "scenes/elements.rs"]
 mod elements;
+#[path = "scenes/formulas.rs"]
+mod formulas;
 #[path = "scenes/pairs.rs"]
 mod pairs;
 #[path = "scenes/structures.rs"]
@@ -136,12 +138,12 @@ fn chains_trees_and_ladders_move_as_their_plain_formulas() {
 }
 
 /// The gradient of a scene compiled to programs against that of the same scene with dual numbers at every point.
-fn against_dual_numbers(name: &str, scenes: [Scene; 2]) {
+fn against_dual_numbers(name: &str, scenes: [Scene; 2], dt: f64) {
     let [with, without] = scenes;
     let systems = [with.compile().expect("a scene"), without.compile_without_programs().expect("a scene")];
     assert!(systems[0].without_programs().count() <= 1 && systems[1].without_programs().count() > 0, "{name}");
     let [ours, plain] = systems.each_ref().map(|system| {
-        let mut inputs = Inputs::at_rest(system, Grid::uniform(20, 0.01));
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(20, dt));
         inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 1.0 + (i as f64).sin());
         let gradient = gradient(system, &inputs, Settings::default()).expect("a gradient");
         let inputs = Input::all(&inputs);
@@ -156,16 +158,19 @@ fn against_dual_numbers(name: &str, scenes: [Scene; 2]) {
 #[test]
 fn programs_give_the_gradient_that_dual_numbers_give() {
     for ((name, scene), (_, again)) in elements::all().into_iter().zip(elements::all()) {
-        against_dual_numbers(name, [scene, again]);
+        against_dual_numbers(name, [scene, again], 0.01);
     }
     for (comparison, again) in pairs::all().into_iter().zip(pairs::all()) {
         for ((name, scene), (_, again)) in comparison.rows.into_iter().zip(again.rows) {
-            against_dual_numbers(&format!("{}: {name}", comparison.thing), [scene, again]);
+            against_dual_numbers(&format!("{}: {name}", comparison.thing), [scene, again], 0.01);
         }
     }
-    against_dual_numbers("chain", [(); 2].map(|()| structures::chain(30)));
-    against_dual_numbers("tree", [(); 2].map(|()| structures::binary_tree(5)));
-    against_dual_numbers("ladder", [(); 2].map(|()| structures::ladder(10)));
+    for ((name, scene, dt), (_, again, _)) in formulas::all().into_iter().zip(formulas::all()) {
+        against_dual_numbers(name, [scene, again], dt);
+    }
+    against_dual_numbers("chain", [(); 2].map(|()| structures::chain(30)), 0.01);
+    against_dual_numbers("tree", [(); 2].map(|()| structures::binary_tree(5)), 0.01);
+    against_dual_numbers("ladder", [(); 2].map(|()| structures::ladder(10)), 0.01);
 }
 
 #[test]
@@ -186,7 +191,7 @@ fn formulas_that_are_less_than_they_seem_move_as_their_plain_formulas() {
     assert!(compiled.without_programs().eq([("kink", "its formula branches on a value")]));
     assert!(compiled.program("traps").expect("an element").contains("second derivatives of `traps`"));
     against_plain("traps", scene());
-    against_dual_numbers("traps", [scene(), scene()]);
+    against_dual_numbers("traps", [scene(), scene()], 0.01);
 }
 
 /// c + gᵀx + ½ xᵀA x in the coordinates and velocities, or with a cube, which is no quadratic form.
@@ -219,6 +224,6 @@ fn quadratic_forms_of_many_arguments_are_what_dual_numbers_make_of_them() {
             scene
         };
         against_plain("form", scene());
-        against_dual_numbers("form", [scene(), scene()]);
+        against_dual_numbers("form", [scene(), scene()], 0.01);
     }
 }

@@ -6,6 +6,8 @@
 #[path = "../../tests/scenes/elements.rs"]
 mod elements;
 mod features;
+#[path = "../../tests/scenes/formulas.rs"]
+mod formulas;
 mod newton;
 #[path = "../../tests/scenes/pairs.rs"]
 mod pairs;
@@ -71,6 +73,18 @@ fn elements(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Formulas of a user's own, 100 steps: by programs, and by dual numbers at every point.
+fn programs(criterion: &mut Criterion) {
+    let mut group = group(criterion, "formulas");
+    for ((name, scene, dt), (_, again, _)) in formulas::all().into_iter().zip(formulas::all()) {
+        let name = mark(name, name == "seven bodies as one element");
+        Row::new(scene, 100, dt, 1.0).both(&mut group, "by programs", &name);
+        let plain = again.compile_without_programs().expect("a scene");
+        Row::of(plain, 100, dt, 1.0).both(&mut group, "by dual numbers", &name);
+    }
+    group.finish();
+}
+
 /// What a scene may lack, with and without it, 100 steps.
 fn pairs(criterion: &mut Criterion) {
     let mut group = group(criterion, "with and without");
@@ -126,6 +140,7 @@ criterion_group!(
     links,
     steps,
     elements,
+    programs,
     pairs,
     structure,
     compile,

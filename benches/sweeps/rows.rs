@@ -13,7 +13,10 @@ pub struct Row {
 
 impl Row {
     pub fn new(scene: Scene, steps: usize, dt: f64, control: f64) -> Self {
-        let system = scene.compile().expect("a scene");
+        Self::of(scene.compile().expect("a scene"), steps, dt, control)
+    }
+
+    pub fn of(system: System, steps: usize, dt: f64, control: f64) -> Self {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
         inputs.controls.fill(control);
         Row { system, inputs, settings: Settings::default() }

@@ -4,7 +4,8 @@
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
-//! constant `s` unrolls them.
+//! constant `s` unrolls them. Nodes of other sizes are mostly sparse inside (a body's coordinates beside its own constraints):
+//! for them products with a zero are left out.
 
 use super::size::{Fixed, Free, Size};
 
@@ -99,7 +100,9 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     let (head, tail) = d.split_at_mut((k + 1) * s);
     let column = &head[k * s..];
     for other in tail.chunks_exact_mut(s) {
-        subtract(other[k], &column[k + 1..], &mut other[k + 1..]);
+        if N::FIXED || other[k] != 0.0 {
+            subtract(other[k], &column[k + 1..], &mut other[k + 1..]);
+        }
     }
     Ok(())
 }
@@ -177,7 +180,9 @@ pub(super) fn solve_lower<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
     let (lu, y) = (&lu[..s * s], &mut y[..s]);
     for (k, column) in lu.chunks_exact(s).enumerate() {
         let (head, tail) = y.split_at_mut(k + 1);
-        subtract(head[k], &column[k + 1..], tail);
+        if N::FIXED || head[k] != 0.0 {
+            subtract(head[k], &column[k + 1..], tail);
+        }
     }
 }
 
@@ -198,8 +203,9 @@ pub(super) fn solve_upper<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
 pub(super) fn solve_upper_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
     let s = n.get();
     let (lu, y) = (&lu[..s * s], &mut y[..s]);
-    for (k, column) in lu.chunks_exact(s).enumerate() {
-        y[k] = minus_dot(y[k], &column[..k], &y[..k]) * column[k];
+    let first = if N::FIXED { 0 } else { y.iter().position(|y| *y != 0.0).unwrap_or(s) };
+    for (k, column) in lu.chunks_exact(s).enumerate().skip(first) {
+        y[k] = minus_dot(y[k], &column[first..k], &y[first..k]) * column[k];
     }
 }
 
