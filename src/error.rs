@@ -20,6 +20,13 @@ pub enum Error {
         /// What it refers to: coordinate, control, design variable, multiplier.
         kind: &'static str,
     },
+    /// A formula of a parameter that cannot be recorded.
+    ParameterFormula {
+        /// The parameter.
+        parameter: String,
+        /// Whether it branches on a value; else it panicked.
+        branches: bool,
+    },
     /// A coordinate stands twice in the list of one element.
     RepeatedCoordinate {
         /// The element.
@@ -270,6 +277,11 @@ impl fmt::Display for Error {
             Error::Foreign { element, kind } => {
                 write!(f, "`{element}` refers to a {kind} of another scene; use handles of the scene it is added to")
             }
+            Error::ParameterFormula { parameter, branches: true } => write!(
+                f,
+                "the formula of parameter `{parameter}` branches on a value; use `max`, `min` or `abs`, or choose the formula before"
+            ),
+            Error::ParameterFormula { parameter, .. } => write!(f, "the formula of parameter `{parameter}` panics"),
             Error::RepeatedCoordinate { element, coordinate } => {
                 write!(f, "`{element}` lists coordinate `{coordinate}` twice; each coordinate of an element stands once")
             }

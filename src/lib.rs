@@ -98,7 +98,9 @@ mod warning;
 
 pub use adjoint::{AdjointVariables, Gradient};
 pub use error::Error;
-pub use model::element::{self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Sum};
+pub use model::element::{
+    self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ParameterFormula, PotentialEnergy, Sum,
+};
 pub use model::{Control, Coordinate, Design, Multiplier, Param};
 pub use motion::{Composition, Grid, Inputs, Report, Stages, Start, Trajectory};
 pub use number::{Arithmetic, Cx, Real, Scalar};

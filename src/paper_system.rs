@@ -277,7 +277,8 @@ impl<'a> PaperSystem<'a> {
         let mut sums = Sums::new(n, m);
         let state = [q.as_slice(), velocity.as_slice(), sigma.as_slice()];
         let time = R::from(self.trajectory.times[i]);
-        let point = NodeView::of_equations(state, (at.u.as_slice(), time, at.b.as_slice()));
+        let design = self.system.parameters().values(at.b.as_slice());
+        let point = NodeView::of_equations(state, (at.u.as_slice(), time, &design));
         self.system.plain_sums(&point, &mut sums);
         for &(j, mu) in &self.trajectory.compliance {
             sums.parts_mut()[2][j] -= (sigma[j] - before[j]) * mu;
@@ -315,6 +316,7 @@ impl<'a> PaperSystem<'a> {
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
+            let design = self.system.parameters().values(arguments.b.as_slice());
             let at = NodeView {
                 v: &y[part(0, n, m)],
                 p_star_dot: &y[part(1, n, m)],
@@ -323,7 +325,7 @@ impl<'a> PaperSystem<'a> {
                 sigma: &y[part(4, n, m)],
                 u: arguments.u.as_slice(),
                 t: Dual64::from_re(self.trajectory.times[i]),
-                design: arguments.b.as_slice(),
+                design: &design,
             };
             let value = self.system.cost(&at, &weights).part(1);
             which(&mut arguments)[k].eps = 0.0;

@@ -94,7 +94,7 @@ impl Resolution {
         let end = End { q: duals(n), v: duals(n), sigma: duals(m), u: duals(k), t: Dual64::zero() };
         Resolution {
             ends: [end.clone(), end],
-            design: duals(system.designs()),
+            design: duals(system.parameters().len()),
             c: zeros(n),
             d: zeros(n),
             e: zeros(m),

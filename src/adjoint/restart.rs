@@ -56,7 +56,7 @@ impl AdjointSweep {
             *carried *= before;
         }
         let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
-        let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
+        let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
@@ -99,7 +99,7 @@ impl AdjointSweep {
         d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
         let at = NodeView { v: d, sigma: nu, ..here };
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
-        let (u, design) = (self.u.as_mut_slice(), self.gradient.design.as_mut_slice());
+        let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
         system.batches().iter().for_each(|batch| batch.pull_back_phi(&at, e, &mut rows));

@@ -57,6 +57,8 @@ pub(crate) struct AdjointSweep {
     pub(crate) u: Vec<f64>,
     /// Σ of explicit derivatives with respect to t over the nodes done.
     pub(crate) time: f64,
+    /// dJ/dz for the values z of the parameters.
+    pub(super) design: Vec<f64>,
     pub(crate) resolution: Resolution,
     pub(crate) refinement: Refinement,
 }
@@ -75,7 +77,8 @@ impl AdjointSweep {
             step: vec![stage; scheme.stages()],
             stage: scheme.inner(),
             carried: Carried::new(n, m),
-            cost: CostRows::new(n, m, system.k(), system.designs()),
+            cost: CostRows::new(n, m, system.k(), system.parameters().len()),
+            design: vec![0.0; system.parameters().len()],
             rows: StateRows::new(n, m),
             cost_is_zero: true,
             right: zeros(n + m),
@@ -165,6 +168,8 @@ impl AdjointSweep {
         self.store(node);
         if node == 0 {
             self.start_rows(system, motion, newton);
+            let inputs = &motion.inputs;
+            system.parameters().pull_back(inputs.design.as_slice(), &self.design, self.gradient.design.as_mut_slice());
             let StageAdjoint { a, b, .. } = &self.step[self.stage];
             self.growth.watch(system, &newton.weights, (a, b));
             return Ok(());
@@ -210,7 +215,7 @@ impl AdjointSweep {
     pub(crate) fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, settings: &Settings) {
         let inputs = &motion.inputs;
         let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
-        let at = NodeView::of_equations(state, (&self.u, 0.0, inputs.design.as_slice()));
+        let at = NodeView::of_equations(state, (&self.u, 0.0, &motion.design));
         system.fix_costs(&at, newton.evaluation.fingerprint(), &mut self.cost.memory);
         self.refinement = motion.refinement();
         self.sigma_before.fill(0.0);
@@ -230,7 +235,7 @@ impl AdjointSweep {
             gradient.start = inputs.start.clone();
         }
         gradient.value = 0.0;
-        gradient.design.fill(0.0);
+        self.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
@@ -292,7 +297,7 @@ impl AdjointSweep {
         self.report.cost_evaluations += self.cost.evaluations;
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
-        self.gradient.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
         self.time += self.cost.time;
         if self.cost.is_finite() {
             return Ok(());
@@ -315,13 +320,13 @@ impl AdjointSweep {
         let StageAdjoint { c, d, e, .. } = &self.step[self.stage];
         newton.evaluation.constants.pull_back_controls(d, &mut self.u);
         let with = Covector { c, d, e };
-        let design = self.gradient.design.as_mut_slice();
+        let design = self.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
         if system.formulas().assembly.has_input_derivatives() {
             newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
         }
-        if all_finite(&self.u) && all_finite(self.gradient.design.as_slice()) && self.time.is_finite() {
+        if all_finite(&self.u) && all_finite(&self.design) && self.time.is_finite() {
             return Ok(());
         }
         // Sums that overflowed are named at the end.
@@ -384,7 +389,7 @@ impl AdjointSweep {
             let blocks = motion.node_blocks(0);
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
-            let (design, evaluations) = (self.gradient.design.as_mut_slice(), &mut self.report.input_evaluations);
+            let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
             newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
             v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);

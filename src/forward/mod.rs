@@ -79,6 +79,8 @@ impl ForwardSweep {
             self.motion.blocks = DMatrix::zeros(system.block_len(), room * settings.scheme.stages());
         }
         self.motion.inputs.copy_from(inputs);
+        self.motion.design.clear();
+        self.motion.design.extend_from_slice(&system.parameters().values(inputs.design.as_slice()));
         self.monitor.report = Report::default();
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
@@ -86,9 +88,8 @@ impl ForwardSweep {
         self.stepper.continuation.counted = 0;
         self.stepper.start_p.fill(0.0);
         self.stepper.start_sigma.fill(0.0);
-        let (q, (u, design)) = (inputs.start.q().as_slice(), inputs.at(0));
-        let start =
-            NodeView::of_equations([q, &self.stepper.start_p, &self.stepper.start_sigma], (u, inputs.grid.start, design));
+        let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
+        let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
         self.stepper.newton.evaluation.set_start(system, &start)?;
         self.begin_again(system, settings)
     }
@@ -228,7 +229,7 @@ impl ForwardSweep {
         let (k, s) = (node - self.motion.first, self.stepper.stage);
         let from =
             KnownPart { h, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
-        let design = self.motion.inputs.design.as_slice();
+        let design = self.motion.design.as_slice();
         let is_node = s == self.motion.trajectory.last_stage();
         let columns = self.motion.trajectory.stage_mut(k, s);
         let u = if is_node { column(&self.motion.inputs.controls, node) } else { columns.u };
@@ -273,7 +274,7 @@ impl ForwardSweep {
     pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
         let from =
             KnownPart { h: 0.0, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
-        let (u, design) = self.motion.inputs.at(0);
+        let (u, design) = (self.motion.inputs.controls_at(0), self.motion.design.as_slice());
         let given = Given { u, t: self.motion.trajectory.times[0], design };
         let (v, sigma) = (column(&self.motion.trajectory.v, 0), column(&self.motion.trajectory.sigma, 0));
         self.stepper.newton.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)

@@ -12,6 +12,8 @@ use crate::{Grid, Inputs, Scheme, Start, System, Trajectory};
 pub(crate) struct Motion {
     /// On the grid that is taken; what is ahead stands behind a gap, while there is one.
     pub(crate) inputs: Inputs,
+    /// The values of the parameters, from its design variables.
+    pub(crate) design: Vec<f64>,
     pub(crate) ahead: Ahead,
     /// The node that column 0 of the trajectory holds.
     pub(crate) first: usize,
@@ -33,6 +35,7 @@ impl Motion {
         };
         Motion {
             inputs,
+            design: Vec::new(),
             ahead: Ahead::new(),
             first: 0,
             trajectory: Trajectory::zeros(system, 0, scheme),
@@ -44,7 +47,7 @@ impl Motion {
 
     /// What equations and costs of a node depend on.
     pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
-        self.trajectory.columns(node - self.first).with_inputs(self.inputs.at(node))
+        self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
     }
 
     /// What they depend on at a stage of the step into a node; the last one is the node itself.
@@ -52,7 +55,7 @@ impl Motion {
         if s == self.trajectory.last_stage() {
             return self.at(node);
         }
-        NodeView { design: self.inputs.design.as_slice(), ..self.trajectory.stage(node - self.first, s) }
+        NodeView { design: &self.design, ..self.trajectory.stage(node - self.first, s) }
     }
 
     /// The column of the second derivatives of a stage.

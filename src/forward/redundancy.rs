@@ -62,8 +62,8 @@ pub(crate) struct Relaxed {
 /// Does what `relax` did at the same start before; false if there was none.
 pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> bool {
     let time = forward.motion.trajectory.times[0];
-    let design = forward.motion.inputs.design.as_slice();
-    let is_same = |known: &Relaxed| known.q == q && known.design == design && known.time == time;
+    let design = &forward.motion.design;
+    let is_same = |known: &Relaxed| known.q == q && known.design == *design && known.time == time;
     let Some(known) = forward.relaxed.take().filter(is_same) else { return false };
     forward.stepper.newton.evaluation.set_compliance(&known.compliance);
     let regular = forward.factor_start(system).is_ok();

@@ -27,7 +27,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     let mut p_star = rate;
     if given_velocity {
         let mut left = Pair::new(n, m);
-        let (u, design) = forward.motion.inputs.at(0);
+        let (u, design) = (forward.motion.inputs.controls_at(0), forward.motion.design.as_slice());
         let sigma = column(&forward.motion.trajectory.sigma, 0);
         let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.motion.trajectory.times[0], design));
         forward.stepper.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
@@ -129,7 +129,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     }
     let v = column(&forward.motion.trajectory.v, 0).to_vec();
     let sigma = vec![0.0; system.m()];
-    let design = forward.motion.inputs.design.as_slice().to_vec();
+    let design = forward.motion.design.clone();
     let u = column(&forward.motion.inputs.controls, 0).to_vec();
     let at = NodeView::of_equations([q, &v, &sigma], (&u, time, &design));
     let scaled = Scaled::at(system, &at);

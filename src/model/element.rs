@@ -84,6 +84,12 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub t: S,
 }
 
+/// A parameter as a formula of others, for [`Scene::parameter`](crate::Scene::parameter): whatever operators do not suffice for.
+pub trait ParameterFormula<const N: usize> {
+    /// Its value, given those of the others.
+    fn value<S: Scalar>(&self, x: &SVector<S, N>) -> S;
+}
+
 /// How the values of a cost at the nodes are summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {

@@ -2,6 +2,9 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::expressions;
+use crate::program::{Graph, Node};
+
 /// A part of a scene, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Handle {
@@ -9,25 +12,56 @@ pub(crate) struct Handle {
     pub(crate) index: usize,
 }
 
-/// A number that no other scene of the program has.
-#[derive(Clone, Copy, Debug)]
+/// A number that no other scene of the program has; with it ends what was noted of the scene's expressions.
+#[derive(Debug)]
 pub(crate) struct SceneTag(u64);
 
 impl Default for SceneTag {
     fn default() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        SceneTag(NEXT.fetch_add(1, Ordering::Relaxed))
+        let scene = NEXT.fetch_add(1, Ordering::Relaxed);
+        expressions::begin(scene);
+        SceneTag(scene)
     }
 }
 
 impl SceneTag {
-    pub(crate) fn handle(self, index: usize) -> Handle {
+    pub(crate) fn handle(&self, index: usize) -> Handle {
         Handle { scene: self.0, index }
     }
 
-    pub(crate) fn owns(self, handle: &Handle) -> bool {
+    pub(crate) fn owns(&self, handle: &Handle) -> bool {
         handle.scene == self.0
     }
+
+    /// Whether an expression is one of this scene's.
+    pub(crate) fn noted(&self, expression: &Expression) -> bool {
+        expression.scene == self.0
+    }
+
+    /// What was noted of the scene's expressions; none can be added any more.
+    pub(crate) fn take_expressions(&self) -> Graph {
+        expressions::take(self.0)
+    }
+}
+
+impl Drop for SceneTag {
+    fn drop(&mut self) {
+        self.take_expressions();
+    }
+}
+
+impl Handle {
+    pub(crate) fn scene(&self) -> u64 {
+        self.scene
+    }
+}
+
+/// A node of a scene's expressions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Expression {
+    pub(crate) scene: u64,
+    pub(crate) node: Node,
 }
 
 macro_rules! handles {

@@ -1,6 +1,7 @@
 //! What a researcher writes: elements, their parameters, and handles for what they are connected to.
 
 pub mod element;
+mod expressions;
 mod handle;
 mod param;
 

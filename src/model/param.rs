@@ -1,15 +1,30 @@
-//! Physical constants of elements: numbers, or multiples of a design variable.
+//! Physical constants of elements: numbers, multiples of a design variable, or expressions of several.
 
 use num_traits::Zero;
-use std::ops::{Mul, Neg};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::Design;
+use super::handle::{Expression, SceneTag};
+use super::{Design, expressions};
 use crate::number::Arithmetic;
+use crate::program::{Function, Graph, Node};
 
-/// A physical constant of an element: a number, or a multiple of a design variable of the scene.
+/// A physical constant of an element: a number, or what design variables of the scene make it.
 ///
-/// Numbers and [`Design`] handles convert into it; `length * 0.5` and `-length` bind half a length or its opposite. Binding is
-/// what makes dJ/db available; an unbound parameter costs nothing.
+/// Numbers and [`Design`] handles convert into it, and both calculate: `length * 0.5`, `-length`, `m * l * l / 12.0`, `a + 0.1`, `(a * a + b * b).sqrt()`.
+/// For what operators do not suffice there is [`Scene::parameter`](crate::Scene::parameter). Binding is what makes dJ/db available, exactly; a
+/// parameter of numbers alone is a number and costs nothing.
+///
+/// ```
+/// use hamiltonian_adjoint::{Scene, planar::Body};
+///
+/// let mut scene = Scene::new();
+/// let (m, l) = (scene.design("mass", 0.4), scene.design("length", 1.0));
+/// let rod = scene.body("rod", m, m * l * l / 12.0, [0.0, -0.5, 0.0]);
+/// scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(0.0, l * 0.5));
+/// let system = scene.compile()?;
+/// assert_eq!(system.designs(), 2);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
     of: Source,
@@ -20,8 +35,14 @@ pub struct Param {
 enum Source {
     One,
     Design(Design),
+    /// A node of the scene's expressions.
+    Expression(Expression),
     /// A component of the scene's gravity, which may be set after the bodies.
     Gravity(usize),
+    /// An entry of the values of a compiled system's parameters.
+    Value(usize),
+    /// Made of design variables of several scenes, or of one that was compiled before.
+    Foreign,
 }
 
 impl From<f64> for Param {
@@ -36,44 +57,188 @@ impl From<Design> for Param {
     }
 }
 
-impl Mul<f64> for Param {
-    type Output = Param;
-    fn mul(self, factor: f64) -> Param {
-        Param { factor: self.factor * factor, ..self }
-    }
-}
-
 impl Neg for Param {
     type Output = Param;
     fn neg(self) -> Param {
-        self * -1.0
-    }
-}
-
-impl Mul<f64> for Design {
-    type Output = Param;
-    fn mul(self, factor: f64) -> Param {
-        Param::from(self) * factor
+        Param { factor: -self.factor, ..self }
     }
 }
 
 impl Neg for Design {
     type Output = Param;
     fn neg(self) -> Param {
-        Param::from(self) * -1.0
+        -Param::from(self)
     }
 }
 
+/// An operator between numbers, design variables and parameters, whatever stands on either side of it.
+macro_rules! operators {
+    ($($operator:ident $method:ident $made:ident;)*) => {$(
+        operators! { $operator $method $made: Param, Param; Param, Design; Param, f64; Design, Param; Design, Design; Design, f64; f64, Param; f64, Design; }
+    )*};
+    ($operator:ident $method:ident $made:ident: $($left:ty, $right:ty;)*) => {$(
+        impl $operator<$right> for $left {
+            type Output = Param;
+            fn $method(self, other: $right) -> Param {
+                Param::from(self).$made(Param::from(other))
+            }
+        }
+    )*};
+}
+
+operators! {
+    Add add sum;
+    Sub sub difference;
+    Mul mul product;
+    Div div quotient;
+}
+
+/// Functions of parameters and of design variables.
+macro_rules! functions {
+    ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty)?) $number:expr, $node:expr;)*) => {
+        impl Param {$(
+            $(#[$doc])*
+            pub fn $name(self $(, $argument: $type)?) -> Param {
+                self.apply($number, $node)
+            }
+        )*}
+
+        impl Design {$(
+            $(#[$doc])*
+            pub fn $name(self $(, $argument: $type)?) -> Param {
+                Param::from(self).$name($($argument)?)
+            }
+        )*}
+    };
+}
+
+functions! {
+    /// √x.
+    sqrt() f64::sqrt, |graph, x| graph.function(Function::Sqrt, x);
+    /// eˣ.
+    exp() f64::exp, |graph, x| graph.function(Function::Exp, x);
+    /// The natural logarithm.
+    ln() f64::ln, |graph, x| graph.function(Function::Ln, x);
+    /// Sine.
+    sin() f64::sin, |graph, x| graph.function(Function::Sin, x);
+    /// Cosine.
+    cos() f64::cos, |graph, x| graph.function(Function::Cos, x);
+    /// Tangent.
+    tan() f64::tan, |graph, x| graph.function(Function::Tan, x);
+    /// Arctangent.
+    atan() f64::atan, |graph, x| graph.function(Function::Atan, x);
+    /// 1/x.
+    recip() f64::recip, |graph, x| graph.function(Function::Reciprocal, x);
+    /// xⁿ for an integer n.
+    powi(n: i32) |x| x.powi(n), |graph, x| graph.integer_power(x, n);
+    /// xⁿ for x ≥ 0.
+    powf(n: f64) |x| x.powf(n), |graph, x| { let n = graph.constant(n); graph.power(x, n) };
+}
+
 impl Param {
+    /// The angle of the point (x, y), where `self` is y.
+    pub fn atan2(self, x: impl Into<Param>) -> Param {
+        self.combine(x.into(), f64::atan2, Graph::atan2)
+    }
+
+    fn sum(self, other: Param) -> Param {
+        self.combine(other, f64::add, Graph::add)
+    }
+
+    fn difference(self, other: Param) -> Param {
+        self.combine(other, f64::sub, Graph::subtract)
+    }
+
+    fn product(self, other: Param) -> Param {
+        match (self.constant(), other.constant()) {
+            (Some(number), _) => other.scaled(number),
+            (_, Some(number)) => self.scaled(number),
+            _ => self.combine(other, f64::mul, Graph::multiply),
+        }
+    }
+
+    fn quotient(self, other: Param) -> Param {
+        match other.constant() {
+            Some(number) => Param { factor: self.factor / number, ..self },
+            None => self.combine(other, f64::div, Graph::divide),
+        }
+    }
+
+    fn apply(self, number: impl Fn(f64) -> f64, node: impl FnOnce(&mut Graph, Node) -> Node) -> Param {
+        match self.of {
+            Source::One => Param::from(number(self.factor)),
+            _ => Param::expression(&[self], |graph, of| node(graph, of[0])),
+        }
+    }
+
+    fn combine(self, other: Param, number: fn(f64, f64) -> f64, node: impl FnOnce(&mut Graph, Node, Node) -> Node) -> Param {
+        match (self.of, other.of) {
+            (Source::One, Source::One) => Param::from(number(self.factor, other.factor)),
+            _ => Param::expression(&[self, other], |graph, of| node(graph, of[0], of[1])),
+        }
+    }
+
+    /// What a formula makes of some parameters.
+    pub(crate) fn expression(of: &[Param], formula: impl FnOnce(&mut Graph, &[Node]) -> Node) -> Param {
+        let foreign = Param { of: Source::Foreign, factor: 1.0 };
+        let scenes = of.iter().map(|param| match param.of {
+            Source::One => Ok(None),
+            Source::Design(design) => Ok(Some(design.0.scene())),
+            Source::Expression(expression) => Ok(Some(expression.scene)),
+            Source::Gravity(_) | Source::Value(_) | Source::Foreign => Err(()),
+        });
+        let Ok(scenes) = scenes.collect::<Result<Vec<_>, ()>>() else { return foreign };
+        let mut scenes = scenes.into_iter().flatten();
+        let Some(scene) = scenes.next().filter(|first| scenes.all(|other| other == *first)) else { return foreign };
+        let noted = expressions::with(scene, |graph| {
+            let of: Vec<Node> = of.iter().map(|param| param.node(graph)).collect();
+            let node = formula(graph, &of);
+            (node, graph.value(node))
+        });
+        match noted {
+            Some((_, Some(number))) => Param::from(number),
+            Some((node, None)) => Param { of: Source::Expression(Expression { scene, node }), factor: 1.0 },
+            None => foreign,
+        }
+    }
+
+    fn node(self, graph: &mut Graph) -> Node {
+        let node = match self.of {
+            Source::Design(design) => graph.input(design.index()),
+            Source::Expression(expression) => expression.node,
+            _ => graph.constant(1.0),
+        };
+        let factor = graph.constant(self.factor);
+        graph.multiply(factor, node)
+    }
+
     pub(crate) fn gravity(axis: usize) -> Self {
         Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
-    pub(crate) fn resolve(self, gravity: &[Param; 3]) -> Self {
+    /// Whether all that it is made of belongs to a scene.
+    pub(crate) fn belongs_to(&self, scene: &SceneTag) -> bool {
         match self.of {
-            Source::Gravity(axis) => gravity[axis] * self.factor,
+            Source::Design(design) => scene.owns(&design.0),
+            Source::Expression(expression) => scene.noted(&expression),
+            Source::Foreign => false,
+            Source::One | Source::Gravity(_) | Source::Value(_) => true,
+        }
+    }
+
+    /// With the scene's gravity, and with a place among the values of a compiled system: that of a design variable, or what `place` gives a node.
+    pub(crate) fn resolve(self, gravity: &[Param; 3], place: &mut dyn FnMut(Node) -> usize) -> Self {
+        match self.of {
+            Source::Gravity(axis) => gravity[axis].scaled(self.factor).resolve(&[Param::from(0.0); 3], place),
+            Source::Expression(expression) => Param { of: Source::Value(place(expression.node)), ..self },
+            Source::Design(design) => Param { of: Source::Value(design.index()), ..self },
             _ => self,
         }
+    }
+
+    /// A multiple of it.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Param { factor: self.factor * factor, ..self }
     }
 
     /// The number, unless it is bound to a design variable.
@@ -84,24 +249,21 @@ impl Param {
         }
     }
 
-    /// The index of the design variable and its factor, if it is bound to one.
-    pub(crate) fn design(&self) -> Option<(usize, f64)> {
-        self.handle().map(|design| (design.index(), self.factor))
-    }
-
-    pub(crate) fn handle(&self) -> Option<Design> {
+    /// The place of what it is a multiple of among the values of a compiled system's parameters, and the factor, if it is bound.
+    pub(crate) fn bound(&self) -> Option<(usize, f64)> {
         match self.of {
-            Source::Design(design) => Some(design),
+            Source::Value(place) => Some((place, self.factor)),
             _ => None,
         }
     }
 
-    /// The value for given design variables.
-    pub(crate) fn value<R: From<f64> + Copy + Zero + Arithmetic<f64>>(&self, design: &[R]) -> R {
+    /// The value, given those of a compiled system's parameters.
+    pub(crate) fn value<R: From<f64> + Copy + Zero + Arithmetic<f64>>(&self, parameters: &[R]) -> R {
         match self.of {
             Source::One => R::from(self.factor),
-            Source::Design(handle) => design[handle.index()] * self.factor,
-            Source::Gravity(_) => R::zero(),
+            Source::Value(place) => parameters[place] * self.factor,
+            // Nothing that was resolved.
+            Source::Design(_) | Source::Expression(_) | Source::Gravity(_) | Source::Foreign => R::zero(),
         }
     }
 }

@@ -140,9 +140,9 @@ pub struct Inputs<R = f64> {
 }
 
 impl<R> Inputs<R> {
-    /// The controls of a node, and the design variables.
-    pub(crate) fn at(&self, node: usize) -> (&[R], &[R]) {
-        (column(&self.controls, node), self.design.as_slice())
+    /// The controls of a node.
+    pub(crate) fn controls_at(&self, node: usize) -> &[R] {
+        column(&self.controls, node)
     }
 }
 

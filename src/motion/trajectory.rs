@@ -136,8 +136,8 @@ impl<R: Real> Trajectory<R> {
         self.scheme.stages()
     }
 
-    pub(crate) fn at<'a>(&'a self, inputs: &'a Inputs<R>, i: usize) -> NodeView<'a, R> {
-        self.columns(i).with_inputs(inputs.at(i))
+    pub(crate) fn at<'a>(&'a self, (inputs, design): (&'a Inputs<R>, &'a [R]), i: usize) -> NodeView<'a, R> {
+        self.columns(i).with_inputs((inputs.controls_at(i), design))
     }
 
     /// Refuses a motion that does not reach the end of its grid.
@@ -156,12 +156,13 @@ impl<R: Real> Trajectory<R> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let refinement = Refinement::new(&lengths, &self.inserted);
+        let design = system.parameters().values(inputs.design.as_slice());
         let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
         let mut sum = R::zero();
         for i in first..self.computed {
-            let value = self.cost_of_step(system, inputs, &refinement, i);
+            let value = self.cost_of_step(system, (inputs, &design), &refinement, i);
             if !is_finite(value) {
-                return Err(self.bad_cost(system, inputs, &refinement, i));
+                return Err(self.bad_cost(system, (inputs, &design), &refinement, i));
             }
             sum += value;
         }
@@ -169,27 +170,39 @@ impl<R: Real> Trajectory<R> {
     }
 
     /// All that J gets from node `i` and from the stages between it and the node before.
-    pub(crate) fn cost_of_step(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, i: usize) -> R {
+    pub(crate) fn cost_of_step(
+        &self,
+        system: &System,
+        (inputs, design): (&Inputs<R>, &[R]),
+        refinement: &Refinement,
+        i: usize,
+    ) -> R {
         let mut sum = R::zero();
         if i > 0 && system.has_integral() {
             for s in 1..self.last_stage() {
-                let at = NodeView { design: inputs.design.as_slice(), ..self.stage(i, s) };
+                let at = NodeView { design, ..self.stage(i, s) };
                 sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)));
             }
         }
-        sum + system.cost(&self.at(inputs, i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
+        sum + system.cost(&self.at((inputs, design), i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
     }
 
     /// Which cost of a node is not finite.
-    fn bad_cost(&self, system: &System, inputs: &Inputs<R>, refinement: &Refinement, node: usize) -> Error {
+    fn bad_cost(
+        &self,
+        system: &System,
+        (inputs, design): (&Inputs<R>, &[R]),
+        refinement: &Refinement,
+        node: usize,
+    ) -> Error {
         let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
-        let at = self.at(inputs, node);
+        let at = self.at((inputs, design), node);
         let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
         let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
         let t = at.t.part(0);
         let at =
             NodeView { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
-        let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.designs());
+        let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.parameters().len());
         let weights = refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
     }
@@ -200,9 +213,10 @@ impl<R: Real> Trajectory<R> {
     /// Inputs of other sizes; numbers beyond their range.
     pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
         self.check_fits(system, inputs)?;
+        let design = system.parameters().values(inputs.design.as_slice());
         let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
         for i in 0..self.computed {
-            system.phi(&self.at(inputs, i), column_mut(&mut phi, i));
+            system.phi(&self.at((inputs, &design), i), column_mut(&mut phi, i));
         }
         finite(system, "Φ", phi)
     }
@@ -213,10 +227,11 @@ impl<R: Real> Trajectory<R> {
     /// As [`phi`](Self::phi).
     pub fn phi_dot(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
         self.check_fits(system, inputs)?;
+        let design = system.parameters().values(inputs.design.as_slice());
         let mut sums = Sums::new(system.n(), system.m());
         let mut phi_dot = DMatrix::from_element(system.m(), self.computed, R::zero());
         for i in 0..self.computed {
-            system.plain_sums(&self.at(inputs, i), &mut sums);
+            system.plain_sums(&self.at((inputs, &design), i), &mut sums);
             column_mut(&mut phi_dot, i).copy_from_slice(sums.phi_dot());
         }
         finite(system, "dΦ/dt", phi_dot)

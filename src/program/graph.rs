@@ -13,6 +13,13 @@ use super::function::Function;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Node(pub(super) u32);
 
+impl Node {
+    /// Its place among the values of all nodes.
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// How a node is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Expression {
@@ -114,6 +121,10 @@ impl Graph {
         self.expressions.len()
     }
 
+    pub(super) fn expressions(&self) -> impl Iterator<Item = Expression> {
+        self.expressions.iter().copied()
+    }
+
     pub(crate) fn expression(&self, node: Node) -> Expression {
         self.expressions[node.0 as usize]
     }
@@ -145,6 +156,16 @@ impl Graph {
             }
         }
         (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
+    }
+
+    /// The inputs that a node depends on.
+    pub(crate) fn inputs_of(&self, node: Node) -> Vec<usize> {
+        let nodes = self.reachable([node]);
+        let inputs = nodes.into_iter().filter_map(|node| match self.expression(node) {
+            Expression::Input(which) => Some(which as usize),
+            _ => None,
+        });
+        inputs.collect()
     }
 
     /// What some nodes are made of at every point: inputs, and nodes that are fixed.

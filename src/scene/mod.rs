@@ -8,8 +8,11 @@ pub mod scenes;
 use std::any::Any;
 use std::collections::HashSet;
 
-use crate::model::element::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Sum};
+use nalgebra::SVector;
+
+use crate::model::element::{Constraint, Cost, Force, KineticEnergy, ParameterFormula, PotentialEnergy, Sum};
 use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
+use crate::program::{Obstacle, Symbol, record};
 use crate::system::{
     AnyBatch, AnyCosts, Applied, Batch, Costs, Holonomic, Jet, Kinetic, Parts, PlacedCost, PlacedElement, Potential,
 };
@@ -94,6 +97,57 @@ impl Scene {
     pub fn design(&mut self, name: &str, value: f64) -> Design {
         self.parts.designs.push((name.to_string(), value));
         Design(self.tag.handle(self.parts.designs.len() - 1))
+    }
+
+    /// A parameter made of others by a formula; operators and functions of [`Param`] suffice for most.
+    ///
+    /// A formula that branches on a value, or panics, is refused when the scene is compiled.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{ParameterFormula, Scalar, Scene, planar::Body};
+    /// use nalgebra::SVector;
+    ///
+    /// /// The moment of inertia of n equal masses m on a ring: x = [m, radius].
+    /// struct Ring(usize);
+    /// impl ParameterFormula<2> for Ring {
+    ///     fn value<S: Scalar>(&self, x: &SVector<S, 2>) -> S {
+    ///         (0..self.0).map(|_| x[0] * x[1] * x[1]).sum()
+    ///     }
+    /// }
+    ///
+    /// let mut scene = Scene::new();
+    /// let radius = scene.design("radius", 0.3);
+    /// let inertia = scene.parameter("inertia", Ring(5), [0.1.into(), radius.into()]);
+    /// let wheel = scene.body("wheel", 0.5, inertia, [0.0; 3]);
+    /// scene.revolute("axle", Body::GROUND.at(0.0, 0.0), wheel.at(0.0, 0.0));
+    /// scene.compile()?;
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn parameter<F, const N: usize>(&mut self, name: &str, formula: F, of: [Param; N]) -> Param
+    where
+        F: ParameterFormula<N>,
+    {
+        if !self.check_params(name, &of) {
+            return f64::NAN.into();
+        }
+        let numbers = of.map(|param| param.constant());
+        if numbers.iter().all(Option::is_some) {
+            return formula.value(&SVector::from_fn(|i, _| numbers[i].unwrap_or_default())).into();
+        }
+        let symbol = |i: usize| numbers[i].map_or_else(|| Symbol::input(i, 1.0), Symbol::from);
+        match record(|result| result(formula.value(&SVector::from_fn(|i, _| symbol(i))))) {
+            Ok((graph, results)) => Param::expression(&of, |into, of| {
+                let nodes = into.import(&graph, of);
+                nodes[results[0].index()]
+            }),
+            Err(obstacle) => {
+                self.report(Error::ParameterFormula {
+                    parameter: name.to_string(),
+                    branches: obstacle == Obstacle::Branches,
+                });
+                f64::NAN.into()
+            }
+        }
     }
 
     /// Adds a kinetic energy T(q, v; b).
@@ -211,6 +265,7 @@ impl Scene {
             return Err(problem);
         }
         self.check_names()?;
+        self.parts.expressions = self.tag.take_expressions();
         System::compile(self.parts, without_programs)
     }
 
@@ -254,7 +309,7 @@ impl Scene {
     }
 
     fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
-        let known = params.iter().all(|p| p.handle().is_none_or(|design| self.tag.owns(&design.0)));
+        let known = params.iter().all(|p| p.belongs_to(&self.tag));
         if !known {
             self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
         }

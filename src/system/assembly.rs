@@ -349,7 +349,7 @@ fn input(element: &Element, of: InputOf) -> (Input, f64) {
         InputOf::Control(k) => (Input::Control(element.u[k]), 1.0),
         InputOf::Time => (Input::Time, 1.0),
         InputOf::Constant(p) => {
-            element.b[p].design().map_or((Input::Time, 0.0), |(design, factor)| (Input::Design(design), factor))
+            element.b[p].bound().map_or((Input::Time, 0.0), |(design, factor)| (Input::Design(design), factor))
         }
     }
 }

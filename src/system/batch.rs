@@ -143,7 +143,9 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     /// What kind of element it holds.
     fn kind(&self) -> ElementKind;
     /// Resolves the parameters of every element and records its formula; `at` is for formulas that look at values.
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, into: &mut Recordings);
+    /// Takes the parameters of all elements through `resolve`.
+    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
+    fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings);
     /// Records the formula of the element at a place, batch and item, as it is now.
     fn record_again(&self, place: (usize, usize), at: &NodeView<f64>, into: &mut Recordings);
     /// Joins what identifies the formulas that anything was concluded of.
@@ -202,9 +204,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         J::KIND
     }
 
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, into: &mut Recordings) {
+    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
+        self.items.iter_mut().for_each(|item| item.b = item.b.map(&mut *resolve));
+    }
+
+    fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings) {
         for (place, item) in self.items.iter_mut().enumerate() {
-            item.b = item.b.map(|b| b.resolve(gravity));
             let formula = into.add(item, (into.batch, place), at);
             item.timed = formula.timed;
             item.is_recorded = formula.template.is_some();

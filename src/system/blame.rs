@@ -48,7 +48,7 @@ impl Argument {
             Argument::Force(i) => (format!("dp*/dt of {}", quoted(&names.coordinates[i])), at.p_star_dot, i),
             Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
             Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
-            Argument::Design(p) => (quoted(&names.designs[p]), at.design, p),
+            Argument::Design(p) => (names.parameters[p].clone(), at.design, p),
             Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
         };
         list.get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))

@@ -143,7 +143,9 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
     /// Resolves the parameters of every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
+    /// Takes the parameters of all costs through `resolve`.
+    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
+    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
     /// Takes over design variables, and formulas as they are now if they are `changed`; counts costs whose programs do not hold any more.
     fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize;
     /// Joins what identifies the formulas that anything was concluded of.
@@ -331,7 +333,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
             Partial::Argument(i) if i < input::t(N, M, K) => u[self.u[i - input::u(N, M)]] += weight * slope,
             Partial::Argument(_) => *time += weight * slope,
             Partial::Constant(p) => {
-                if let Some((which, factor)) = self.b[p].design() {
+                if let Some((which, factor)) = self.b[p].bound() {
                     design[which] += weight * factor * slope;
                 }
             }
@@ -348,7 +350,7 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
         add(&mut rows.sigma, &self.sigma, weight, &self.part(&p.sigma, p, b, |point, x| point.sigma = x));
         add(&mut rows.u, &self.u, weight, &self.part(&p.u, p, b, |point, x| point.u = x));
         rows.time += weight * self.part(&SVector::from([p.t]), p, b, |point, x| point.t = x[0])[0];
-        for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.design()?))) {
+        for (i, (design, factor)) in self.b.iter().enumerate().filter_map(|(i, b)| Some((i, b.bound()?))) {
             let mut b = b.map(Slope::from_re);
             b[i] = b[i].derivative(0);
             rows.design[design] += weight * factor * slope(&self.cost.cost(&lift(p), &b));
@@ -381,9 +383,12 @@ where
 }
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyCosts for Costs<C, N, M, K, P> {
-    fn prepare(&mut self, gravity: &[Param; 3], at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
+    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
+        self.items.iter_mut().for_each(|item| item.b = item.b.map(&mut *resolve));
+    }
+
+    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
         for item in &mut self.items {
-            item.b = item.b.map(|b| b.resolve(gravity));
             if !without_programs {
                 let bound = item.b.map(|b| b.constant().is_none());
                 let recorded = item.record(at);

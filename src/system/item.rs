@@ -84,7 +84,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             Place::U(k) => Argument::Control(self.u[k]),
             _ => Argument::Time,
         };
-        let design = self.b.iter().filter_map(|b| b.design()).map(|(p, _)| Argument::Design(p));
+        let design = self.b.iter().filter_map(|b| b.bound()).map(|(p, _)| Argument::Design(p));
         (0..shape.sigma()).filter(|&which| depends[which]).map(argument).chain(design).collect()
     }
 
@@ -200,7 +200,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let design = |p: &usize| is_bad(self.differentiate(at, |_, b| b[*p] = b[*p].derivative(0)));
         let time = || is_bad(self.differentiate(at, |local, _| local.t = local.t.derivative(0)));
         let of_control = (0..K).find(control).map(|k| Argument::Control(self.u[k]));
-        let of_design = || (0..P).filter(design).find_map(|p| self.b[p].design()).map(|(p, _)| Argument::Design(p));
+        let of_design = || (0..P).filter(design).find_map(|p| self.b[p].bound()).map(|(p, _)| Argument::Design(p));
         of_control.or_else(|| (self.timed && time()).then_some(Argument::Time)).or_else(of_design)
     }
 
@@ -211,7 +211,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
         *rows.time += self.directional(at, with, |local, _| local.t = local.t.derivative(0));
         for (p, b) in self.b.iter().enumerate() {
-            if let Some((design, factor)) = b.design() {
+            if let Some((design, factor)) = b.bound() {
                 *rows.evaluations += 1;
                 rows.design[design] += factor * self.directional(at, with, |_, b| b[p] = b[p].derivative(0));
             }
@@ -231,7 +231,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             *rows.time += directional(Slope::from_re(at.t).derivative(0), &b);
         }
         for (p, constant) in self.b.iter().enumerate() {
-            if let Some((design, factor)) = constant.design() {
+            if let Some((design, factor)) = constant.bound() {
                 *rows.evaluations += 1;
                 let mut moved = b;
                 moved[p] = moved[p].derivative(0);

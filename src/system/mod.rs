@@ -17,6 +17,7 @@ mod item;
 mod jet;
 mod known;
 mod names;
+mod parameters;
 mod parts;
 mod plain;
 mod point;
@@ -60,6 +61,7 @@ pub(crate) use element::Formulas;
 use element::{Element, Recordings};
 use jet::ElementKind;
 use names::Names;
+use parameters::Parameters;
 use plain::{plain, plain_costs};
 use point::Layout;
 
@@ -82,30 +84,39 @@ pub struct System {
     names: Names,
     initial: Vec<f64>,
     design: Vec<f64>,
+    parameters: Parameters,
     positive: Vec<(Param, String)>,
     /// Identifies the formulas that were compiled.
     fingerprint: u64,
 }
 
 impl System {
-    pub(crate) fn compile(scene: Parts, without_programs: bool) -> Result<Self, Error> {
+    pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
         let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
         if n == 0 {
             return Err(Error::EmptyScene);
         }
-        let names = Names::new(&scene);
         let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
+        let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
+        let mut resolve = |param: Param| parameters.resolve(param, &gravity);
+        scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
+        scene.costs.iter_mut().for_each(|costs| costs.resolve(&mut resolve));
+        scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
+        parameters.differentiate();
+        let names = Names::new(&scene, &parameters);
         let (mut batches, mut costs) = (scene.batches, scene.costs);
         let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
-        check_positive(&scene.positive, &design)?;
+        let values = parameters.values(&design);
+        parameters.check(&values, &names.parameters)?;
+        check_positive(&scene.positive, &values)?;
         let zeros = vec![0.0; n.max(m).max(k)];
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
-        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &design));
+        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
         let mut recordings = Recordings::new(without_programs);
-        batches.iter_mut().for_each(|batch| batch.prepare(&gravity, &at, &mut recordings));
+        batches.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
         let elements = recordings.elements;
         let mut fixed = 0;
-        costs.iter_mut().for_each(|costs| costs.prepare(&gravity, &at, without_programs, &mut fixed));
+        costs.iter_mut().for_each(|costs| costs.prepare(&at, without_programs, &mut fixed));
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
@@ -137,6 +148,7 @@ impl System {
             names,
             initial,
             design,
+            parameters,
             positive,
             fingerprint,
         })
@@ -338,7 +350,14 @@ impl System {
     }
 
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
-        check_positive(&self.positive, design)
+        let values = self.parameters.values(design);
+        self.parameters.check(&values, &self.names.parameters)?;
+        check_positive(&self.positive, &values)
+    }
+
+    /// What elements are given: design variables and expressions of them.
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.

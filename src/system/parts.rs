@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::batch::AnyBatch;
 use super::cost::AnyCosts;
 use crate::model::Param;
+use crate::program::Graph;
 
 /// A mechanism as a list of named parts.
 #[derive(Default)]
@@ -15,6 +16,8 @@ pub(crate) struct Parts {
     pub(crate) initial: Vec<f64>,
     pub(crate) controls: Vec<String>,
     pub(crate) designs: Vec<(String, f64)>,
+    /// Expressions of them, of which parameters are made.
+    pub(crate) expressions: Graph,
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
     pub(crate) equations: usize,

@@ -179,6 +179,11 @@ where
 }
 
 /// Holds the coefficients of a sum of sines to its slopes at a random angle.
+/// The first design variable.
+fn bound() -> Param {
+    Param::from(Design(SceneTag::default().handle(0))).resolve(&[0.0.into(); 3], &mut |_| 0)
+}
+
 fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) {
     let Some(kernels) = element.formula.kernels.as_ref().filter(|_| element.formula.sinusoidal) else { return };
     let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());
@@ -207,7 +212,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
         let design = [0.6 + 0.5 * draw.number()];
         let b: [Param; P] = std::array::from_fn(|p| match zeros >> p & 1 {
             1 if zeros.count_ones() > 1 => Param::from(0.0),
-            1 => Design(SceneTag::default().handle(0)).into(),
+            1 => bound(),
             _ => Param::from(0.8 + 0.5 * draw.number()),
         });
         said += hold(make(), &mut draw, &format!("{name} with {b:?}"), (b, &design));
@@ -225,7 +230,7 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let name = |formula: &Random| format!("formula {k}: {formula:?}");
         let names = [name(&kinetic), name(&potential), name(&applied), name(&holonomic)];
         let design = [0.7 * draw.number()];
-        let b = [Design(SceneTag::default().handle(0)).into(), Param::from(draw.number())];
+        let b = [bound(), Param::from(draw.number())];
         let with = (b, design.as_slice());
         said += hold::<_, 2, 0, 0, 2>(Kinetic(kinetic), &mut draw, &names[0], with);
         said += hold::<_, 3, 0, 0, 2>(Potential(potential), &mut draw, &names[1], with);

@@ -11,6 +11,7 @@ pub struct NodeView<'a, R> {
     pub sigma: &'a [R],
     pub u: &'a [R],
     pub t: R,
+    /// Design variables, then the expressions of them that are parameters of elements.
     pub design: &'a [R],
 }
 

@@ -49,13 +49,14 @@ pub(super) fn identity(
     let moved = super::super::direct::moved(inputs, &direction, Dual64::new)?;
     let motion = solver.simulate(&moved)?.clone();
     let moved = solver.inputs();
+    let design = system.parameters().values(moved.design.as_slice());
     let dot = |x: nalgebra::DVectorView<f64>, y: nalgebra::DVectorView<Dual64>| {
         x.iter().zip(y.iter()).map(|(x, y)| x * y.eps).sum::<f64>()
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
     for i in (1..taken.grid.nodes()).rev() {
-        by_tangent += motion.cost_of_step(system, moved, &refinement, i).eps;
+        by_tangent += motion.cost_of_step(system, (moved, &design), &refinement, i).eps;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }

@@ -129,7 +129,8 @@ struct Columns {
 impl Terms {
     pub(super) fn new(system: &System, y: &State, u: &DVector<f64>, b: &DVector<f64>, time: f64) -> Self {
         let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
-        let arguments = [dual(&y.q), dual(&y.v), dual(&y.sigma), dual(u), dual(b)];
+        let design = DVector::from_column_slice(&system.parameters().values(b.as_slice()));
+        let arguments = [dual(&y.q), dual(&y.v), dual(&y.sigma), dual(u), dual(&design)];
         let mut unloaded = arguments.clone();
         unloaded[2].fill(Dual64::from_re(0.0));
         let by = |of: &[DVector<Dual64>; 5], which: usize| columns(system, System::plain_sums, of, which, time);

@@ -53,6 +53,8 @@ pub struct LiftedSolver<'s, R: Real> {
 /// The motion on other numbers, and what corrects it.
 struct Lifted<R: Real> {
     inputs: Inputs<R>,
+    /// The values of the parameters, from its design variables.
+    design: Vec<R>,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
     /// q̄ and p̄ of the stage at hand, and σ₋.
@@ -93,6 +95,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         trajectory.restarted.clone_from(&real.trajectory().restarted);
         let lifted = Lifted {
             inputs: inputs.lift(),
+            design: Vec::new(),
             trajectory,
             sums: Sums::new(n, m),
             start_q: zeros(n),
@@ -115,7 +118,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         if let Some(value) = (0..R::PARTS).find_map(|part| parts(inputs, part).find(|x| !x.is_finite())) {
             return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
         }
-        self.lifted.begin(self.refinement.refine(inputs), inputs);
+        let design = self.real.system().parameters().values(inputs.design.as_slice());
+        self.lifted.begin(self.refinement.refine(inputs), inputs, &design);
         let system = self.real.system();
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
         let mut near = Near { system, motion, newton: &mut stepper.newton, report: &mut monitor.report };
@@ -181,11 +185,14 @@ impl Near<'_> {
 
 impl<R: Real> Lifted<R> {
     /// Takes the inputs on the grid that was taken, and the size of their perturbation from those that were given.
-    fn begin(&mut self, taken: Inputs<R>, given: &Inputs<R>) {
+    fn begin(&mut self, taken: Inputs<R>, given: &Inputs<R>, design: &[R]) {
         self.rounding = 0.0;
         self.inputs = taken;
+        self.design.clear();
+        self.design.extend_from_slice(design);
         for part in 1..R::PARTS {
-            self.unit[part] = parts(given, part).fold(0.0, |largest, x| largest.max(x.abs()));
+            let all = parts(given, part).chain(design.iter().map(|x| x.part(part)));
+            self.unit[part] = all.fold(0.0, |largest, x| largest.max(x.abs()));
         }
         self.trajectory.times.copy_from_slice(&self.inputs.grid.times());
     }
@@ -218,7 +225,7 @@ impl<R: Real> Lifted<R> {
         self.start_sigma.fill(R::zero());
         if let Start::Velocity { q, v } = &self.inputs.start {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
-            let (u, design) = self.inputs.at(0);
+            let (u, design) = (self.inputs.controls_at(0), self.design.as_slice());
             let at = NodeView::of_equations([q.as_slice(), v.as_slice(), &sigma], (u, self.trajectory.times[0], design));
             near.system.plain_sums(&at, &mut self.sums);
             self.start_p.copy_from_slice(self.sums.l_v());
@@ -282,8 +289,8 @@ impl<R: Real> Lifted<R> {
         }
         let now = self.trajectory.stage(i, s);
         let sigma = now.sigma;
-        let u = if s == self.trajectory.last_stage() { self.inputs.at(i).0 } else { now.u };
-        near.system.plain_sums(&now.with_inputs((u, self.inputs.design.as_slice())), &mut self.sums);
+        let u = if s == self.trajectory.last_stage() { self.inputs.controls_at(i) } else { now.u };
+        near.system.plain_sums(&now.with_inputs((u, &self.design)), &mut self.sums);
         for &(j, mu) in &self.trajectory.compliance {
             self.sums.parts_mut()[2][j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }

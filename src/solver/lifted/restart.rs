@@ -18,7 +18,7 @@ impl<R: Real> Lifted<R> {
         self.start_q.copy_from_slice(column(&self.trajectory.q, i));
         let (before, now) = (column(&self.trajectory.sigma, restart.before), column(&self.trajectory.sigma, i));
         let s: Vec<R> = before.iter().zip(now).map(|(&before, &now)| restart.begin(before, now)).collect();
-        let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at(&self.inputs, i) };
+        let at = NodeView { v: &v, sigma: &s, ..self.trajectory.at((&self.inputs, &self.design), i) };
         near.system.plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(self.sums.l_v());
         self.start_sigma.copy_from_slice(&s);
@@ -37,7 +37,7 @@ impl<R: Real> Lifted<R> {
         near.factor(i, 0.0, motion.node_blocks(i))?;
         let mut sizes = [Shrinking::new(); 2];
         for correction in 0..MOST_CORRECTIONS {
-            let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at(&self.inputs, i) };
+            let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
             system.phi(&at, &mut phi);
             for &(j, mu) in &self.trajectory.compliance {

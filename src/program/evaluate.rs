@@ -1,0 +1,93 @@
+//! A graph on any numbers, node by node: what a program is not made for, since it is asked once a motion.
+
+use super::function::Function;
+use super::graph::{Expression, Graph, Node};
+use crate::Scalar;
+
+impl Graph {
+    /// The values of all nodes, for given inputs.
+    pub(crate) fn evaluate<S: Scalar>(&self, inputs: &[S]) -> Vec<S> {
+        use Expression::*;
+        let mut values: Vec<S> = Vec::with_capacity(self.len());
+        for expression in self.expressions() {
+            let at = |node: Node| values[node.0 as usize];
+            let value = match expression {
+                Constant(bits) => S::from(f64::from_bits(bits)),
+                Parameter(which) | Input(which) => inputs[which as usize],
+                Of(function, x) => function.of(at(x)),
+                Add(x, y) => at(x) + at(y),
+                Subtract(x, y) => at(x) - at(y),
+                Multiply(x, y) => at(x) * at(y),
+                Divide(x, y) => at(x) / at(y),
+                IntegerPower(x, n) => at(x).powi(n),
+                Power(x, n) => at(x).powf(at(n).re()),
+                Atan2(y, x) => at(y).atan2(at(x)),
+                Max(x, y) => at(x).max(at(y)),
+                Min(x, y) => at(x).min(at(y)),
+                Less(x, y) => S::from(if at(x).re() < at(y).re() { 1.0 } else { 0.0 }),
+                Where(condition, x) => {
+                    if at(condition).re() == 0.0 {
+                        S::zero()
+                    } else {
+                        at(x)
+                    }
+                }
+            };
+            values.push(value);
+        }
+        values
+    }
+
+    /// Adds the nodes of another graph, whose inputs are nodes of this one; returns where they came to stand.
+    pub(crate) fn import(&mut self, other: &Graph, inputs: &[Node]) -> Vec<Node> {
+        use Expression::*;
+        let mut nodes: Vec<Node> = Vec::with_capacity(other.len());
+        for expression in other.expressions() {
+            let at = |node: Node| nodes[node.0 as usize];
+            let node = match expression {
+                Constant(bits) => self.constant(f64::from_bits(bits)),
+                Parameter(which) | Input(which) => inputs[which as usize],
+                Of(function, x) => self.function(function, at(x)),
+                Add(x, y) => self.add(at(x), at(y)),
+                Subtract(x, y) => self.subtract(at(x), at(y)),
+                Multiply(x, y) => self.multiply(at(x), at(y)),
+                Divide(x, y) => self.divide(at(x), at(y)),
+                IntegerPower(x, n) => self.integer_power(at(x), n),
+                Power(x, n) => self.power(at(x), at(n)),
+                Atan2(y, x) => self.atan2(at(y), at(x)),
+                Max(x, y) => self.max(at(x), at(y)),
+                Min(x, y) => self.min(at(x), at(y)),
+                Less(x, y) => self.less(at(x), at(y)),
+                Where(condition, x) => self.keep_where(at(condition), at(x)),
+            };
+            nodes.push(node);
+        }
+        nodes
+    }
+}
+
+impl Function {
+    /// Its value at any number.
+    fn of<S: Scalar>(self, x: S) -> S {
+        match self {
+            Function::Negative => -x,
+            Function::Reciprocal => x.recip(),
+            Function::Sqrt => x.sqrt(),
+            Function::Exp => x.exp(),
+            Function::ExpM1 => x.exp_m1(),
+            Function::Ln => x.ln(),
+            Function::Ln1p => x.ln_1p(),
+            Function::Sin => x.sin(),
+            Function::Cos => x.cos(),
+            Function::Tan => x.tan(),
+            Function::Asin => x.asin(),
+            Function::Acos => x.acos(),
+            Function::Atan => x.atan(),
+            Function::Sinh => x.sinh(),
+            Function::Cosh => x.cosh(),
+            Function::Tanh => x.tanh(),
+            Function::Abs => x.abs(),
+            Function::Sign => S::from(if x.re() < 0.0 { -1.0 } else { 1.0 }),
+        }
+    }
+}

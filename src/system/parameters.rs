@@ -1,0 +1,92 @@
+//! The values of parameters: the design variables b themselves, then the expressions of them that elements are given.
+//!
+//! Elements, their derivatives and the sums of the adjoint sweep know these values z(b) alone; where a motion begins they are found, and where its
+//! gradient is complete, dJ/db = (∂z/∂b)ᵀ dJ/dz.
+
+use std::borrow::Cow;
+
+use crate::error::quoted;
+use crate::model::Param;
+use crate::program::{Graph, Node};
+use crate::{Error, Scalar};
+
+pub(crate) struct Parameters {
+    designs: usize,
+    /// The expressions that occur, as nodes of the graph.
+    nodes: Vec<Node>,
+    graph: Graph,
+    /// Σ wⱼ ∂zⱼ/∂b of the expressions z, with w as further inputs.
+    pulled_back: (Graph, Vec<Node>),
+}
+
+impl Parameters {
+    /// For a scene with so many design variables and such a graph of expressions, of which none is used yet.
+    pub(super) fn new(designs: usize, graph: Graph) -> Self {
+        Parameters { designs, nodes: Vec::new(), graph, pulled_back: Default::default() }
+    }
+
+    /// The same parameter by its place among the values.
+    pub(super) fn resolve(&mut self, param: Param, gravity: &[Param; 3]) -> Param {
+        let (designs, nodes) = (self.designs, &mut self.nodes);
+        param.resolve(gravity, &mut |node| {
+            let known = nodes.iter().position(|known| *known == node);
+            let place = known.unwrap_or_else(|| {
+                nodes.push(node);
+                nodes.len() - 1
+            });
+            designs + place
+        })
+    }
+
+    /// Differentiates the expressions that were resolved.
+    pub(super) fn differentiate(&mut self) {
+        let mut graph = self.graph.clone();
+        let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
+        let inputs: Vec<Node> = (0..self.designs).map(|p| graph.input(p)).collect();
+        let nodes = if self.nodes.is_empty() { Vec::new() } else { graph.reverse(&weighted, &inputs) };
+        self.pulled_back = (graph, nodes);
+    }
+
+    /// The number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.designs + self.nodes.len()
+    }
+
+    /// z(b).
+    pub(crate) fn values<'a, S: Scalar>(&self, design: &'a [S]) -> Cow<'a, [S]> {
+        if self.nodes.is_empty() {
+            return Cow::Borrowed(design);
+        }
+        let all = self.graph.evaluate(design);
+        design.iter().copied().chain(self.nodes.iter().map(|node| all[node.index()])).collect()
+    }
+
+    /// (∂z/∂b)ᵀ w at b.
+    pub(crate) fn pull_back(&self, design: &[f64], w: &[f64], gradient: &mut [f64]) {
+        gradient.copy_from_slice(&w[..self.designs]);
+        let (graph, nodes) = &self.pulled_back;
+        if nodes.is_empty() {
+            return;
+        }
+        let all = graph.evaluate(&[design, &w[self.designs..]].concat());
+        gradient.iter_mut().zip(nodes).for_each(|(sum, node)| *sum += all[node.index()]);
+    }
+
+    /// The names of all values, from those of the design variables.
+    pub(super) fn names(&self, designs: &[String]) -> Vec<String> {
+        let of = |node: &Node| {
+            let inputs = self.graph.inputs_of(*node);
+            let list: Vec<String> = inputs.into_iter().map(|p| quoted(&designs[p])).collect();
+            format!("an expression of {}", list.join(", "))
+        };
+        designs.iter().map(|name| quoted(name)).chain(self.nodes.iter().map(of)).collect()
+    }
+
+    /// Refuses values that are not finite.
+    pub(super) fn check(&self, values: &[f64], names: &[String]) -> Result<(), Error> {
+        match values.iter().zip(names).find(|(value, _)| !value.is_finite()) {
+            Some((&value, name)) => Err(Error::NotFinite { what: name.clone(), value }),
+            None => Ok(()),
+        }
+    }
+}
