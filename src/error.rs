@@ -103,6 +103,25 @@ pub enum Error {
         /// The tolerance.
         tolerance: f64,
     },
+    /// No configuration that satisfies all constraints was found near the guess of a start.
+    Assembly {
+        /// The constraint that is left most violated.
+        equation: String,
+        /// By how much, m or rad.
+        violation: f64,
+        /// How much is accepted.
+        tolerance: f64,
+    },
+    /// The assembly of a start, or its derivative, does not converge.
+    AssemblyStalled {
+        /// What corrections stay at, m or rad, m/s or rad/s.
+        correction: f64,
+    },
+    /// A coordinate that is held at the start though the constraints and what else is held determine it.
+    Held {
+        /// The coordinate.
+        coordinate: String,
+    },
     /// Φ_q has less than full row rank: some constraints follow from (or contradict) others.
     DependentConstraints {
         /// The rank of Φ_q.
@@ -307,6 +326,21 @@ impl fmt::Display for Error {
                 f,
                 "the initial velocities violate the rate of {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
                  correct v0 or p*0, or raise `Settings::velocity_tolerance`"
+            ),
+            Error::Assembly { equation, violation, tolerance } => write!(
+                f,
+                "the start cannot be assembled: {equation} is left violated by {violation:.3e} (tolerance {tolerance:.1e}); see whether these \
+                 lengths can close, hold fewer coordinates, or begin from a better guess"
+            ),
+            Error::AssemblyStalled { correction } => write!(
+                f,
+                "the assembly of the start does not converge (corrections stay at {correction:.1e}); hold one coordinate for each degree of \
+                 freedom, or begin from a better guess"
+            ),
+            Error::Held { coordinate } => write!(
+                f,
+                "`{coordinate}` cannot be held at the start: the constraints and what else is held determine it; hold at most one \
+                 coordinate for each degree of freedom"
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,

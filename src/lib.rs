@@ -102,7 +102,7 @@ pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ParameterFormula, PotentialEnergy, Sum,
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Param};
-pub use motion::{Composition, Grid, Inputs, Report, Stages, Start, Trajectory};
+pub use motion::{Composition, Grid, Held, Inputs, Report, Stages, Start, Trajectory};
 pub use number::{Arithmetic, Cx, Real, Scalar};
 pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;

@@ -53,7 +53,7 @@ impl Gradient {
     /// Refuses sums over the nodes that overflowed.
     pub(crate) fn check_finite(&self, system: &System) -> Result<(), Error> {
         let Gradient { value, controls, design, start, steps, .. } = self;
-        let rate = if matches!(start, Start::Velocity { .. }) { "dJ/dv₀" } else { "dJ/dp*₀" };
+        let rate = if matches!(start, Start::Momentum { .. }) { "dJ/dp*₀" } else { "dJ/dv₀" };
         let parts: [(&str, &[f64]); 6] = [
             ("J", std::slice::from_ref(value)),
             ("dJ/du", controls.as_slice()),

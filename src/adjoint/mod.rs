@@ -1,6 +1,7 @@
 //! The way back: the discrete adjoint equations, the gradient, and how far it can be trusted.
 
 mod accuracy;
+mod assembly;
 mod gradient;
 mod growth;
 mod resolution;

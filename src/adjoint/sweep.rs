@@ -168,6 +168,7 @@ impl AdjointSweep {
         self.store(node);
         if node == 0 {
             self.start_rows(system, motion, newton);
+            self.through_assembly(system, motion, newton)?;
             let inputs = &motion.inputs;
             system.parameters().pull_back(inputs.design.as_slice(), &self.design, self.gradient.design.as_mut_slice());
             let StageAdjoint { a, b, .. } = &self.step[self.stage];

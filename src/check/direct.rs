@@ -64,6 +64,7 @@ pub fn no_change(inputs: &Inputs) -> Inputs {
     let start = match &inputs.start {
         Start::Velocity { q, v } => Start::Velocity { q: zero(q), v: zero(v) },
         Start::Momentum { q, p_star } => Start::Momentum { q: zero(q), p_star: zero(p_star) },
+        Start::Assembled { q, v, held } => Start::Assembled { q: zero(q), v: zero(v), held: held.clone() },
     };
     let grid = Grid { start: 0.0, steps: vec![0.0; inputs.grid.steps.len()], ..inputs.grid };
     Inputs { grid, start, controls: inputs.controls.map(|_| 0.0), design: zero(&inputs.design) }

@@ -1,6 +1,7 @@
 //! The forward sweep: consistent start, then one step after the other.
 
 mod adapt;
+pub(crate) mod assembly;
 mod continuation;
 mod drift;
 mod halving;
@@ -8,13 +9,15 @@ mod monitor;
 mod motion;
 mod projection;
 pub(crate) mod rank;
-mod redundancy;
+pub(crate) mod redundancy;
 pub(crate) mod restart;
 mod start;
 mod stepper;
 mod surprise;
 mod window;
 
+use assembly::Assembler;
+pub(crate) use assembly::{Assembly, At};
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;
@@ -78,20 +81,41 @@ impl ForwardSweep {
             self.motion.trajectory = Trajectory::zeros(system, room, settings.scheme);
             self.motion.blocks = DMatrix::zeros(system.block_len(), room * settings.scheme.stages());
         }
-        self.motion.inputs.copy_from(inputs);
-        self.motion.design.clear();
-        self.motion.design.extend_from_slice(&system.parameters().values(inputs.design.as_slice()));
-        self.monitor.report = Report::default();
+        self.take(system, inputs, settings)?;
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
         self.monitor.most_turn = Warning::TURN;
         self.stepper.continuation.counted = 0;
+        self.begin_again(system, settings)
+    }
+
+    /// Takes over the inputs, the formulas as they are now, and a start that satisfies the constraints.
+    pub(crate) fn take(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        self.motion.inputs.copy_from(inputs);
+        self.motion.design.clear();
+        self.motion.design.extend_from_slice(&system.parameters().values(inputs.design.as_slice()));
+        self.monitor.report = Report::default();
         self.stepper.start_p.fill(0.0);
         self.stepper.start_sigma.fill(0.0);
         let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
         let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
         self.stepper.newton.evaluation.set_start(system, &start)?;
-        self.begin_again(system, settings)
+        self.assemble(system, inputs, settings)
+    }
+
+    /// Brings a start that is a guess to one that satisfies the constraints.
+    fn assemble(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        self.motion.assembly = None;
+        let Start::Assembled { q, v, held } = &inputs.start else { return Ok(()) };
+        let at = At { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
+        let (newton, report) = (&mut self.stepper.newton, &mut self.monitor.report);
+        // Tolerances that let anything pass are for starts that are given.
+        let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
+        let mut assembler = Assembler { system, newton, report, tolerance };
+        let (start, assembly) = assembler.assemble((q.as_slice(), v.as_slice(), held), at)?;
+        self.motion.inputs.start = start;
+        self.motion.assembly = Some(assembly);
+        Ok(())
     }
 
     /// Solves node 0 of the inputs at hand.
@@ -344,7 +368,7 @@ impl ForwardSweep {
     /// v₀ as given, or zero.
     fn given_velocity(&self) -> Vec<f64> {
         match &self.motion.inputs.start {
-            Start::Velocity { v, .. } => v.as_slice().to_vec(),
+            Start::Velocity { v, .. } | Start::Assembled { v, .. } => v.as_slice().to_vec(),
             Start::Momentum { p_star, .. } => vec![0.0; p_star.len()],
         }
     }

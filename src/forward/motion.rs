@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::assembly::Assembly;
 use super::halving::Ahead;
 use super::restart::Restarts;
 use crate::motion::column;
@@ -14,6 +15,8 @@ pub(crate) struct Motion {
     pub(crate) inputs: Inputs,
     /// The values of the parameters, from its design variables.
     pub(crate) design: Vec<f64>,
+    /// How its start was made of a guess.
+    pub(crate) assembly: Option<Assembly>,
     pub(crate) ahead: Ahead,
     /// The node that column 0 of the trajectory holds.
     pub(crate) first: usize,
@@ -36,6 +39,7 @@ impl Motion {
         Motion {
             inputs,
             design: Vec::new(),
+            assembly: None,
             ahead: Ahead::new(),
             first: 0,
             trajectory: Trajectory::zeros(system, 0, scheme),

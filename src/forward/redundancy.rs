@@ -13,6 +13,7 @@
 //! constraints are independent have none of this.
 
 use crate::forward::ForwardSweep;
+use crate::node::Newton;
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{System, Warning};
 
@@ -27,8 +28,8 @@ const SHARE: f64 = 1e-5;
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>) -> Option<Warning> {
-    let flexibility = flexibilities(forward, system, at);
-    let compliance: Vec<_> = system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect();
+    let flexibility = flexibilities(&forward.stepper.newton, system, at);
+    let compliance = of_loops(system, &flexibility);
     if compliance.is_empty() {
         return None;
     }
@@ -77,10 +78,19 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
     regular
 }
 
-/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
-fn flexibilities(forward: &ForwardSweep, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
+    system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect()
+}
+
+/// The compliances of the equations that close loops, at the point where the evaluation stands.
+pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
+    of_loops(system, &flexibilities(newton, system, at))
+}
+
+/// diag(M) where the evaluation stands.
+pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
-    let evaluation = &forward.stepper.newton.evaluation;
+    let evaluation = &newton.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
@@ -89,7 +99,12 @@ fn flexibilities(forward: &ForwardSweep, system: &System, at: &NodeView<f64>) ->
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));
     }
-    let mut sums = vec![0.0; m];
+    masses
+}
+
+/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
+fn flexibilities(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+    let (masses, mut sums) = (masses(newton, system), vec![0.0; system.m()]);
     for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
         sums[entry.row] += entry.value * entry.value / masses[entry.col];
     }

@@ -17,6 +17,7 @@ mod constant;
 mod equilibrate;
 mod factorization;
 mod fill;
+mod gmres;
 mod graph;
 mod kernel;
 mod link;
@@ -39,6 +40,7 @@ mod tests;
 pub(crate) use block_lu::BlockLu;
 pub(crate) use equilibrate::equilibrate;
 pub(crate) use factorization::{Breakdown, Factorization};
+pub(crate) use gmres::gmres;
 pub(crate) use matrix::Matrix;
 pub(crate) use pattern::{Branch, Group, Pattern};
 #[cfg(test)]

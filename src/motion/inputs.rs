@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::motion::column;
 use crate::number::Real;
-use crate::{Error, System, memory};
+use crate::{Coordinate, Error, System, memory};
 
 /// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +50,15 @@ impl<R: Real> Grid<R> {
     }
 }
 
+/// What a start keeps of its guess when it is assembled.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Held {
+    /// Coordinates that stay where they are: the driving ones, at most one for each degree of freedom.
+    pub coordinates: Vec<Coordinate>,
+    /// Coordinates whose velocities stay what they are.
+    pub velocities: Vec<Coordinate>,
+}
+
 /// The initial state; as part of a [`Gradient`](crate::Gradient), the derivatives with respect to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start<R = f64> {
@@ -67,27 +76,70 @@ pub enum Start<R = f64> {
         /// p*₀, N s or N m s.
         p_star: DVector<R>,
     },
+    /// A guess, from which the start is assembled: q₀ with Φ(q₀, t₀; b) = 0 and v₀ with dΦ/dt = 0, by the least change in the metric of the mass
+    /// matrix or with some of it held. So the start depends on design variables, and the gradient knows it. Then as for
+    /// [`Velocity`](Self::Velocity).
+    Assembled {
+        /// The guess for q₀, m or rad.
+        q: DVector<R>,
+        /// The guess for v₀, m/s or rad/s.
+        v: DVector<R>,
+        /// What of it is no guess.
+        held: Held,
+    },
+}
+
+impl Start {
+    /// Assembled from where the scene placed its bodies, at rest; nothing is held.
+    pub fn assembled(system: &System) -> Self {
+        Start::Assembled { q: system.initial_coordinates(), v: DVector::zeros(system.n()), held: Held::default() }
+    }
+
+    /// Holds coordinates and their velocities, if the start is one that is assembled; any other keeps all anyway.
+    pub fn hold(mut self, coordinates: &[Coordinate]) -> Self {
+        if let Start::Assembled { held, .. } = &mut self {
+            held.coordinates.extend_from_slice(coordinates);
+            held.velocities.extend_from_slice(coordinates);
+        }
+        self
+    }
 }
 
 impl<R: Real> Start<R> {
     /// q₀.
     pub fn q(&self) -> &DVector<R> {
         match self {
-            Start::Velocity { q, .. } | Start::Momentum { q, .. } => q,
+            Start::Velocity { q, .. } | Start::Momentum { q, .. } | Start::Assembled { q, .. } => q,
         }
+    }
+
+    /// Sets one coordinate.
+    ///
+    /// # Panics
+    /// If the system has no such coordinate.
+    pub fn set_coordinate(&mut self, coordinate: Coordinate, value: R) {
+        self.q_mut()[coordinate.index()] = value;
+    }
+
+    /// Sets one velocity, or one momentum where momenta are given.
+    ///
+    /// # Panics
+    /// If the system has no such coordinate.
+    pub fn set_rate(&mut self, coordinate: Coordinate, value: R) {
+        self.rate_mut()[coordinate.index()] = value;
     }
 
     /// q₀, to be changed.
     pub fn q_mut(&mut self) -> &mut DVector<R> {
         match self {
-            Start::Velocity { q, .. } | Start::Momentum { q, .. } => q,
+            Start::Velocity { q, .. } | Start::Momentum { q, .. } | Start::Assembled { q, .. } => q,
         }
     }
 
     /// v₀ or p*₀, whichever is given.
     pub fn rate(&self) -> &DVector<R> {
         match self {
-            Start::Velocity { v, .. } => v,
+            Start::Velocity { v, .. } | Start::Assembled { v, .. } => v,
             Start::Momentum { p_star, .. } => p_star,
         }
     }
@@ -95,7 +147,7 @@ impl<R: Real> Start<R> {
     /// v₀ or p*₀, whichever is given, to be changed.
     pub fn rate_mut(&mut self) -> &mut DVector<R> {
         match self {
-            Start::Velocity { v, .. } => v,
+            Start::Velocity { v, .. } | Start::Assembled { v, .. } => v,
             Start::Momentum { p_star, .. } => p_star,
         }
     }
@@ -104,6 +156,7 @@ impl<R: Real> Start<R> {
         match self {
             Start::Velocity { .. } => "velocities",
             Start::Momentum { .. } => "augmented momenta",
+            Start::Assembled { .. } => "a guess",
         }
     }
 
@@ -120,6 +173,7 @@ impl<R: Real> Start<R> {
         match self {
             Start::Velocity { q, v } => Start::Velocity { q: q.map(&f), v: v.map(&f) },
             Start::Momentum { q, p_star } => Start::Momentum { q: q.map(&f), p_star: p_star.map(&f) },
+            Start::Assembled { q, v, held } => Start::Assembled { q: q.map(&f), v: v.map(&f), held: held.clone() },
         }
     }
 }
@@ -186,6 +240,9 @@ impl Inputs {
         }
         (self.grid.start, self.grid.stages) = (other.grid.start, other.grid.stages);
         self.grid.steps.clone_from(&other.grid.steps);
+        if let (Start::Assembled { held, .. }, Start::Assembled { held: given, .. }) = (&mut self.start, &other.start) {
+            held.clone_from(given);
+        }
         self.start.q_mut().copy_from(other.start.q());
         self.start.rate_mut().copy_from(other.start.rate());
         self.controls.copy_from(&other.controls);
@@ -207,7 +264,7 @@ impl Inputs {
     pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
         let (n, nodes) = (system.n(), self.grid.nodes());
         let rate = match self.start {
-            Start::Velocity { .. } => "v0",
+            Start::Velocity { .. } | Start::Assembled { .. } => "v0",
             Start::Momentum { .. } => "p*0",
         };
         size("q0", n, self.start.q().len())?;
@@ -222,6 +279,11 @@ impl Inputs {
         }
         if self.grid.stages == 0 {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
+        }
+        if let Start::Assembled { held: Held { coordinates, velocities }, .. } = &self.start
+            && let Some(beyond) = coordinates.iter().chain(velocities).find(|q| q.index() >= n)
+        {
+            return Err(Error::NoSuchInput { input: format!("held coordinate {}", beyond.index()) });
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;

@@ -8,7 +8,7 @@ mod stages;
 mod trajectory;
 
 pub use composition::Composition;
-pub use inputs::{Grid, Inputs, Start};
+pub use inputs::{Grid, Held, Inputs, Start};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use stages::Stages;

@@ -96,6 +96,35 @@ impl<'s> Solver<'s> {
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
     }
 
+    /// The same inputs with the consistent start that a guess leads to ([`Start::Assembled`](crate::Start::Assembled)), without a motion; any other start
+    /// stays as it is.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, Start, planar::Body};
+    ///
+    /// let mut scene = Scene::new();
+    /// let length = scene.design("length", 0.5);
+    /// let bob = scene.body("bob", 1.0, 0.1, [0.3, -0.5, 0.0]); // somewhere near
+    /// scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.at(0.0, 0.0), length);
+    /// let system = scene.compile()?;
+    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.01));
+    /// inputs.start = Start::assembled(&system).hold(&bob.coordinates[..1]); // x = 0.3 m, at rest
+    /// let start = Solver::new(&system, Settings::default()).assemble(&inputs)?.start;
+    /// assert!((start.q()[1] + 0.4).abs() < 1e-14);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Inputs that do not fit or are not finite; no consistent start near the guess; what is held and cannot be.
+    pub fn assemble(&mut self, inputs: &Inputs) -> Result<Inputs, Error> {
+        self.sweep.forget();
+        self.forward.motion.trajectory.computed = 0;
+        self.settings.check()?;
+        inputs.check(self.system)?;
+        self.forward.take(self.system, inputs, &self.settings)?;
+        Ok(self.forward.motion.inputs.clone())
+    }
+
     /// The last motion, as far as it was computed.
     pub fn trajectory(&self) -> &Trajectory {
         &self.forward.motion.trajectory

@@ -82,9 +82,9 @@ impl Parameters {
         designs.iter().map(|name| quoted(name)).chain(self.nodes.iter().map(of)).collect()
     }
 
-    /// Refuses values that are not finite.
+    /// Refuses expressions that are not finite.
     pub(super) fn check(&self, values: &[f64], names: &[String]) -> Result<(), Error> {
-        match values.iter().zip(names).find(|(value, _)| !value.is_finite()) {
+        match values.iter().zip(names).skip(self.designs).find(|(value, _)| !value.is_finite()) {
             Some((&value, name)) => Err(Error::NotFinite { what: name.clone(), value }),
             None => Ok(()),
         }

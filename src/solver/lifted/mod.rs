@@ -11,6 +11,7 @@ mod restart;
 
 use correction::{Shrinking, Size, add};
 
+use crate::forward::assembly::{Assembler, At};
 use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
@@ -119,6 +120,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
         }
         let design = self.real.system().parameters().values(inputs.design.as_slice());
+        let assembled = self.assembled(inputs, &design)?;
+        let inputs = assembled.as_ref().unwrap_or(inputs);
         self.lifted.begin(self.refinement.refine(inputs), inputs, &design);
         let system = self.real.system();
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
@@ -157,6 +160,21 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         &self.real
     }
 
+    /// The inputs with the start that a guess leads to, if there is one.
+    fn assembled(&mut self, inputs: &Inputs<R>, design: &[R]) -> Result<Option<Inputs<R>>, Error> {
+        let system = self.real.system();
+        let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
+        let (newton, report) = (&mut stepper.newton, &mut monitor.report);
+        let (Start::Assembled { q, v, .. }, Some(assembly)) = (&inputs.start, &motion.assembly) else { return Ok(None) };
+        let real = motion.at(0);
+        let near = (assembly, At { u: real.u, t: real.t, design: real.design });
+        let at = At { u: inputs.controls_at(0), t: inputs.grid.start, design };
+        let mut assembler = Assembler { system, newton, report, tolerance: 0.0 };
+        let start = assembler.lift((q.as_slice(), v.as_slice()), near, at)?;
+        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        Ok(Some(Inputs { start, ..inputs.clone() }))
+    }
+
     fn check_sizes(&self, inputs: &Inputs<R>) -> Result<(), Error> {
         let real = self.real.inputs();
         let inserted = self.real.trajectory().inserted.len();
@@ -170,6 +188,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         ];
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
             Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
+            None if matches!(inputs.start, Start::Assembled { .. }) => Ok(()),
             None => real.start.check_kind(&inputs.start),
         }
     }

@@ -1,0 +1,423 @@
+//! The assembly of a start: from a guess q̂, v̂ with some coordinates and velocities held to q₀ = q̂ + w and v₀ that satisfy all constraints.
+//!
+//! ```text
+//!   𝓛_v(q₀, w, ν) − 𝓛_v(q₀, 0, 0) + E κ = 0      Φ(q₀, t₀) = 0             Eᵀ w = 0
+//!   𝓛_v(q₀, v₀, μ) − 𝓛_v(q₀, v̂, 0) + E κ = 0     dΦ/dt(q₀, v₀, t₀) = 0     Eᵀ (v₀ − v̂) = 0
+//! ```
+//!
+//! E picks what is held. Without it w and v₀ − v̂ are the least changes in the metric of M. Both are solved by Newton's method; its matrix is
+//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w: products with it come from dual numbers, and K(0) is the
+//! preconditioner of GMRES. Constraints that depend on each other get a small compliance in K(0), not in the equations. What solves the equations
+//! is differentiated in `adjoint/assembly.rs`.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+use num_dual::Dual64;
+
+use super::rank::Scaled;
+use super::redundancy;
+use crate::linear::gmres;
+use crate::motion::{Held, Report};
+use crate::node::Newton;
+use crate::number::{Real, larger, largest};
+use crate::system::{Given, KnownPart, NodeView, Pair, Sums};
+use crate::{Coordinate, Error, Start, System};
+
+const MOST_CORRECTIONS: usize = 50;
+/// GMRES goes as far as numbers allow, and Newton's corrections make up for what it leaves.
+const EXACT: f64 = 1e-14;
+const MOST_PRODUCTS: usize = 60;
+/// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
+pub(crate) const LEAST_CORRECTIONS: usize = 3;
+/// A correction below this part of the largest number is rounding …
+const ROUNDING: f64 = 1e-15;
+/// … and below this one if corrections have stopped shrinking.
+const STALLED: f64 = 1e-11;
+/// A correction of coordinates is halved so often until Φ gets smaller.
+const MOST_HALVINGS: i32 = 12;
+/// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
+const SUSPICIOUS: f64 = 1e-10;
+/// A coordinate has no freedom left if its mobility is below this part of that without constraints.
+const DETERMINED: f64 = 1e-10;
+
+/// A start that was assembled, with all that its derivatives need.
+pub(crate) struct Assembly {
+    /// The guess.
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) held: Held,
+    /// (w, ν) and (v₀, μ).
+    pub(crate) moved: Pair,
+    pub(crate) velocity: Pair,
+}
+
+/// K(0) bordered by what is held.
+pub(crate) struct Bordered {
+    held: Vec<usize>,
+    /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
+    columns: Vec<Pair>,
+    small: LU<f64, Dyn, Dyn>,
+}
+
+impl Bordered {
+    /// With the factors of K(0) that Newton's object has.
+    ///
+    /// # Errors
+    /// A held coordinate that the constraints and the others determine.
+    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize]) -> Result<Self, Error> {
+        let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
+            let mut column = Pair::new(system.n(), system.m());
+            column.v[i] = 1.0;
+            newton.solve(system, &mut column);
+            column
+        }));
+        let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
+        let masses = if held.is_empty() { Vec::new() } else { redundancy::masses(newton, system) };
+        let lost = (0..held.len()).find(|&i| {
+            // What is left of its mobility when those before it are held, against what it has without constraints.
+            let along = matrix.view((0, i), (i, 1)).into_owned();
+            let others = if i == 0 { None } else { matrix.view((0, 0), (i, i)).into_owned().lu().solve(&along) };
+            let left = matrix[(i, i)] - others.map_or(0.0, |x| along.dot(&x));
+            // False for a NaN.
+            let is_free = left * masses[held[i]] > DETERMINED;
+            !is_free
+        });
+        match lost {
+            Some(i) => Err(Error::Held { coordinate: system.coordinate_name(held[i]).to_string() }),
+            None => Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu() }),
+        }
+    }
+
+    /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
+    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
+        newton.solve(system, x);
+        if self.held.is_empty() {
+            return;
+        }
+        let mut kappa = DVector::from_iterator(self.held.len(), self.held.iter().map(|&i| x.v[i]));
+        self.small.solve_mut(&mut kappa);
+        for (column, &factor) in self.columns.iter().zip(&kappa) {
+            x.v.iter_mut().zip(&column.v).for_each(|(x, column)| *x -= factor * column);
+            x.sigma.iter_mut().zip(&column.sigma).for_each(|(x, column)| *x -= factor * column);
+        }
+        self.held.iter().for_each(|&i| x.v[i] = 0.0);
+    }
+}
+
+impl Bordered {
+    /// The same for a matrix A that differs from K(0) in its block of velocities alone, by products with it: with x = (x_v, x_σ), GMRES finds x_v of
+    /// K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r, and x_σ is what is left. Multipliers of constraints that depend on each other stay out of its norms.
+    pub(crate) fn solve_close(
+        &self,
+        system: &System,
+        newton: &mut Newton,
+        x: &mut Pair,
+        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
+    ) {
+        let (n, m) = (system.n(), system.m());
+        let (right, mut along, mut image) = (x.clone(), Pair::new(n, m), Pair::new(n, m));
+        self.solve(system, newton, x);
+        let found = gmres(&x.v, EXACT, MOST_PRODUCTS, |v| {
+            along.v.copy_from_slice(v);
+            product(newton, &along, &mut image);
+            self.solve(system, newton, &mut image);
+            image.v.clone()
+        });
+        along.v.copy_from_slice(&found);
+        product(newton, &along, &mut image);
+        image.v.iter_mut().zip(&right.v).for_each(|(image, right)| *image = right - *image);
+        image.sigma.iter_mut().zip(&right.sigma).for_each(|(image, right)| *image = right - *image);
+        self.solve(system, newton, &mut image);
+        x.v.iter_mut().zip(found.iter().zip(&image.v)).for_each(|(x, (found, rest))| *x = found + rest);
+        x.sigma.copy_from_slice(&image.sigma);
+    }
+}
+
+/// What the equations depend on besides the state.
+#[derive(Clone, Copy)]
+pub(crate) struct At<'a, R> {
+    pub(crate) u: &'a [R],
+    pub(crate) t: R,
+    pub(crate) design: &'a [R],
+}
+
+impl<'a, R: Real> At<'a, R> {
+    pub(crate) fn view(self, q: &'a [R], v: &'a [R], sigma: &'a [R]) -> NodeView<'a, R> {
+        NodeView::of_equations([q, v, sigma], (self.u, self.t, self.design))
+    }
+}
+
+/// w and ν, or v₀ and μ, on any numbers; or what is left of their equations.
+struct Unknowns<R> {
+    x: Vec<R>,
+    multipliers: Vec<R>,
+}
+
+impl Unknowns<f64> {
+    /// With the derivative along a direction.
+    fn along(&self, direction: &Pair) -> Unknowns<Dual64> {
+        let lift = |x: &[f64], dx: &[f64]| x.iter().zip(dx).map(|(&x, &dx)| Dual64::new(x, dx)).collect();
+        Unknowns { x: lift(&self.x, &direction.v), multipliers: lift(&self.multipliers, &direction.sigma) }
+    }
+}
+
+impl<R: Real> Unknowns<R> {
+    fn new(x: &[f64], multipliers: &[f64]) -> Self {
+        let lift = |x: &[f64]| x.iter().map(|&x| R::from(x)).collect();
+        Unknowns { x: lift(x), multipliers: lift(multipliers) }
+    }
+
+    fn part(&self, k: usize, pair: &mut Pair) {
+        pair.v.iter_mut().zip(&self.x).for_each(|(part, x)| *part = x.part(k));
+        pair.sigma.iter_mut().zip(&self.multipliers).for_each(|(part, x)| *part = x.part(k));
+    }
+
+    fn subtract(&mut self, k: usize, pair: &Pair) {
+        self.x.iter_mut().zip(&pair.v).for_each(|(x, delta)| x.add_to_part(k, -delta));
+        self.multipliers.iter_mut().zip(&pair.sigma).for_each(|(x, delta)| x.add_to_part(k, -delta));
+    }
+}
+
+/// One of the two systems of equations.
+#[derive(Clone, Copy)]
+enum Equations<'a, R> {
+    /// For w, with the guess q̂.
+    Coordinates(&'a [R]),
+    /// For v₀, with q₀ and the guess v̂.
+    Velocities(&'a [R], &'a [R]),
+}
+
+impl<R: Real> Equations<'_, R> {
+    /// How large a part of what they depend on is: a solution may vanish but for its rounding.
+    fn size(self, k: usize, at: At<R>) -> f64 {
+        let (first, second) = match self {
+            Equations::Coordinates(guess) => (guess, guess),
+            Equations::Velocities(q, guess) => (guess, if k == 0 { guess } else { q }),
+        };
+        let design = if k == 0 { &[][..] } else { at.design };
+        first.iter().chain(second).chain(design).fold(0.0, |size, x| larger(size, x.part(k).abs()))
+    }
+
+    /// What is left of them, but for E κ.
+    fn residual(self, system: &System, unknowns: &Unknowns<R>, at: At<R>, left: &mut Unknowns<R>) {
+        let Unknowns { x, multipliers } = unknowns;
+        let zeros = [vec![R::zero(); x.len()], vec![R::zero(); multipliers.len()]];
+        let mut sums = Sums::new(x.len(), multipliers.len());
+        let (q, from) = match self {
+            Equations::Coordinates(guess) => (sum(guess, x), &zeros[0][..]),
+            Equations::Velocities(q, guess) => (q.to_vec(), guess),
+        };
+        system.plain_sums(&at.view(&q, from, &zeros[1]), &mut sums);
+        left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left = -*l_v);
+        system.plain_sums(&at.view(&q, x, multipliers), &mut sums);
+        left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left += *l_v);
+        match self {
+            Equations::Coordinates(_) => {
+                left.multipliers.fill(R::zero());
+                system.phi(&at.view(&q, x, multipliers), &mut left.multipliers);
+            }
+            Equations::Velocities(..) => left.multipliers.copy_from_slice(sums.phi_dot()),
+        }
+    }
+}
+
+fn sum<R: Real>(q: &[R], w: &[R]) -> Vec<R> {
+    q.iter().zip(w).map(|(&q, &w)| q + w).collect()
+}
+
+/// The tangent of one of the systems of equations at a point, bordered by what is held.
+struct Tangent<'a> {
+    bordered: Bordered,
+    equations: Equations<'a, f64>,
+    unknowns: Unknowns<f64>,
+    at: At<'a, f64>,
+}
+
+impl Tangent<'_> {
+    /// Solves for a correction in the place of the residual.
+    fn solve(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+        let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
+        let (u, design) = (lift(self.at.u), lift(self.at.design));
+        let at = At { u: &u, t: Dual64::from_re(self.at.t), design: &design };
+        let (first, second) = match self.equations {
+            Equations::Coordinates(guess) => (lift(guess), Vec::new()),
+            Equations::Velocities(q, guess) => (lift(q), lift(guess)),
+        };
+        let equations = match self.equations {
+            Equations::Coordinates(_) => Equations::Coordinates(&first),
+            Equations::Velocities(..) => Equations::Velocities(&first, &second),
+        };
+        let mut moved = Unknowns::<Dual64>::new(&self.unknowns.x, &self.unknowns.multipliers);
+        self.bordered.solve_close(system, newton, left, |_, x, product| {
+            equations.residual(system, &self.unknowns.along(x), at, &mut moved);
+            moved.part(1, product);
+        });
+    }
+}
+
+/// Where and with what a start is assembled.
+pub(crate) struct Assembler<'a> {
+    pub(crate) system: &'a System,
+    pub(crate) newton: &'a mut Newton,
+    pub(crate) report: &'a mut Report,
+    /// What may be left of Φ, m or rad.
+    pub(crate) tolerance: f64,
+}
+
+impl Assembler<'_> {
+    /// The start for a guess.
+    pub(crate) fn assemble(
+        &mut self,
+        (q, v, held): (&[f64], &[f64], &Held),
+        at: At<f64>,
+    ) -> Result<(Start, Assembly), Error> {
+        let zeros = [vec![0.0; self.system.n()], vec![0.0; self.system.m()]];
+        let mut moved = Unknowns::new(&zeros[0], &zeros[1]);
+        self.move_coordinates(q, &indices(&held.coordinates), &mut moved, at)?;
+        let q0 = sum(q, &moved.x);
+        let mut velocity = Unknowns::new(v, &zeros[1]);
+        let bordered = self.factor(&q0, v, &indices(&held.velocities), at)?;
+        let equations = Equations::Velocities(&q0, v);
+        let tangent = Tangent { bordered, equations, unknowns: Unknowns::new(v, &zeros[1]), at };
+        self.correct(&tangent, equations, &mut velocity, at)?;
+        let start = Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_column_slice(&velocity.x) };
+        let pair = |x: Unknowns<f64>| Pair { v: x.x, sigma: x.multipliers };
+        let (moved, velocity) = (pair(moved), pair(velocity));
+        Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
+    }
+
+    /// The same on other numbers, near a start that was assembled.
+    pub(crate) fn lift<R: Real>(
+        &mut self,
+        (q, v): (&[R], &[R]),
+        (assembly, real): (&Assembly, At<f64>),
+        at: At<R>,
+    ) -> Result<Start<R>, Error> {
+        let near = sum(&assembly.q, &assembly.moved.v);
+        let mut moved = Unknowns::new(&assembly.moved.v, &assembly.moved.sigma);
+        let bordered = self.factor(&near, &assembly.moved.v, &indices(&assembly.held.coordinates), real)?;
+        let (equations, unknowns) =
+            (Equations::Coordinates(&assembly.q), Unknowns::new(&assembly.moved.v, &assembly.moved.sigma));
+        self.correct(&Tangent { bordered, equations, unknowns, at: real }, Equations::Coordinates(q), &mut moved, at)?;
+        let q0 = sum(q, &moved.x);
+        let mut velocity = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
+        let held = indices(&assembly.held.velocities);
+        // What is held is the guess, derivatives and all.
+        held.iter().for_each(|&i| velocity.x[i] = v[i]);
+        let bordered = self.factor(&near, &assembly.velocity.v, &held, real)?;
+        let unknowns = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
+        let tangent = Tangent { bordered, equations: Equations::Velocities(&near, &assembly.v), unknowns, at: real };
+        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, at)?;
+        Ok(Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_vec(velocity.x) })
+    }
+
+    /// Factors K(0) at a point.
+    pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], at: At<f64>) -> Result<Bordered, Error> {
+        let zeros = vec![0.0; self.system.m()];
+        let view = at.view(q, v, &zeros);
+        let from = KnownPart { h: 0.0, q, p_star: &[], sigma: &zeros };
+        let given = Given { u: at.u, t: at.t, design: at.design };
+        let (system, newton) = (self.system, &mut *self.newton);
+        let mut own = Report { worst_pivot: 1.0, ..Report::default() };
+        newton.evaluation.set_compliance(&[]);
+        let mut factored = newton.factor_at(system, &from, given, (v, &zeros), &mut own);
+        if factored.is_err() || own.worst_pivot < SUSPICIOUS {
+            let compliances = redundancy::compliances(newton, system, &view);
+            newton.evaluation.set_compliance(&compliances);
+            factored = newton.factor_at(system, &from, given, (v, &zeros), &mut own);
+        }
+        self.report.factorisations += own.factorisations;
+        match factored {
+            Ok(()) => Bordered::new(system, newton, held),
+            Err(breakdown) => Err(system
+                .find_not_finite(&view, 0)
+                .or_else(|| Scaled::at(system, &view)?.explain(system, at.t))
+                .unwrap_or_else(|| system.singular_step(&breakdown, 0, at.t))),
+        }
+    }
+
+    /// w and ν from w = 0, with K(0) made anew at every correction.
+    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Unknowns<f64>, at: At<f64>) -> Result<(), Error> {
+        let (mut left, mut delta) =
+            (Unknowns::new(&moved.x, &moved.multipliers), Pair::new(self.system.n(), self.system.m()));
+        let (mut worst, mut last) = (self.violation(q, &moved.x, at), f64::INFINITY);
+        for corrections in 1..=MOST_CORRECTIONS {
+            let bordered = self.factor(&sum(q, &moved.x), &moved.x, held, at)?;
+            Equations::Coordinates(q).residual(self.system, moved, at, &mut left);
+            left.part(0, &mut delta);
+            let unknowns = Unknowns::new(&moved.x, &moved.multipliers);
+            let tangent = Tangent { bordered, equations: Equations::Coordinates(q), unknowns, at };
+            tangent.solve(self.system, self.newton, &mut delta);
+            let step = |share: f64| moved.x.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
+            let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
+            // A comparison is false for a NaN.
+            let gets_better = |share: &f64| {
+                let after = self.violation(q, &step(*share), at).1;
+                after <= worst.1 || after <= self.tolerance
+            };
+            let Some(share) = shares.into_iter().find(gets_better) else { break };
+            let (next, correction) = (step(share), share * largest(&delta.v));
+            moved.x.copy_from_slice(&next);
+            moved.multipliers.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
+            worst = self.violation(q, &moved.x, at);
+            let size = larger(largest(q), largest(&moved.x));
+            let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
+            last = correction;
+            if corrections >= LEAST_CORRECTIONS && (correction <= ROUNDING * size || is_stalled) {
+                break;
+            }
+        }
+        let (equation, violation) = worst;
+        // False for a NaN.
+        let holds = violation <= self.tolerance;
+        if !holds {
+            let equation = self.system.equation_name(equation).to_string();
+            return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
+        }
+        let size = larger(largest(q), largest(&moved.x));
+        if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: last }) }
+    }
+
+    /// The constraint that is violated most at q̂ + w, and by how much.
+    fn violation(&self, q: &[f64], w: &[f64], at: At<f64>) -> (usize, f64) {
+        let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
+        self.system.phi(&at.view(&q, &zeros.v, &zeros.sigma), &mut phi);
+        let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
+        sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+    }
+
+    /// Corrections of every part by the same tangent until nothing is left but rounding.
+    fn correct<R: Real>(
+        &mut self,
+        tangent: &Tangent,
+        equations: Equations<R>,
+        unknowns: &mut Unknowns<R>,
+        at: At<R>,
+    ) -> Result<(), Error> {
+        let (n, m) = (self.system.n(), self.system.m());
+        let mut left = Unknowns { x: vec![R::zero(); n], multipliers: vec![R::zero(); m] };
+        let (mut delta, mut last) = (Pair::new(n, m), [f64::INFINITY; 2]);
+        for corrections in 1..=MOST_CORRECTIONS {
+            equations.residual(self.system, unknowns, at, &mut left);
+            let mut is_done = true;
+            for (k, last) in last.iter_mut().enumerate().take(R::PARTS) {
+                left.part(k, &mut delta);
+                tangent.solve(self.system, self.newton, &mut delta);
+                unknowns.subtract(k, &delta);
+                let given = equations.size(k, at);
+                let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
+                let correction = largest(&delta.v);
+                let is_stalled = correction >= 0.5 * *last && correction <= STALLED * size;
+                is_done &= correction <= ROUNDING * size || is_stalled;
+                *last = correction;
+            }
+            if corrections >= LEAST_CORRECTIONS && is_done {
+                return Ok(());
+            }
+        }
+        Err(Error::AssemblyStalled { correction: larger(last[0], last[R::PARTS - 1]) })
+    }
+}
+
+pub(crate) fn indices(coordinates: &[Coordinate]) -> Vec<usize> {
+    coordinates.iter().map(|q| q.index()).collect()
+}

@@ -1,0 +1,203 @@
+//! Starts that are assembled from a guess: consistent, with what is held, and with exact derivatives through the assembly.
+
+mod common;
+
+use common::{assert_gradient_is_exact_with, assert_says, largest};
+use hamiltonian_adjoint::check;
+use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
+use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::{
+    Coordinate, Design, Error, Grid, Inputs, LongSolver, Scene, Scheme, Settings, Solver, Start, Sum, System, gradient,
+    simulate,
+};
+
+struct FourBar {
+    scene: Scene,
+    crank: Body,
+    rocker: Body,
+    lengths: [Design; 4],
+}
+
+/// Crank, coupler, rocker and the distance of the pivots are design variables, and so are the bars' centres; a motor at the crank.
+///
+/// The bodies stand roughly where they belong.
+fn four_bar(cranks: usize) -> FourBar {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let lengths @ [a, b, c, d] =
+        [("crank", 0.4), ("coupler", 1.1), ("rocker", 0.9), ("ground", 1.2)].map(|(name, value)| scene.design(name, value));
+    let crank = scene.body("crank", 0.5, a * a * 0.04, [0.1, 0.2, 1.2]);
+    let coupler = scene.body("coupler", b * 0.8, 0.1, [0.6, 0.6, 0.4]);
+    let rocker = scene.body("rocker", 0.7, 0.05, [1.1, 0.5, 1.9]);
+    scene.revolute("pivot of the crank", Body::GROUND.at(0.0, 0.0), crank.at(a * -0.5, 0.0));
+    scene.revolute("pivot of the rocker", Body::GROUND.at(d, 0.0), rocker.at(c * -0.5, 0.0));
+    scene.revolute("crank and coupler", crank.at(a * 0.5, 0.0), coupler.at(b * -0.5, 0.0));
+    for k in 0..cranks {
+        scene.revolute(&format!("coupler and rocker {k}"), coupler.at(b * 0.5, 0.0), rocker.at(c * 0.5, 0.0));
+    }
+    let u = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, crank, u);
+    let [.., angle] = rocker.coordinates;
+    scene.cost("angle", AngleError, Sum::Trapezoidal, [angle], [], [], [1.0.into()]);
+    FourBar { scene, crank, rocker, lengths }
+}
+
+fn inputs(system: &System, hold: &[Coordinate], rate: f64) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(12, 0.02));
+    inputs.start = Start::assembled(system).hold(hold);
+    hold.iter().for_each(|&q| inputs.start.set_rate(q, rate));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (0.3 * i as f64).sin());
+    inputs
+}
+
+#[test]
+fn a_start_satisfies_the_constraints_and_keeps_what_is_held() {
+    let FourBar { scene, crank, .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let [.., angle] = crank.coordinates;
+    for hold in [&[][..], &[angle]] {
+        let inputs = inputs(&system, hold, 1.5);
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&inputs).expect("a motion").clone();
+        let (phi, phi_dot) = (motion.phi(&system, solver.inputs()), motion.phi_dot(&system, solver.inputs()));
+        assert!(largest(phi.expect("Φ").column(0).as_slice()) < 1e-14);
+        assert!(largest(phi_dot.expect("dΦ/dt").column(0).as_slice()) < 1e-14);
+        if !hold.is_empty() {
+            let i = angle.index();
+            assert_eq!(motion.q[(i, 0)], 1.2);
+            assert!((motion.v[(i, 0)] - 1.5).abs() < 1e-14);
+        }
+        assert!(largest(motion.sigma.column(0).as_slice()) < 1e-13, "σ₀ = 0");
+    }
+}
+
+#[test]
+fn what_is_consistent_stays_as_it_is() {
+    let FourBar { scene, crank, .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut inputs = inputs(&system, &[crank.coordinates[2]], 1.5);
+    solver.simulate(&inputs).expect("a motion");
+    let first = solver.inputs().start.clone();
+    let Start::Velocity { q, v } = &first else { panic!("{first:?}") };
+    inputs.start = Start::Assembled { q: q.clone(), v: v.clone(), held: Default::default() };
+    solver.simulate(&inputs).expect("a motion");
+    let again = &solver.inputs().start;
+    assert!((again.q() - first.q()).amax() < 1e-15 && (again.rate() - first.rate()).amax() < 1e-14);
+}
+
+#[test]
+fn the_change_is_the_least_one() {
+    // A bob on a rod of 1 m from a guess beside it: along the radius, the mass being the same in both directions.
+    let mut scene = Scene::new();
+    let bob = scene.body("bob", 2.0, 0.1, [1.2, -0.9, 0.3]);
+    scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.at(0.0, 0.0), 1.0);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.01));
+    inputs.start = Start::assembled(&system);
+    let [x, y, _] = bob.coordinates;
+    inputs.start.set_rate(x, 1.0);
+    inputs.start.set_rate(y, 1.0);
+    let motion = simulate(&system, &inputs, Settings::default()).expect("a motion");
+    let [q, v] = [&motion.q, &motion.v].map(|x| x.column(0).into_owned());
+    let radius = 1.5;
+    assert!((q[0] - 1.2 / radius).abs() < 1e-14 && (q[1] + 0.9 / radius).abs() < 1e-14 && q[2] == 0.3, "{q}");
+    let across = 0.6 + 0.8;
+    assert!((v[0] - 0.6 * across).abs() < 1e-14 && (v[1] - 0.8 * across).abs() < 1e-14, "{v}");
+}
+
+#[test]
+fn derivatives_through_the_assembly_are_exact() {
+    let plain = Settings::default();
+    let ways = [
+        ("trapezoidal rule", plain),
+        ("ESDIRK3", Settings { scheme: Scheme::ESDIRK3, ..plain }),
+        ("projected", Settings { drift_bound: 0.0, ..plain }),
+        ("rebased", Settings { rebase_every: 3, ..plain }),
+    ];
+    for cranks in [1, 2] {
+        let FourBar { scene, crank, rocker, .. } = four_bar(cranks);
+        let system = scene.compile().expect("a scene");
+        for (name, hold) in [("free", &[][..]), ("crank", &crank.coordinates[2..]), ("rocker", &rocker.coordinates[2..])] {
+            for (what, settings) in ways {
+                let what = format!("{cranks} hinges, {name} held, {what}");
+                assert_gradient_is_exact_with(&what, &system, &inputs(&system, hold, 1.5), settings);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gradient_asked_for_twice_is_the_same() {
+    let FourBar { scene, crank, .. } = four_bar(2);
+    let system = scene.compile().expect("a scene");
+    let inputs = inputs(&system, &crank.coordinates[2..], 1.5);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let first = solver.gradient().expect("a gradient").clone();
+    assert_eq!(solver.gradient().expect("a gradient"), &first);
+    solver.simulate(&inputs).expect("a motion");
+    assert_eq!(solver.gradient().expect("a gradient"), &first);
+    let mut long = LongSolver::new(&system, Settings::default(), 30_000);
+    assert_eq!(long.gradient(&inputs).expect("a gradient").start, first.start);
+}
+
+#[test]
+fn lengths_may_change_without_a_word_about_the_start() {
+    let FourBar { scene, crank, lengths: [_, coupler, ..], .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = inputs(&system, &crank.coordinates[2..], 0.0);
+    let cost = |inputs: &Inputs| gradient(&system, inputs, Settings::default()).expect("a gradient");
+    let p = coupler.index();
+    let slope = cost(&inputs).design[p];
+    let mut by_difference = 0.0;
+    for (step, sign) in [(1e-5, 1.0), (-2e-5, -1.0)] {
+        inputs.design[p] += step;
+        by_difference += sign * cost(&inputs).value / 2e-5;
+    }
+    assert!((slope - by_difference).abs() < 1e-7 * slope.abs(), "{slope} and {by_difference}");
+}
+
+#[test]
+fn what_cannot_be_assembled_is_named() {
+    let FourBar { scene, crank, lengths: [.., ground], .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let fails = |inputs: &Inputs| simulate(&system, inputs, Settings::default()).expect_err("no start").error;
+    let mut open = inputs(&system, &[], 0.0);
+    open.design[ground.index()] = 4.0;
+    let error = fails(&open);
+    assert!(matches!(error, Error::Assembly { violation, .. } if violation > 0.1), "{error}");
+    assert_says(&error, &["cannot be assembled", "violated"]);
+    let error = fails(&inputs(&system, &[crank.coordinates[2], crank.coordinates[0]], 0.0));
+    assert_says(&error, &["crank.x", "cannot be held"]);
+}
+
+#[test]
+fn driven_joints_and_grids_by_tolerance_go_together_with_it() {
+    let FourBar { mut scene, crank, rocker, lengths: [a, _, c, _] } = four_bar(1);
+    // A bob that the motion of the others does not determine, with a motor.
+    let bob = scene.body("bob", 0.3, 0.01, [1.0, 0.5, 0.0]);
+    scene.revolute("hook of the bob", rocker.at(c * 0.5, 0.0), bob.at(0.0, 0.3));
+    let push = scene.control("push");
+    scene.torque_actuator("motor of the bob", rocker, bob, push);
+    scene.cost("bob", AngleError, Sum::Terminal, [bob.coordinates[2]], [], [], [0.3.into()]);
+    // Turns with the crank's length as an angle and a speed that depends on it too.
+    scene.driven_angle("drive", Body::GROUND, crank, ConstantSpeed, [a + 0.8, 2.0 / a]);
+    let system = scene.compile().expect("a scene");
+    let inputs = inputs(&system, &[], 0.0);
+    assert_gradient_is_exact_with("driven", &system, &inputs, Settings::default());
+    let settings = Settings { scheme: Scheme::ESDIRK3, ..Settings::default() };
+    let mut solver = Solver::new(&system, settings);
+    let adapted = solver.adapt(&inputs, 1e-4).expect("a grid");
+    assert_eq!(adapted.start, inputs.start, "the guess is that of the user");
+    assert_gradient_is_exact_with("adapted", &system, &adapted, settings);
+}
+
+#[test]
+fn the_checks_know_it() {
+    let FourBar { scene, crank, .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let inputs = inputs(&system, &crank.coordinates[2..], 1.5);
+    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
+    assert!(report.passed(), "{report}");
+}
