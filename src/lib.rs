@@ -107,7 +107,7 @@ pub use number::{Arithmetic, Cx, Real, Scalar};
 pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;
 pub use settings::Settings;
-pub use solver::{LiftedSolver, LongSolver, Solver, State, Stopped, gradient, gradients, simulate};
+pub use solver::{LiftedSolver, LongSolver, Mechanics, Solver, State, Stopped, gradient, gradients, simulate};
 pub use system::System;
 pub use warning::Warning;
 

@@ -16,8 +16,7 @@ mod stepper;
 mod surprise;
 mod window;
 
-use assembly::Assembler;
-pub(crate) use assembly::{Assembly, At};
+pub(crate) use assembly::{Assembler, Assembly, At, Bordered};
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;

@@ -3,12 +3,14 @@
 mod lifted;
 mod long;
 mod many;
+mod mechanics;
 mod size;
 mod stopped;
 
 pub use lifted::LiftedSolver;
 pub use long::{LongSolver, State};
 pub use many::gradients;
+pub use mechanics::Mechanics;
 pub use stopped::Stopped;
 
 use crate::adjoint::AdjointSweep;

@@ -142,14 +142,16 @@ pub trait PlainBatch<R: Real>: Send + Sync {
 pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
     /// What kind of element it holds.
     fn kind(&self) -> ElementKind;
-    /// Resolves the parameters of every element and records its formula; `at` is for formulas that look at values.
     /// Takes the parameters of all elements through `resolve`.
     fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
+    /// Records the formulas of all elements; `at` is for those that look at values.
     fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings);
     /// Records the formula of the element at a place, batch and item, as it is now.
     fn record_again(&self, place: (usize, usize), at: &NodeView<f64>, into: &mut Recordings);
     /// Joins what identifies the formulas that anything was concluded of.
     fn fingerprint(&self, sum: &mut Fingerprint);
+    /// The sum of the formulas of all elements, if they have one value each: T or V.
+    fn energy(&self, at: &NodeView<f64>) -> f64;
     /// Appends the entries of Φ_q at a point.
     fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>);
     /// Adds what an element contributes and writes its second derivatives, by dual numbers.
@@ -223,6 +225,12 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     fn fingerprint(&self, sum: &mut Fingerprint) {
         self.items.iter().for_each(|item| item.fingerprint(sum));
+    }
+
+    fn energy(&self, at: &NodeView<f64>) -> f64 {
+        let mut sum = 0.0;
+        self.items.iter().for_each(|item| item.jet.values(&item.local(at), &item.b(at.design), &mut |value| sum += value));
+        sum
     }
 
     fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {

@@ -376,6 +376,12 @@ impl System {
         }
     }
 
+    /// T and V.
+    pub(crate) fn energies(&self, at: &NodeView<f64>) -> [f64; 2] {
+        let of = |kind| self.batches.iter().filter(|batch| batch.kind() == kind).map(|batch| batch.energy(at)).sum();
+        [ElementKind::Kinetic, ElementKind::Potential].map(of)
+    }
+
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
         for batch in &self.batches {

@@ -61,6 +61,12 @@ impl Parameters {
         design.iter().copied().chain(self.nodes.iter().map(|node| all[node.index()])).collect()
     }
 
+    /// The value of a parameter as it was given, also of one that no element has.
+    pub(crate) fn value_of(&self, param: Param, values: &[f64]) -> f64 {
+        let all = [values, &self.graph.evaluate(&values[..self.designs])].concat();
+        param.resolve(&[0.0.into(); 3], &mut |node| values.len() + node.index()).value(&all)
+    }
+
     /// (∂z/∂b)ᵀ w at b.
     pub(crate) fn pull_back(&self, design: &[f64], w: &[f64], gradient: &mut [f64]) {
         gradient.copy_from_slice(&w[..self.designs]);

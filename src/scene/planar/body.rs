@@ -40,6 +40,18 @@ impl Frame {
     }
 }
 
+impl Point {
+    /// What it is fixed to.
+    pub fn frame(self) -> Frame {
+        self.frame
+    }
+
+    /// Its place there, m.
+    pub(crate) fn at(self) -> [Param; 2] {
+        self.at
+    }
+}
+
 impl Body {
     /// The inertial frame.
     pub const GROUND: Frame = Frame(None);

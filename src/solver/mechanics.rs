@@ -1,0 +1,282 @@
+//! [`Mechanics`]: what holds at one state, without a motion.
+
+use nalgebra::{DMatrix, DVector};
+use num_dual::Dual64;
+
+use crate::forward::{Assembler, At, Bordered};
+use crate::motion::{Report, column};
+use crate::node::Newton;
+use crate::scene::planar::Point;
+use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
+use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
+
+/// Corrections of accelerations and reactions: more than one where constraints depend on each other.
+const CORRECTIONS: usize = 3;
+
+/// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
+///
+/// ```
+/// use hamiltonian_adjoint::{Mechanics, Scene, planar::Body};
+///
+/// let mut scene = Scene::new();
+/// scene.gravity(0.0, -9.81);
+/// let bob = scene.body("bob", 2.0, 0.1, [0.6, -0.8, 0.0]);
+/// let hook = Body::GROUND.at(0.0, 0.0);
+/// scene.distance("rod", hook, bob.at(0.0, 0.0), 1.0);
+/// let system = scene.compile()?;
+/// let at = Mechanics::new(&system, &[0.6, -0.8, 0.0], &[0.8, 0.6, 0.0])?;
+/// assert!((at.energy() - (1.0 - 2.0 * 9.81 * 0.8)).abs() < 1e-12);
+/// let (v_dot, _lambda) = at.accelerations()?;
+/// let centripetal = -(0.6 * v_dot[0] - 0.8 * v_dot[1]); // v²/l
+/// assert!((centripetal - 1.0).abs() < 1e-12);
+/// assert_eq!(at.velocity(bob.at(0.5, 0.0)), [0.8, 0.6]);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Mechanics<'s> {
+    system: &'s System,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    u: Vec<f64>,
+    t: f64,
+    design: Vec<f64>,
+}
+
+impl<'s> Mechanics<'s> {
+    /// At coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0.
+    ///
+    /// # Errors
+    /// Vectors of other lengths than [`System::n`]; numbers that are not finite.
+    pub fn new(system: &'s System, q: &[f64], v: &[f64]) -> Result<Self, Error> {
+        let design = system.parameters().values(system.design_values().as_slice()).into_owned();
+        let here = Mechanics { system, q: q.to_vec(), v: v.to_vec(), u: vec![0.0; system.k()], t: 0.0, design };
+        check("q", system.n(), q)?;
+        check("v", system.n(), v)?;
+        Ok(here)
+    }
+
+    /// At the start of a motion; a guess is assembled first, and velocities follow from momenta.
+    ///
+    /// # Errors
+    /// As [`Solver::simulate`].
+    pub fn at_start(system: &'s System, inputs: &Inputs) -> Result<Self, Error> {
+        let mut solver = Solver::new(system, Settings::default());
+        let inputs = solver.assemble(inputs)?;
+        let (q, v) = match &inputs.start {
+            Start::Velocity { q, v } => (q.clone(), v.clone()),
+            _ => {
+                let first = Inputs { grid: crate::Grid::new(inputs.grid.start, Vec::new()), ..inputs.clone() };
+                let first = Inputs { controls: inputs.controls.columns(0, 1).into_owned(), ..first };
+                let motion = solver.simulate(&first)?;
+                (motion.q.column(0).into_owned(), motion.v.column(0).into_owned())
+            }
+        };
+        let here = Self::new(system, q.as_slice(), v.as_slice())?.at_time(inputs.grid.start)?;
+        here.with_controls(inputs.controls_at(0))?.with_design(inputs.design.as_slice())
+    }
+
+    /// At a node of a motion; `inputs` are those it was computed from, on the grid that was taken: [`Solver::inputs`].
+    ///
+    /// # Errors
+    /// Inputs that do not belong to the motion; a node that was not computed.
+    pub fn at_node(system: &'s System, inputs: &Inputs, motion: &Trajectory, node: usize) -> Result<Self, Error> {
+        motion.check_fits(system, inputs)?;
+        if node >= motion.computed {
+            return Err(Error::Incomplete { expected: node + 1, computed: motion.computed });
+        }
+        let here = Self::new(system, column(&motion.q, node), column(&motion.v, node))?.at_time(motion.times[node])?;
+        here.with_controls(inputs.controls_at(node))?.with_design(inputs.design.as_slice())
+    }
+
+    /// With these controls.
+    ///
+    /// # Errors
+    /// Another number than [`System::k`]; numbers that are not finite.
+    pub fn with_controls(mut self, u: &[f64]) -> Result<Self, Error> {
+        check("controls", self.system.k(), u)?;
+        self.u = u.to_vec();
+        Ok(self)
+    }
+
+    /// With these values of the design variables.
+    ///
+    /// # Errors
+    /// Another number than [`System::designs`]; values that are not finite or out of range.
+    pub fn with_design(mut self, design: &[f64]) -> Result<Self, Error> {
+        check("design variables", self.system.designs(), design)?;
+        self.system.check_design(design)?;
+        self.design = self.system.parameters().values(design).into_owned();
+        Ok(self)
+    }
+
+    /// At another time, s.
+    ///
+    /// # Errors
+    /// A time that is not finite.
+    pub fn at_time(mut self, t: f64) -> Result<Self, Error> {
+        check("t", 1, &[t])?;
+        self.t = t;
+        Ok(self)
+    }
+
+    /// Φ(q, t), m or rad.
+    pub fn phi(&self) -> DVector<f64> {
+        let (sigma, mut phi) = (vec![0.0; self.system.m()], DVector::zeros(self.system.m()));
+        self.system.phi(&self.view(&sigma), phi.as_mut_slice());
+        phi
+    }
+
+    /// Φ_q (m × n).
+    pub fn phi_q(&self) -> DMatrix<f64> {
+        let (sigma, mut phi_q) = (vec![0.0; self.system.m()], DMatrix::zeros(self.system.m(), self.system.n()));
+        self.system.phi_q(&self.view(&sigma)).iter().for_each(|entry| phi_q[(entry.row, entry.col)] += entry.value);
+        phi_q
+    }
+
+    /// dΦ/dt = Φ_q v + Φ_t (1c), m/s or rad/s.
+    pub fn phi_dot(&self) -> DVector<f64> {
+        DVector::from_column_slice(self.sums().phi_dot())
+    }
+
+    /// The mass matrix M = T_vv (n × n).
+    pub fn mass(&self) -> DMatrix<f64> {
+        let n = self.system.n();
+        let mut mass = DMatrix::zeros(n, n);
+        for j in 0..n {
+            let sums = self.moved(|_, v, _| v[j].eps = 1.0);
+            mass.column_mut(j).iter_mut().zip(sums.l_v()).for_each(|(entry, l_v)| *entry = l_v.eps);
+        }
+        mass
+    }
+
+    /// T_v, the momenta without impulses of constraints (1a), N s or N m s.
+    pub fn momenta(&self) -> DVector<f64> {
+        DVector::from_column_slice(self.sums().l_v())
+    }
+
+    /// T, J.
+    pub fn kinetic_energy(&self) -> f64 {
+        self.system.energies(&self.view(&vec![0.0; self.system.m()]))[0]
+    }
+
+    /// V, J.
+    pub fn potential_energy(&self) -> f64 {
+        self.system.energies(&self.view(&vec![0.0; self.system.m()]))[1]
+    }
+
+    /// T + V, J.
+    pub fn energy(&self) -> f64 {
+        self.kinetic_energy() + self.potential_energy()
+    }
+
+    /// v̇ (m/s², rad/s²) and λ = dσ/dt (N, N m), from (1a)–(1c) differentiated in time at σ = 0:
+    ///
+    /// ```text
+    ///   M v̇ + Φ_qᵀ λ = 𝓛_q + Q − (T_v)_q v − (T_v)_t      Φ_q v̇ = −(dΦ/dt)_q v − (dΦ/dt)_t
+    /// ```
+    ///
+    /// Of constraints that depend on each other, λ is one of many; Φ_qᵀλ is the only one.
+    ///
+    /// # Errors
+    /// A singular mass matrix or configuration; forces that are not finite.
+    pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
+        let (system, n, m) = (self.system, self.system.n(), self.system.m());
+        let sums = self.moved(|q, v, t| {
+            q.iter_mut().zip(v.iter()).for_each(|(q, v)| q.eps = v.re);
+            t.eps = 1.0;
+        });
+        let mut right = Pair::new(n, m);
+        let forces = sums.force().iter().zip(sums.l_v());
+        right.v.iter_mut().zip(forces).for_each(|(right, (force, l_v))| *right = force.re - l_v.eps);
+        right.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot.eps);
+        let (zeros, mut rows) = (Pair::new(n, m), StateRows::new(n, m));
+        let view = self.view(&zeros.sigma);
+        if !right.v.iter().chain(&right.sigma).all(|x| x.is_finite()) {
+            let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
+            return Err(system.find_not_finite(&view, 0).unwrap_or(unknown));
+        }
+        let (mut newton, bordered) = self.factor(&view)?;
+        let (mut x, mut left) = (Pair::new(n, m), right.clone());
+        for _ in 0..CORRECTIONS {
+            bordered.solve(system, &mut newton, &mut left);
+            x.v.iter_mut().zip(&left.v).for_each(|(x, delta)| *x += delta);
+            x.sigma.iter_mut().zip(&left.sigma).for_each(|(x, delta)| *x += delta);
+            let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
+            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, &mut rows);
+            left.v.iter_mut().zip(right.v.iter().zip(&rows.v)).for_each(|(left, (right, row))| *left = right - row);
+            left.sigma
+                .iter_mut()
+                .zip(right.sigma.iter().zip(&rows.sigma))
+                .for_each(|(left, (right, row))| *left = right - row);
+        }
+        Ok((DVector::from_vec(x.v), DVector::from_vec(x.sigma)))
+    }
+
+    /// Where a point of a body or of the ground is in the inertial frame, m.
+    ///
+    /// # Panics
+    /// If its body belongs to a scene with more coordinates.
+    pub fn position(&self, point: Point) -> [f64; 2] {
+        let ([x, y, phi], [along, across], (sin, cos)) = self.frame(point);
+        let _ = phi;
+        [x + cos * along - sin * across, y + sin * along + cos * across]
+    }
+
+    /// Its velocity there, m/s.
+    ///
+    /// # Panics
+    /// As [`position`](Self::position).
+    pub fn velocity(&self, point: Point) -> [f64; 2] {
+        let (_, [along, across], (sin, cos)) = self.frame(point);
+        let [x_dot, y_dot, phi_dot] = point.frame().coordinates().map_or([0.0; 3], |q| q.map(|q| self.v[q.index()]));
+        [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
+    }
+
+    /// x, y and φ of a point's frame, its place there, and sine and cosine of φ.
+    fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
+        let place = point.frame().coordinates().map_or([0.0; 3], |q| q.map(|q| self.q[q.index()]));
+        let at = point.at().map(|param| self.system.parameters().value_of(param, &self.design));
+        (place, at, place[2].sin_cos())
+    }
+
+    fn factor(&self, view: &NodeView<f64>) -> Result<(Newton, Bordered), Error> {
+        let (mut newton, mut report) = (Newton::new(self.system), Report::default());
+        newton.evaluation.set_start(self.system, view)?;
+        let at = At { u: &self.u, t: self.t, design: &self.design };
+        let mut assembler = Assembler { system: self.system, newton: &mut newton, report: &mut report, tolerance: 0.0 };
+        let bordered = assembler.factor(&self.q, &self.v, &[], at)?;
+        Ok((newton, bordered))
+    }
+
+    fn view<'a>(&'a self, sigma: &'a [f64]) -> NodeView<'a, f64> {
+        NodeView::of_equations([&self.q, &self.v, sigma], (&self.u, self.t, &self.design))
+    }
+
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt at σ = 0.
+    fn sums(&self) -> Sums<f64> {
+        let (mut sums, sigma) = (Sums::new(self.system.n(), self.system.m()), vec![0.0; self.system.m()]);
+        self.system.plain_sums(&self.view(&sigma), &mut sums);
+        sums
+    }
+
+    /// The same with derivatives along a direction of q, v and t.
+    fn moved(&self, seed: impl FnOnce(&mut [Dual64], &mut [Dual64], &mut Dual64)) -> Sums<Dual64> {
+        let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
+        let (mut q, mut v, mut t) = (lift(&self.q), lift(&self.v), Dual64::from_re(self.t));
+        let (sigma, u, design) = (lift(&vec![0.0; self.system.m()]), lift(&self.u), lift(&self.design));
+        seed(&mut q, &mut v, &mut t);
+        let mut sums = Sums::new(self.system.n(), self.system.m());
+        self.system.plain_sums(&NodeView::of_equations([&q, &v, &sigma], (&u, t, &design)), &mut sums);
+        sums
+    }
+}
+
+fn check(what: &'static str, expected: usize, x: &[f64]) -> Result<(), Error> {
+    if x.len() != expected {
+        return Err(Error::Size { what, expected, found: x.len() });
+    }
+    match x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        Some((i, &value)) => Err(Error::NotFinite { what: format!("{what}, entry {i},"), value }),
+        None => Ok(()),
+    }
+}
