@@ -122,3 +122,7 @@ struct Readme;
 #[cfg(doctest)]
 #[doc = include_str!("../docs/programs.md")]
 struct Programs;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/parameters-and-starts.md")]
+struct ParametersAndStarts;
