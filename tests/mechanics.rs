@@ -7,6 +7,9 @@ mod seven_bodies;
 #[allow(dead_code)]
 mod structures;
 
+#[path = "scenes/varying.rs"]
+mod varying;
+
 use common::{assert_says, largest};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
@@ -147,4 +150,22 @@ fn what_does_not_fit_is_named() {
     assert_says(&at.clone().at_time(f64::NAN).expect_err("no time"), &["t", "NaN"]);
     assert_says(&at.clone().with_controls(&[]).expect_err("no control"), &["controls", "expected 1"]);
     assert_says(&at.with_design(&[1.0]).expect_err("no design variables"), &["design variables", "expected 0"]);
+}
+
+#[test]
+fn a_mass_matrix_that_varies_and_a_constraint_that_depends_on_time_are_no_exception() {
+    let (scene, q) = varying::bead();
+    let system = scene.compile().expect("a scene");
+    let dt = 1e-4;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, dt));
+    inputs.start = Start::assembled(&system);
+    inputs.start.set_rate(q[0], 0.7);
+    inputs.controls.fill(0.4);
+    let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
+    let motion = solver.simulate(&inputs).expect("a motion").clone();
+    let at = Mechanics::at_node(&system, solver.inputs(), &motion, 10).expect("a node");
+    let (v_dot, lambda) = at.accelerations().expect("accelerations");
+    let rate = |x: &DMatrix<f64>| (x.column(11) - x.column(9)) / (2.0 * dt);
+    assert!(largest((v_dot - rate(&motion.v)).as_slice()) < 1e-5);
+    assert!(largest((lambda - rate(&motion.sigma)).as_slice()) < 1e-5);
 }

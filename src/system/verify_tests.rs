@@ -207,8 +207,11 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
     J: Jet<N, M, K, P>,
 {
     let mut draw = Draw(name.len() as u64);
-    let mut said = 0;
-    for zeros in 0..1usize << P {
+    let (mut said, mut tried) = (0, 0);
+    // All combinations of few constants; of many, those of which each alone is bound, and some.
+    let few = |zeros: &usize| P <= 6 || zeros.count_ones() <= 1 || zeros.is_multiple_of(61);
+    for zeros in (0..1usize << P).filter(few) {
+        tried += 1;
         let design = [0.6 + 0.5 * draw.number()];
         let b: [Param; P] = std::array::from_fn(|p| match zeros >> p & 1 {
             1 if zeros.count_ones() > 1 => Param::from(0.0),
@@ -217,7 +220,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
         });
         said += hold(make(), &mut draw, &format!("{name} with {b:?}"), (b, &design));
     }
-    assert!(said > 2 << P, "{name}: {said} points of {}", 4 << P);
+    assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
 }
 
 #[test]

@@ -90,7 +90,7 @@ impl Force<6, 1, 0> for TorqueActuator {
 }
 
 /// A torque on b and its reaction on a.
-fn torque<S: Scalar>(torque: S) -> SVector<S, 6> {
+pub(super) fn torque<S: Scalar>(torque: S) -> SVector<S, 6> {
     let zero = S::zero();
     SVector::from([zero, zero, -torque, zero, zero, torque])
 }
@@ -155,7 +155,7 @@ impl Scene {
         self.between_force(name, TorqueActuator, (a.into(), b.into()), [torque], []);
     }
 
-    fn between_potential<E, const P: usize>(
+    pub(super) fn between_potential<E, const P: usize>(
         &mut self,
         name: &str,
         element: E,
@@ -176,7 +176,7 @@ impl Scene {
         }
     }
 
-    fn between_force<E, const K: usize, const P: usize>(
+    pub(super) fn between_force<E, const K: usize, const P: usize>(
         &mut self,
         name: &str,
         element: E,

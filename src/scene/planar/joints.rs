@@ -113,7 +113,7 @@ impl Scene {
         self.joint(name, DrivenAngle(motion), (a.into(), b.into()), parameters)
     }
 
-    fn joint<E, const M: usize, const P: usize>(
+    pub(super) fn joint<E, const M: usize, const P: usize>(
         &mut self,
         name: &str,
         element: E,
@@ -142,6 +142,17 @@ pub(super) fn pair<T: Copy>(a: [T; 3], b: [T; 3]) -> [T; 6] {
 
 /// The parameters [s_a, s_b, more].
 pub(super) fn points<const MORE: usize, const P: usize>(a: Point, b: Point, more: [Param; MORE]) -> [Param; P] {
-    let all = [a.at, b.at];
-    std::array::from_fn(|i| if i < 4 { all[i / 2][i % 2] } else { more[i - 4] })
+    points_and(a, b, more, [])
+}
+
+/// The parameters [s_a, s_b, more, those of a formula, zeros].
+pub(super) fn points_and<const MORE: usize, const F: usize, const P: usize>(
+    a: Point,
+    b: Point,
+    more: [Param; MORE],
+    of_formula: [Param; F],
+) -> [Param; P] {
+    const { assert!(4 + MORE + F <= P, "too many parameters") };
+    let all: Vec<Param> = [a.at, b.at].concat().into_iter().chain(more).chain(of_formula).collect();
+    std::array::from_fn(|i| all.get(i).copied().unwrap_or(0.0.into()))
 }

@@ -19,7 +19,10 @@
 //! ```
 
 mod body;
+mod contact;
+mod drives;
 mod forces;
+mod gears;
 mod geometry;
 mod ground;
 mod joints;
@@ -28,7 +31,10 @@ mod motion;
 mod tests;
 
 pub use body::{Body, Frame, Point, RigidBody, Weight};
+pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSliding};
+pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
+pub use gears::{Curve, Gear, PointOnCurve, Rack};
 pub use ground::{FromGround, ToGround};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
-pub use motion::{ConstantSpeed, Harmonic, Motion};
+pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};

@@ -10,6 +10,16 @@ pub trait Motion<const P: usize>: Send + Sync + 'static {
     fn value<S: Scalar>(&self, t: S, b: &SVector<S, P>) -> S;
 }
 
+/// The same at all times; `b = [value]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Constant;
+
+impl Motion<1> for Constant {
+    fn value<S: Scalar>(&self, _t: S, b: &SVector<S, 1>) -> S {
+        b[0]
+    }
+}
+
 /// φ₀ + ω t, b = [φ₀, ω].
 #[derive(Clone, Copy, Debug)]
 pub struct ConstantSpeed;

@@ -4,6 +4,16 @@ use super::*;
 use crate::system::verify_tests::hold_element;
 use crate::system::{Applied, Holonomic, Kinetic, Potential};
 
+/// y = b x².
+#[derive(Clone, Copy)]
+struct Parabola;
+
+impl Curve<1> for Parabola {
+    fn value<S: crate::Scalar>(&self, x: S, y: S, b: &nalgebra::SVector<S, 1>) -> S {
+        y - b[0] * x * x
+    }
+}
+
 macro_rules! between_bodies {
     ($($kind:ident, $element:expr, $m:literal, $k:literal, $p:literal;)*) => {$(
         hold_element::<_, 6, $m, $k, $p>(|| $kind($element), stringify!($element));
@@ -28,7 +38,20 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         Applied, TorqueActuator, 0, 1, 0;
         Potential, LinearSpring, 0, 0, 6;
         Potential, TorsionalSpring, 0, 0, 2;
+        Holonomic, DrivenDistance::<_, 4>(Harmonic), 1, 0, 12;
+        Holonomic, DrivenSlider::<_, 2>(ConstantSpeed), 1, 0, 13;
+        Holonomic, PointOnCurve::<_, 1>(Parabola), 1, 0, 12;
+        Applied, TwoPointActuator, 0, 1, 4;
+        Applied, BushingDamper, 0, 0, 7;
+        Applied, CoulombFriction, 0, 0, 2;
+        Applied, CoulombSliding, 0, 0, 7;
+        Applied, Contact, 0, 0, 9;
+        Potential, Bushing, 0, 0, 7;
     }
     hold_element::<_, 3, 0, 0, 2>(|| Kinetic(RigidBody), "RigidBody");
+    hold_element::<_, 2, 1, 0, 3>(|| Holonomic(Gear), "Gear");
+    hold_element::<_, 3, 1, 0, 3>(|| Holonomic(Rack), "Rack");
+    hold_element::<_, 3, 0, 0, 11>(|| Applied(AppliedForce::<_, 4>(Harmonic)), "AppliedForce");
+    hold_element::<_, 1, 0, 0, 4>(|| Applied(AppliedTorque(Harmonic)), "AppliedTorque");
     hold_element::<_, 2, 0, 0, 3>(|| Potential(Weight), "Weight");
 }

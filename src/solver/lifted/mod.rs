@@ -26,6 +26,8 @@ use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, 
 const CONVERGED: f64 = 1e-14;
 /// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
 const ROUNDING: f64 = 1e-13;
+/// Velocities below this part of the largest of the motion are rounding.
+const AT_REST: f64 = 1e-14;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
 const MOST_CORRECTIONS: usize = 30;
 
@@ -56,6 +58,8 @@ struct Lifted<R: Real> {
     inputs: Inputs<R>,
     /// The values of the parameters, from its design variables.
     design: Vec<R>,
+    /// The largest velocity of the real motion.
+    speed: f64,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
     /// q̄ and p̄ of the stage at hand, and σ₋.
@@ -97,6 +101,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let lifted = Lifted {
             inputs: inputs.lift(),
             design: Vec::new(),
+            speed: real.trajectory().v.amax(),
             trajectory,
             sums: Sums::new(n, m),
             start_q: zeros(n),
@@ -334,7 +339,10 @@ impl<R: Real> Lifted<R> {
             self.part.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             near.newton.solve(near.system, &mut self.part);
             let unit = self.unit[part];
-            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (0.0, unit)));
+            // At rest but for rounding, derivatives that vanish are rounding too.
+            let speed = largest_real(self.trajectory.stage(i, s).v);
+            let floor = if speed <= AT_REST * self.speed { SMALL * self.speed * unit } else { 0.0 };
+            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit)));
             // σ from rest is a difference of momenta, and its rounding is theirs.
             let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit));
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
@@ -351,6 +359,10 @@ impl<R: Real> Lifted<R> {
         }
         now.p_star_dot.copy_from_slice(self.sums.force());
     }
+}
+
+fn largest_real<R: Real>(x: &[R]) -> f64 {
+    x.iter().fold(0.0, |largest, x| largest.max(x.part(0).abs()))
 }
 
 /// One part of all inputs.

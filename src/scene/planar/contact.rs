@@ -1,0 +1,150 @@
+//! Bushings, dry friction and contact: laws of force that are steep, but smooth enough for a gradient.
+
+use nalgebra::SVector;
+
+use super::body::{Frame, Point};
+use super::forces::torque;
+use super::geometry::{Link, turned};
+use super::joints::{axis, points_and};
+use crate::model::element::ForcePoint;
+use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
+
+/// V = ½ (c_x d_x² + c_y d_y² + c_φ (φ_b − φ_a)²), d from the point of a to that of b in the frame of a; b = [s_a, s_b, c_x, c_y, c_φ].
+#[derive(Clone, Copy, Debug)]
+pub struct Bushing;
+
+impl PotentialEnergy<6, 7> for Bushing {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 7>, _t: S) -> S {
+        let (link, x) = (Link::new(q, b.as_slice()), axis(q, S::zero()));
+        let (along, across, turn) = (x.dot(&link.between), turned(&x).dot(&link.between), q[5] - q[2]);
+        (b[4] * along * along + b[5] * across * across + b[6] * turn * turn) * 0.5
+    }
+}
+
+/// Viscous forces against the rates of the same three numbers; b = [s_a, s_b, d_x, d_y, d_φ].
+#[derive(Clone, Copy, Debug)]
+pub struct BushingDamper;
+
+impl Force<6, 0, 7> for BushingDamper {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 7>) -> SVector<S, 6> {
+        let (link, x) = (Link::new(&at.q, b.as_slice()), axis(&at.q, S::zero()));
+        let along = |e: &SVector<S, 2>, damping: S| {
+            let gradient = link.along_axis(e);
+            gradient * -(damping * gradient.dot(&at.v))
+        };
+        along(&x, b[4]) + along(&turned(&x), b[5]) + torque(b[6] * (at.v[2] - at.v[5]))
+    }
+}
+
+/// The torque −M tanh((φ̇_b − φ̇_a)/ω_s) on b, the opposite on a; b = [M, ω_s].
+#[derive(Clone, Copy, Debug)]
+pub struct CoulombFriction;
+
+impl Force<6, 0, 2> for CoulombFriction {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 2>) -> SVector<S, 6> {
+        torque(b[0] * ((at.v[2] - at.v[5]) / b[1]).tanh())
+    }
+}
+
+/// The force −F tanh(ds/dt/v_s) along an axis of a, where s is the position of b's point on it; b = [s_a, s_b, axis angle, F, v_s].
+#[derive(Clone, Copy, Debug)]
+pub struct CoulombSliding;
+
+impl Force<6, 0, 7> for CoulombSliding {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 7>) -> SVector<S, 6> {
+        let along = Link::new(&at.q, b.as_slice()).along_axis(&axis(&at.q, b[4]));
+        along * -(b[5] * (along.dot(&at.v) / b[6]).tanh())
+    }
+}
+
+/// The point of b against the half-plane behind the point of a: with the depth δ = −n · d and its rate,
+/// N = k max(δ, 0)^(3/2) max(1 + c dδ/dt, 0) along the normal n of a, and −μ N tanh(v_t/v_s) across it;
+/// b = [s_a, s_b, normal angle in a, k, c, μ, v_s].
+#[derive(Clone, Copy, Debug)]
+pub struct Contact;
+
+impl Force<6, 0, 9> for Contact {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 9>) -> SVector<S, 6> {
+        let (link, normal, zero) = (Link::new(&at.q, b.as_slice()), axis(&at.q, b[4]), S::zero());
+        let tangent = turned(&normal);
+        let (away, along) = (link.along_axis(&normal), link.along_axis(&tangent));
+        let depth = (-normal.dot(&link.between)).max(zero);
+        let damping = (S::one() - b[6] * away.dot(&at.v)).max(zero);
+        let push = b[5] * depth.powf(1.5) * damping;
+        let friction = b[7] * (along.dot(&at.v) / b[8]).tanh();
+        // Both act at the point of b: the reaction on a acts there too.
+        away * push - along * (push * friction)
+    }
+}
+
+impl Scene {
+    /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against turning (N m/rad), and three damping constants.
+    pub fn bushing(&mut self, name: &str, a: Point, b: Point, stiffness: [Param; 3], damping: [Param; 3]) {
+        let frames = (a.frame, b.frame);
+        let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
+        if !is_zero(&stiffness) {
+            self.between_potential(
+                &format!("{name} (spring)"),
+                Bushing,
+                frames,
+                points_and::<3, 0, 7>(a, b, stiffness, []),
+                1.0.into(),
+            );
+        }
+        if !is_zero(&damping) {
+            self.between_force(
+                &format!("{name} (damper)"),
+                BushingDamper,
+                frames,
+                [],
+                points_and::<3, 0, 7>(a, b, damping, []),
+            );
+        }
+    }
+
+    /// Adds dry friction in a hinge, regularised: a torque of at most `torque` (N m), reached at a few times `speed` (rad/s).
+    ///
+    /// There is no sticking: under a torque M₁ < M a joint creeps at the speed ω_s artanh(M₁/M). A small `speed` is a stiff damper of M/ω_s
+    /// near rest, for which L-stable schemes are made.
+    pub fn coulomb_friction(
+        &mut self,
+        name: &str,
+        a: impl Into<Frame>,
+        b: impl Into<Frame>,
+        torque: impl Into<Param>,
+        speed: impl Into<Param>,
+    ) {
+        let speed = speed.into();
+        self.require_positive(speed, format!("the speed of `{name}`"));
+        self.between_force(name, CoulombFriction, (a.into(), b.into()), [], [torque.into(), speed]);
+    }
+
+    /// Adds dry friction of `b` sliding along the axis of `a` (rad, in a's frame), regularised: at most `force` (N), reached at a few times `speed` (m/s).
+    ///
+    /// As for [`coulomb_friction`](Self::coulomb_friction), there is no sticking.
+    pub fn coulomb_sliding(
+        &mut self,
+        name: &str,
+        a: Point,
+        axis: impl Into<Param>,
+        b: Point,
+        force: impl Into<Param>,
+        speed: impl Into<Param>,
+    ) {
+        let speed = speed.into();
+        self.require_positive(speed, format!("the speed of `{name}`"));
+        let parameters = points_and::<3, 0, 7>(a, b, [axis.into(), force.into(), speed], []);
+        self.between_force(name, CoulombSliding, (a.frame, b.frame), [], parameters);
+    }
+
+    /// Adds the contact of the point `b` with the half-plane through `a` whose outer `normal` is at an angle (rad) in a's frame.
+    ///
+    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, friction and the speed at which it is reached.
+    /// The force is as smooth as δ^(3/2): steps must resolve the time of a contact, or the gradient is that of a motion which jumps over it
+    /// ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement) says so). There is no sticking.
+    pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
+        self.require_positive(law[3], format!("the friction speed of `{name}`"));
+        let parameters = points_and::<5, 0, 9>(a, b, [normal.into(), law[0], law[1], law[2], law[3]], []);
+        self.between_force(name, Contact, (a.frame, b.frame), [], parameters);
+    }
+}

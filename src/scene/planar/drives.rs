@@ -1,0 +1,142 @@
+//! Prescribed distances and positions, actuators between two points, forces and torques given by time.
+
+use nalgebra::SVector;
+
+use super::body::{Body, Point};
+use super::geometry::{Link, rotated, turned};
+use super::joints::{axis, points_and};
+use super::motion::Motion;
+use crate::model::element::ForcePoint;
+use crate::{Constraint, Control, Force, Multiplier, Param, Scalar, Scene};
+
+/// A motion may have so many parameters where points stand beside them.
+pub const MOST_PARAMETERS: usize = 8;
+
+/// The parameters of a motion behind the first ones of an element.
+fn behind<S: Scalar, const P: usize>(b: &[S]) -> SVector<S, P> {
+    const { assert!(P <= MOST_PARAMETERS, "a motion with points beside it has at most MOST_PARAMETERS parameters") };
+    SVector::from_fn(|i, _| b[i])
+}
+
+/// A distance that is prescribed: Φ = (|d|²/f(t) − f(t))/2, the change of length to first order; b = [s_a, s_b, parameters of f, zeros].
+#[derive(Clone, Copy, Debug)]
+pub struct DrivenDistance<F, const P: usize>(pub F);
+
+impl<F: Motion<P>, const P: usize> Constraint<6, 1, 12> for DrivenDistance<F, P> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 12>, t: S) -> SVector<S, 1> {
+        let (d, length) = (Link::new(q, b.as_slice()).between, self.0.value(t, &behind(&b.as_slice()[4..])));
+        SVector::from([(d.dot(&d) / length - length) * 0.5])
+    }
+}
+
+/// A position that is prescribed along an axis of a: Φ = e · d − f(t); b = [s_a, s_b, axis angle, parameters of f, zeros].
+#[derive(Clone, Copy, Debug)]
+pub struct DrivenSlider<F, const P: usize>(pub F);
+
+impl<F: Motion<P>, const P: usize> Constraint<6, 1, 13> for DrivenSlider<F, P> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 13>, t: S) -> SVector<S, 1> {
+        let along = axis(q, b[4]).dot(&Link::new(q, b.as_slice()).between);
+        SVector::from([along - self.0.value(t, &behind(&b.as_slice()[5..]))])
+    }
+}
+
+/// The force u along the line between two points, positive where it pushes them apart; b = [s_a, s_b].
+#[derive(Clone, Copy, Debug)]
+pub struct TwoPointActuator;
+
+impl Force<6, 1, 4> for TwoPointActuator {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 1>, b: &SVector<S, 4>) -> SVector<S, 6> {
+        let link = Link::new(&at.q, b.as_slice());
+        link.along(&link.direction()) * at.u[0]
+    }
+}
+
+/// The force f(t) at a point of a body, in a direction of the inertial frame; b = [s, direction angle, parameters of f, zeros].
+#[derive(Clone, Copy, Debug)]
+pub struct AppliedForce<F, const P: usize>(pub F);
+
+impl<F: Motion<P>, const P: usize> Force<3, 0, 11> for AppliedForce<F, P> {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 3, 0>, b: &SVector<S, 11>) -> SVector<S, 3> {
+        let direction = rotated(b[2], [S::one(), S::zero()]);
+        let turn = direction.dot(&turned(&rotated(at.q[2], [b[0], b[1]])));
+        SVector::from([direction[0], direction[1], turn]) * self.0.value(at.t, &behind(&b.as_slice()[3..]))
+    }
+}
+
+/// The torque f(t) on a body; b = parameters of f.
+#[derive(Clone, Copy, Debug)]
+pub struct AppliedTorque<F>(pub F);
+
+impl<F: Motion<P>, const P: usize> Force<1, 0, P> for AppliedTorque<F> {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &SVector<S, P>) -> SVector<S, 1> {
+        SVector::from([self.0.value(at.t, b)])
+    }
+}
+
+impl Scene {
+    /// Adds a prescribed distance f(t; parameters) > 0, m, between two points: a cylinder that follows a programme.
+    pub fn driven_distance<F, const P: usize>(
+        &mut self,
+        name: &str,
+        a: Point,
+        b: Point,
+        motion: F,
+        parameters: [Param; P],
+    ) -> [Multiplier; 1]
+    where
+        F: Motion<P>,
+    {
+        self.joint(name, DrivenDistance(motion), (a.frame, b.frame), points_and(a, b, [], parameters))
+    }
+
+    /// Adds a prescribed position f(t; parameters), m, of `b` along the axis of `a` (rad, in a's frame).
+    pub fn driven_slider<F, const P: usize>(
+        &mut self,
+        name: &str,
+        (a, axis): (Point, impl Into<Param>),
+        b: Point,
+        motion: F,
+        parameters: [Param; P],
+    ) -> [Multiplier; 1]
+    where
+        F: Motion<P>,
+    {
+        self.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis.into()], parameters))
+    }
+
+    /// Adds a force (N) along the line between two points, driven by a control and positive where it pushes them apart: a hydraulic cylinder.
+    ///
+    /// The points must not coincide: the direction of the force would be undefined.
+    pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
+        self.between_force(name, TwoPointActuator, (a.frame, b.frame), [force], points_and::<0, 0, 4>(a, b, [], []));
+    }
+
+    /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; [`Constant`](super::Constant) for one that does not
+    /// change.
+    pub fn applied_force<F, const P: usize>(
+        &mut self,
+        name: &str,
+        at: Point,
+        direction: impl Into<Param>,
+        motion: F,
+        parameters: [Param; P],
+    ) where
+        F: Motion<P>,
+    {
+        let first = [at.at[0], at.at[1], direction.into()];
+        let all = first.into_iter().chain(parameters).chain(std::iter::repeat(0.0.into()));
+        let b: Vec<Param> = all.take(3 + MOST_PARAMETERS).collect();
+        match at.frame.0 {
+            Some(q) => self.force(name, AppliedForce(motion), q, [], std::array::from_fn(|i| b[i])),
+            None => self.report(crate::Error::NoBody { element: name.to_string() }),
+        }
+    }
+
+    /// Adds a torque f(t; parameters), N m, on a body.
+    pub fn applied_torque<F, const P: usize>(&mut self, name: &str, body: Body, motion: F, parameters: [Param; P])
+    where
+        F: Motion<P>,
+    {
+        self.force(name, AppliedTorque(motion), [body.coordinates[2]], [], parameters);
+    }
+}

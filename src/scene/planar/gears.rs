@@ -1,0 +1,95 @@
+//! Gears, racks and points on curves.
+
+use nalgebra::SVector;
+
+use super::body::{Body, Point};
+use super::geometry::{Link, rotated};
+use super::joints::points_and;
+use crate::{Constraint, Multiplier, Param, Scalar, Scene};
+
+/// Two wheels that roll on each other: Φ = r_a φ_a + r_b φ_b − c; b = [r_a, r_b, c].
+#[derive(Clone, Copy, Debug)]
+pub struct Gear;
+
+impl Constraint<2, 1, 3> for Gear {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, b: &SVector<S, 3>, _t: S) -> SVector<S, 1> {
+        SVector::from([b[0] * q[0] + b[1] * q[1] - b[2]])
+    }
+}
+
+/// A rack that a wheel rolls on: Φ = e · r − ρ φ − c with the rack's centre r and an axis e of the inertial frame; b = [axis angle, ρ, c].
+#[derive(Clone, Copy, Debug)]
+pub struct Rack;
+
+impl Constraint<3, 1, 3> for Rack {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 3>, _t: S) -> SVector<S, 1> {
+        let (sin, cos) = b[0].sin_cos();
+        SVector::from([cos * q[0] + sin * q[1] - b[1] * q[2] - b[2]])
+    }
+}
+
+/// A curve F(x, y; b) = 0, for [`Scene::point_on_curve`]; F in m, with |grad F| ≈ 1, so that Φ is a distance.
+pub trait Curve<const P: usize>: Send + Sync + 'static {
+    /// F.
+    fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, P>) -> S;
+}
+
+/// A point of b on a curve of a: Φ = F(R_aᵀ d), d from the point of a to that of b; b = [s_a, s_b, parameters of F, zeros].
+#[derive(Clone, Copy, Debug)]
+pub struct PointOnCurve<F, const P: usize>(pub F);
+
+impl<F: Curve<P>, const P: usize> Constraint<6, 1, 12> for PointOnCurve<F, P> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 12>, _t: S) -> SVector<S, 1> {
+        let between = Link::new(q, b.as_slice()).between;
+        let local = rotated(-q[2], [between[0], between[1]]);
+        SVector::from([self.0.value(local[0], local[1], &SVector::from_fn(|i, _| b[4 + i]))])
+    }
+}
+
+impl Scene {
+    /// Adds a pair of wheels with radii (m) that roll on each other from where the scene has placed them, turning against each other; a negative radius is
+    /// that of a ring around the other one. The axles must be at rest: revolute joints to the ground.
+    pub fn gear(
+        &mut self,
+        name: &str,
+        a: Body,
+        radius_a: impl Into<Param>,
+        b: Body,
+        radius_b: impl Into<Param>,
+    ) -> [Multiplier; 1] {
+        let (radius_a, radius_b, q) = (radius_a.into(), radius_b.into(), [a.coordinates[2], b.coordinates[2]]);
+        let offset = radius_a * self.initial(q[0]) + radius_b * self.initial(q[1]);
+        self.constraint(name, Gear, q, [radius_a, radius_b, offset])
+    }
+
+    /// Adds a rack that slides along an axis (rad, of the inertial frame) as a wheel of a radius (m) rolls on it, from where the scene has placed them.
+    pub fn rack(
+        &mut self,
+        name: &str,
+        rack: Body,
+        axis: impl Into<Param>,
+        pinion: Body,
+        radius: impl Into<Param>,
+    ) -> [Multiplier; 1] {
+        let (axis, radius): (Param, Param) = (axis.into(), radius.into());
+        let q = [rack.coordinates[0], rack.coordinates[1], pinion.coordinates[2]];
+        let [x, y, phi] = q.map(|q| self.initial(q));
+        let offset = axis.cos() * x + axis.sin() * y - radius * phi;
+        self.constraint(name, Rack, q, [axis, radius, offset])
+    }
+
+    /// Keeps a point of `b` on a curve that is fixed to the point of `a` and turns with its body: a cam, a slot.
+    pub fn point_on_curve<F, const P: usize>(
+        &mut self,
+        name: &str,
+        a: Point,
+        curve: F,
+        b: Point,
+        parameters: [Param; P],
+    ) -> [Multiplier; 1]
+    where
+        F: Curve<P>,
+    {
+        self.joint(name, PointOnCurve(curve), (a.frame, b.frame), points_and(a, b, [], parameters))
+    }
+}
