@@ -9,10 +9,9 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Design, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, LongSolver, PotentialEnergy,
-    Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System, gradient, simulate,
+    Coordinate, Design, Error, Grid, Inputs, LongSolver, Scene, Scheme, Settings, Solver, Start, Sum, System, gradient,
+    simulate,
 };
-use nalgebra::SVector;
 
 struct FourBar {
     scene: Scene,
