@@ -20,6 +20,11 @@ pub enum Error {
         /// What it refers to: coordinate, control, design variable, multiplier.
         kind: &'static str,
     },
+    /// An element that does not go with particles, which have no angle.
+    Particle {
+        /// The element.
+        element: String,
+    },
     /// A formula of a parameter that cannot be recorded.
     ParameterFormula {
         /// The parameter.
@@ -310,6 +315,10 @@ impl fmt::Display for Error {
             Error::MissingInertia { coordinate } => {
                 write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it")
             }
+            Error::Particle { element } => write!(
+                f,
+                "`{element}` does not go with particles; hinges, distances, springs, dampers and actuators between points do, or use a body"
+            ),
             Error::EmptyScene => write!(f, "the scene has no coordinates; add a body or coordinates first"),
             Error::Parameter { what, value, must_be } => write!(f, "{what} is {value}; it must be {must_be}"),
             Error::Size { what, expected, found } => write!(f, "{what}: expected {expected} entries, found {found}"),

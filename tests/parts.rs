@@ -5,8 +5,11 @@ mod common;
 mod elements;
 
 use common::{assert_gradient_is_exact, assert_says, largest};
-use hamiltonian_adjoint::planar::{Body, Constant, Curve, Harmonic};
-use hamiltonian_adjoint::{Control, Grid, Inputs, Mechanics, Scalar, Scene, Scheme, Settings, System, simulate};
+use hamiltonian_adjoint::planar::{Body, Constant, Curve, Harmonic, Point};
+use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::{
+    Control, Error, Grid, Inputs, KineticEnergy, Mechanics, Scalar, Scene, Scheme, Settings, Start, Sum, System, simulate,
+};
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
 
@@ -226,6 +229,99 @@ fn a_pin_in_a_round_slot_is_a_pendulum() {
     let system = scene.compile().expect("a scene");
     let v_dot = accelerations(&system, &[0.8, 0.6, 0.0, 0.8, 0.6, 0.0], &[]);
     assert!(largest(&[v_dot[0] - v_dot[3], v_dot[1] - v_dot[4]]) < 1e-13, "{v_dot:?}");
+}
+
+/// A string of four ends on a hook, joined by everything that goes without angles: of particles, or of bodies that do not turn.
+fn string(particles: [bool; 4]) -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -GRAVITY);
+    let ends: Vec<Point> = Vec::from_iter(particles.iter().enumerate().map(|(k, is_particle)| {
+        let (name, [x, y]) = (format!("end {k}"), [0.3 * (k + 1) as f64, -0.4 * (k + 1) as f64]);
+        match is_particle {
+            true => scene.particle(&name, 0.4, [x, y]).point(),
+            false => scene.body(&name, 0.4, 0.1, [x, y, 0.0]).at(0.0, 0.0),
+        }
+    }));
+    let hook = Body::GROUND.at(0.0, 0.0);
+    scene.distance("rod", hook, ends[0], 0.5);
+    scene.spring_damper("spring", ends[0], ends[1], 90.0, 0.4, 0.3);
+    scene.distance("second rod", ends[2], ends[1], 0.5);
+    scene.spring_damper("last spring", ends[3], ends[2], 80.0, 0.5, 0.2);
+    scene.spring_damper("rope", ends[3], hook, 20.0, 1.5, 0.1);
+    let force = scene.control("force");
+    scene.two_point_actuator("cylinder", ends[0], ends[2], force);
+    scene.applied_force("gust", ends[1], 0.2, Constant, [0.4.into()]);
+    let q = scene.coordinates("gauge", ["s"]);
+    scene.kinetic_energy("gauge", Gauge, q, []);
+    scene.cost("gauge", AngleError, Sum::Terminal, q, [], [], [0.3.into()]);
+    scene.compile().expect("a scene")
+}
+
+/// Keeps a cost apart from the ends.
+struct Gauge;
+
+impl KineticEnergy<1> for Gauge {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+
+#[test]
+fn particles_move_as_bodies_that_are_not_turned() {
+    let places = |particles: [bool; 4]| {
+        let system = string(particles);
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.01));
+        inputs.controls.fill(1.5);
+        let motion = simulate(&system, &inputs, Settings::default()).expect("a motion");
+        let kept = |i: &usize| !system.coordinate_name(*i).ends_with('φ');
+        let names: Vec<f64> = (0..system.n()).filter(kept).map(|i| motion.q[(i, 40)]).collect();
+        names
+    };
+    let bodies = places([false; 4]);
+    for mask in 1..16 {
+        let particles = places(std::array::from_fn(|k| mask >> k & 1 == 1));
+        let differences: Vec<f64> = bodies.iter().zip(&particles).map(|(a, b)| a - b).collect();
+        assert!(largest(&differences) < 1e-11, "{mask:04b}: {differences:?}");
+    }
+}
+
+#[test]
+fn gradients_with_particles_are_exact() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -GRAVITY);
+    let (m, l) = (scene.design("mass", 0.5), scene.design("length", 0.8));
+    let bob = scene.particle("bob", m * 2.0, [0.5, -0.5]);
+    let arm = scene.body("arm", 1.0, 0.1, [0.9, -0.5, 0.2]);
+    scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.point(), l);
+    scene.revolute("hinge", bob.point(), arm.at(-0.3, 0.0));
+    let u = scene.control("force");
+    scene.two_point_actuator("cylinder", Body::GROUND.at(0.3, 0.0), arm.at(0.3, 0.0), u);
+    scene.cost("angle", AngleError, Sum::Terminal, [arm.coordinates[2]], [], [], [0.3.into()]);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(15, 0.01));
+    inputs.start = Start::assembled(&system);
+    inputs.controls.fill(2.0);
+    assert_gradient_is_exact("particle", &system, &inputs);
+    let at = Mechanics::at_start(&system, &inputs).expect("a start");
+    let [x, y] = at.position(bob.point());
+    assert!((x.hypot(y) - 0.8).abs() < 1e-14);
+}
+
+#[test]
+fn a_particle_has_no_angle_to_hold() {
+    let wrong: [fn(&mut Scene, Point, Body); 4] = [
+        |scene, end, body| _ = scene.weld("weld", end, body.at(0.0, 0.0), 0.0),
+        |scene, end, body| _ = scene.prismatic("rail", body.at(0.0, 0.0), 0.0, end, 0.0),
+        |scene, end, body| scene.joint_friction("friction", end.frame(), body, 1.0),
+        |scene, end, body| scene.torsional_spring_damper("spring", body, end.frame(), 1.0, 0.0, 0.0),
+    ];
+    for add in wrong {
+        let mut scene = Scene::new();
+        let (end, body) = (scene.particle("end", 1.0, [0.0; 2]).point(), scene.body("body", 1.0, 0.1, [0.0; 3]));
+        add(&mut scene, end, body);
+        let error = scene.compile().expect_err("an angle that is not there");
+        assert!(matches!(error, Error::Particle { .. }), "{error}");
+    }
 }
 
 #[test]

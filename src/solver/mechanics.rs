@@ -228,13 +228,13 @@ impl<'s> Mechanics<'s> {
     /// As [`position`](Self::position).
     pub fn velocity(&self, point: Point) -> [f64; 2] {
         let (_, [along, across], (sin, cos)) = self.frame(point);
-        let [x_dot, y_dot, phi_dot] = point.frame().coordinates().map_or([0.0; 3], |q| q.map(|q| self.v[q.index()]));
+        let [x_dot, y_dot, phi_dot] = point.frame().place(|q| self.v[q.index()]);
         [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
     }
 
     /// x, y and φ of a point's frame, its place there, and sine and cosine of φ.
     fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
-        let place = point.frame().coordinates().map_or([0.0; 3], |q| q.map(|q| self.q[q.index()]));
+        let place = point.frame().place(|q| self.q[q.index()]);
         let at = point.at().map(|param| self.system.parameters().value_of(param, &self.design));
         (place, at, place[2].sin_cos())
     }

@@ -11,9 +11,24 @@ pub struct Body {
     pub coordinates: [Coordinate; 3],
 }
 
-/// A frame of reference: a body's own, or the ground.
+/// A point mass: a body without an angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame(pub(super) Option<[Coordinate; 3]>);
+pub struct Particle {
+    /// x and y, m.
+    pub coordinates: [Coordinate; 2],
+}
+
+/// A frame of reference: a body's own, one that goes with a particle and does not turn, or the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame(pub(super) Owner);
+
+/// Whose frame it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Owner {
+    Ground,
+    Body([Coordinate; 3]),
+    Particle([Coordinate; 2]),
+}
 
 /// A point of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,14 +39,32 @@ pub struct Point {
 
 impl From<Body> for Frame {
     fn from(body: Body) -> Frame {
-        Frame(Some(body.coordinates))
+        Frame(Owner::Body(body.coordinates))
+    }
+}
+
+impl From<Particle> for Frame {
+    fn from(particle: Particle) -> Frame {
+        Frame(Owner::Particle(particle.coordinates))
     }
 }
 
 impl Frame {
-    /// The coordinates of its body; none for the ground.
+    /// The coordinates of its body; none for the ground and for particles.
     pub fn coordinates(self) -> Option<[Coordinate; 3]> {
-        self.0
+        match self.0 {
+            Owner::Body(coordinates) => Some(coordinates),
+            Owner::Ground | Owner::Particle(_) => None,
+        }
+    }
+
+    /// x, y and φ of its origin, of which the ground and particles lack some, as `of` gives them for coordinates.
+    pub(crate) fn place(self, of: impl Fn(Coordinate) -> f64) -> [f64; 3] {
+        match self.0 {
+            Owner::Ground => [0.0; 3],
+            Owner::Body(q) => q.map(of),
+            Owner::Particle([x, y]) => [of(x), of(y), 0.0],
+        }
     }
 
     /// The point (x, y) of the frame, m.
@@ -52,9 +85,26 @@ impl Point {
     }
 }
 
+impl Particle {
+    /// Where it is.
+    pub fn point(self) -> Point {
+        Frame::from(self).at(0.0, 0.0)
+    }
+}
+
+/// T = ½ m (ẋ² + ẏ²); `b = [m]`.
+#[derive(Clone, Copy, Debug)]
+pub struct PointMass;
+
+impl KineticEnergy<2, 1> for PointMass {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 1>) -> S {
+        b[0] * (v[0] * v[0] + v[1] * v[1]) * 0.5
+    }
+}
+
 impl Body {
     /// The inertial frame.
-    pub const GROUND: Frame = Frame(None);
+    pub const GROUND: Frame = Frame(Owner::Ground);
 
     /// The point (x, y) of the body's frame, m.
     pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
@@ -100,6 +150,18 @@ impl Scene {
         Body { coordinates: q }
     }
 
+    /// Adds a particle with mass (kg) and initial position (x, y). It has no angle: hinges, distances,
+    /// springs, dampers, actuators between points and applied forces go with it, the others do not.
+    pub fn particle(&mut self, name: &str, mass: impl Into<Param>, place: [f64; 2]) -> Particle {
+        let mass = mass.into();
+        let q = self.coordinates(name, ["x", "y"]);
+        q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
+        self.require_positive(mass, format!("the mass of `{name}`"));
+        self.kinetic_energy(name, PointMass, q, [mass]);
+        self.potential_energy(&format!("weight of {name}"), Weight, q, [mass, Param::gravity(0), Param::gravity(1)]);
+        Particle { coordinates: q }
+    }
+
     /// The point of a body, or of the ground, that is at (x, y) of the inertial frame in the initial position.
     pub fn at_world(&self, frame: impl Into<Frame>, x: f64, y: f64) -> Point {
         let frame = frame.into();
@@ -109,8 +171,7 @@ impl Scene {
 
     /// Its place in the frame: R(φ)ᵀ (p − r) with the initial position r and angle φ of the body, for p in the inertial frame.
     pub fn local(&self, frame: impl Into<Frame>, [x, y]: [f64; 2]) -> [f64; 2] {
-        let Some(coordinates) = frame.into().coordinates() else { return [x, y] };
-        let [x0, y0, phi] = coordinates.map(|q| self.initial(q));
+        let [x0, y0, phi] = frame.into().place(|q| self.initial(q));
         let (dx, dy, (sin, cos)) = (x - x0, y - y0, phi.sin_cos());
         [cos * dx + sin * dy, cos * dy - sin * dx]
     }

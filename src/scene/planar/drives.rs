@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-use super::body::{Body, Point};
+use super::body::{Body, Owner, Point};
 use super::geometry::{Link, rotated, turned};
 use super::joints::{axis, points_and};
 use super::motion::Motion;
 use crate::model::element::ForcePoint;
-use crate::{Constraint, Control, Force, Multiplier, Param, Scalar, Scene};
+use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
 /// A motion may have so many parameters where points stand beside them.
 pub const MOST_PARAMETERS: usize = 8;
@@ -63,6 +63,12 @@ impl<F: Motion<P>, const P: usize> Force<3, 0, 11> for AppliedForce<F, P> {
     }
 }
 
+impl<F: Motion<P>, const P: usize> Force<2, 0, 11> for AppliedForce<F, P> {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, b: &SVector<S, 11>) -> SVector<S, 2> {
+        rotated(b[2], [S::one(), S::zero()]) * self.0.value(at.t, &behind(&b.as_slice()[3..]))
+    }
+}
+
 /// The torque f(t) on a body; b = parameters of f.
 #[derive(Clone, Copy, Debug)]
 pub struct AppliedTorque<F>(pub F);
@@ -108,7 +114,7 @@ impl Scene {
     ///
     /// The points must not coincide: the direction of the force would be undefined.
     pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
-        self.between_force(name, TwoPointActuator, (a.frame, b.frame), [force], points_and::<0, 0, 4>(a, b, [], []));
+        self.force_of_points(name, TwoPointActuator, (a.frame, b.frame), [force], points_and::<0, 0, 4>(a, b, [], []));
     }
 
     /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; [`Constant`](super::Constant) for one that does not
@@ -126,9 +132,11 @@ impl Scene {
         let first = [at.at[0], at.at[1], direction.into()];
         let all = first.into_iter().chain(parameters).chain(std::iter::repeat(0.0.into()));
         let b: Vec<Param> = all.take(3 + MOST_PARAMETERS).collect();
+        let b = std::array::from_fn(|i| b[i]);
         match at.frame.0 {
-            Some(q) => self.force(name, AppliedForce(motion), q, [], std::array::from_fn(|i| b[i])),
-            None => self.report(crate::Error::NoBody { element: name.to_string() }),
+            Owner::Body(q) => self.force(name, AppliedForce(motion), q, [], b),
+            Owner::Particle(q) => self.force(name, AppliedForce(motion), q, [], b),
+            Owner::Ground => self.report(Error::NoBody { element: name.to_string() }),
         }
     }
 

@@ -4,12 +4,15 @@
 
 use nalgebra::SVector;
 
-use super::body::{Frame, Point};
+use super::body::{Frame, Owner, Point};
 use super::geometry::{Link, turned};
-use super::ground::{FromGround, ToGround};
-use super::joints::{axis, pair, points};
+use super::ground::{
+    BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
+    between_any,
+};
+use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
-use crate::{Control, Error, Force, Param, PotentialEnergy, Scalar, Scene};
+use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
 #[derive(Clone, Copy, Debug)]
@@ -110,9 +113,19 @@ impl Scene {
     ) {
         let (stiffness, damping) = (stiffness.into(), damping.into());
         let spring = points(a, b, [stiffness, free_length.into()]);
-        self.between_potential(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring, stiffness);
+        if stiffness.constant() != Some(0.0) {
+            let (name, element, frames) = (format!("{name} (spring)"), LinearSpring, (a.frame.0, b.frame.0));
+            let name = name.as_str();
+            between_any!(
+                frames,
+                element,
+                q,
+                self.potential_energy(name, element, q, spring),
+                self.report_frames(name, frames)
+            );
+        }
         if damping.constant() != Some(0.0) {
-            self.between_force(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
+            self.force_of_points(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
         }
     }
 
@@ -168,12 +181,8 @@ impl Scene {
         if stiffness.constant() == Some(0.0) {
             return;
         }
-        match (a.0, b.0) {
-            (Some(a), Some(b)) => self.potential_energy(name, element, pair(a, b), parameters),
-            (None, Some(b)) => self.potential_energy(name, FromGround(element), b, parameters),
-            (Some(a), None) => self.potential_energy(name, ToGround(element), a, parameters),
-            (None, None) => self.report(Error::NoBody { element: name.to_string() }),
-        }
+        let frames = (a.0, b.0);
+        between!(frames, element, q, self.potential_energy(name, element, q, parameters), self.report_frames(name, frames));
     }
 
     pub(super) fn between_force<E, const K: usize, const P: usize>(
@@ -186,11 +195,22 @@ impl Scene {
     ) where
         E: Force<6, K, P>,
     {
-        match (a.0, b.0) {
-            (Some(a), Some(b)) => self.force(name, element, pair(a, b), u, parameters),
-            (None, Some(b)) => self.force(name, FromGround(element), b, u, parameters),
-            (Some(a), None) => self.force(name, ToGround(element), a, u, parameters),
-            (None, None) => self.report(Error::NoBody { element: name.to_string() }),
-        }
+        let frames = (a.0, b.0);
+        between!(frames, element, q, self.force(name, element, q, u, parameters), self.report_frames(name, frames));
+    }
+
+    /// The same for one that goes with particles too.
+    pub(super) fn force_of_points<E, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        frames: (Frame, Frame),
+        u: [Control; K],
+        parameters: [Param; P],
+    ) where
+        E: Force<6, K, P>,
+    {
+        let frames = (frames.0.0, frames.1.0);
+        between_any!(frames, element, q, self.force(name, element, q, u, parameters), self.report_frames(name, frames));
     }
 }

@@ -2,11 +2,14 @@
 
 use nalgebra::SVector;
 
-use super::body::{Frame, Point};
+use super::body::{Frame, Owner, Point};
 use super::geometry::{Link, rotated, turned};
-use super::ground::{FromGround, ToGround};
+use super::ground::{
+    BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
+    between_any,
+};
 use super::motion::Motion;
-use crate::{Constraint, Error, Multiplier, Param, Scalar, Scene};
+use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +74,7 @@ pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
 impl Scene {
     /// Adds a hinge between two points.
     pub fn revolute(&mut self, name: &str, a: Point, b: Point) -> [Multiplier; 2] {
-        self.joint(name, Revolute, (a.frame, b.frame), points(a, b, []))
+        self.joint_of_points(name, Revolute, (a.frame, b.frame), points(a, b, []))
     }
 
     /// Adds a slider: `b` moves along the line through `a` at `axis` (rad, in a's frame) and keeps the relative `angle`.
@@ -95,7 +98,7 @@ impl Scene {
     pub fn distance(&mut self, name: &str, a: Point, b: Point, length: impl Into<Param>) -> [Multiplier; 1] {
         let length = length.into();
         self.require_positive(length, format!("the length of `{name}`"));
-        self.joint(name, Distance, (a.frame, b.frame), points(a, b, [length]))
+        self.joint_of_points(name, Distance, (a.frame, b.frame), points(a, b, [length]))
     }
 
     /// Adds a prescribed angle φ_b − φ_a = f(t; parameters).
@@ -123,21 +126,28 @@ impl Scene {
     where
         E: Constraint<6, M, P>,
     {
-        match (a.0, b.0) {
-            (Some(a), Some(b)) => self.constraint(name, element, pair(a, b), parameters),
-            (None, Some(b)) => self.constraint(name, FromGround(element), b, parameters),
-            (Some(a), None) => self.constraint(name, ToGround(element), a, parameters),
-            (None, None) => {
-                self.report(Error::NoBody { element: name.to_string() });
-                self.no_multipliers()
-            }
-        }
+        between!((a.0, b.0), element, q, self.constraint(name, element, q, parameters), {
+            self.report_frames(name, (a.0, b.0));
+            self.no_multipliers()
+        })
     }
-}
 
-/// The coordinates of two bodies in one list.
-pub(super) fn pair<T: Copy>(a: [T; 3], b: [T; 3]) -> [T; 6] {
-    [a[0], a[1], a[2], b[0], b[1], b[2]]
+    /// The same for one that goes with particles too.
+    fn joint_of_points<E, const M: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        (a, b): (Frame, Frame),
+        parameters: [Param; P],
+    ) -> [Multiplier; M]
+    where
+        E: Constraint<6, M, P>,
+    {
+        between_any!((a.0, b.0), element, q, self.constraint(name, element, q, parameters), {
+            self.report_frames(name, (a.0, b.0));
+            self.no_multipliers()
+        })
+    }
 }
 
 /// The parameters [s_a, s_b, more].

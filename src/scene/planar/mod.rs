@@ -30,11 +30,11 @@ mod motion;
 #[cfg(test)]
 mod tests;
 
-pub use body::{Body, Frame, Point, RigidBody, Weight};
+pub use body::{Body, Frame, Particle, Point, PointMass, RigidBody, Weight};
 pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSliding};
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
 pub use gears::{Curve, Gear, PointOnCurve, Rack};
-pub use ground::{FromGround, ToGround};
+pub use ground::{BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};

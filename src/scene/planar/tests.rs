@@ -49,6 +49,12 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         Potential, Bushing, 0, 0, 7;
     }
     hold_element::<_, 3, 0, 0, 2>(|| Kinetic(RigidBody), "RigidBody");
+    hold_element::<_, 5, 1, 0, 5>(|| Holonomic(ToParticle(Distance)), "Distance to a particle");
+    hold_element::<_, 5, 0, 0, 5>(|| Applied(FromParticle(Damper)), "Damper from a particle");
+    hold_element::<_, 4, 0, 0, 6>(|| Potential(BetweenParticles(LinearSpring)), "LinearSpring between particles");
+    hold_element::<_, 2, 0, 0, 5>(|| Applied(GroundToParticle(Damper)), "Damper from ground to a particle");
+    hold_element::<_, 2, 1, 0, 5>(|| Holonomic(ParticleToGround(Distance)), "Distance from a particle to ground");
+    hold_element::<_, 2, 0, 0, 1>(|| Kinetic(PointMass), "PointMass");
     hold_element::<_, 2, 1, 0, 3>(|| Holonomic(Gear), "Gear");
     hold_element::<_, 3, 1, 0, 3>(|| Holonomic(Rack), "Rack");
     hold_element::<_, 3, 0, 0, 11>(|| Applied(AppliedForce::<_, 4>(Harmonic)), "AppliedForce");
