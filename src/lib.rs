@@ -101,7 +101,7 @@ pub use error::Error;
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ParameterFormula, PotentialEnergy, Sum,
 };
-pub use model::{Control, Coordinate, Design, Multiplier, Param};
+pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
 pub use motion::{Composition, Grid, Held, Inputs, Report, Stages, Start, Trajectory};
 pub use number::{Arithmetic, Cx, Real, Scalar};
 pub use scene::{Scene, planar, scenes};

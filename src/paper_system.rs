@@ -22,7 +22,7 @@ use std::ops::Range;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{NodeView, Sums};
+use crate::system::{NodeView, Sums, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -327,7 +327,7 @@ impl<'a> PaperSystem<'a> {
                 t: Dual64::from_re(self.trajectory.times[i]),
                 design: &design,
             };
-            let value = self.system.cost(&at, &weights).part(1);
+            let value = self.system.cost(&at, &weights, &factors_of(0, self.system.outputs())).part(1);
             which(&mut arguments)[k].eps = 0.0;
             value
         })

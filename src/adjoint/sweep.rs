@@ -77,7 +77,7 @@ impl AdjointSweep {
             step: vec![stage; scheme.stages()],
             stage: scheme.inner(),
             carried: Carried::new(n, m),
-            cost: CostRows::new(n, m, system.k(), system.parameters().len()),
+            cost: CostRows::new((n, m, system.k()), system.parameters().len(), system.outputs()),
             design: vec![0.0; system.parameters().len()],
             rows: StateRows::new(n, m),
             cost_is_zero: true,
@@ -109,11 +109,13 @@ impl AdjointSweep {
         system: &System,
         forward: &mut ForwardSweep,
         settings: &Settings,
+        factors: &[f64],
     ) -> Result<&Gradient, Error> {
         let ForwardSweep { motion, stepper, monitor, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
         self.begin(system, motion, &stepper.newton, settings);
+        self.cost.factors.copy_from_slice(factors);
         self.back(system, motion, &mut stepper.newton, 0..nodes)?;
         self.finish(system, &monitor.report)
     }
@@ -236,6 +238,8 @@ impl AdjointSweep {
             gradient.start = inputs.start.clone();
         }
         gradient.value = 0.0;
+        self.cost.factors.fill(0.0);
+        self.cost.factors[0] = 1.0;
         self.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;

@@ -86,6 +86,8 @@ handles! {
     Control;
     /// A design variable.
     Design;
+    /// A number that is computed of a motion beside J.
+    Output;
     /// The Lagrange multiplier (impulse σ) of one constraint equation.
     Multiplier;
 }

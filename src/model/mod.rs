@@ -5,6 +5,6 @@ mod expressions;
 mod handle;
 mod param;
 
-pub use handle::{Control, Coordinate, Design, Multiplier};
+pub use handle::{Control, Coordinate, Design, Multiplier, Output};
 pub(crate) use handle::{Handle, SceneTag};
 pub use param::Param;

@@ -1,11 +1,11 @@
 //! The motion: y_i at all nodes.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::stages::ColumnsMut;
 use super::{Refinement, Stages};
 use crate::number::Real;
-use crate::system::{CostRows, NodeView, Sums, Weights};
+use crate::system::{CostRows, NodeView, Sums, Weights, factors_of};
 use crate::{Error, Inputs, Scheme, System};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
@@ -153,6 +153,20 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// Inputs of other sizes; a cost or a sum that is not finite.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
+        self.weighted_cost(system, inputs, &factors_of(0, system.outputs()))
+    }
+
+    /// The values of all outputs of the nodes computed, as [`cost`](Self::cost) gives J.
+    ///
+    /// # Errors
+    /// As [`cost`](Self::cost).
+    pub fn outputs(&self, system: &System, inputs: &Inputs<R>) -> Result<DVector<R>, Error> {
+        let count = system.outputs();
+        let values = (1..=count).map(|k| self.weighted_cost(system, inputs, &factors_of(k, count)));
+        Ok(DVector::from_vec(values.collect::<Result<Vec<R>, Error>>()?))
+    }
+
+    fn weighted_cost(&self, system: &System, inputs: &Inputs<R>, factors: &[f64]) -> Result<R, Error> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let refinement = Refinement::new(&lengths, &self.inserted);
@@ -160,9 +174,9 @@ impl<R: Real> Trajectory<R> {
         let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
         let mut sum = R::zero();
         for i in first..self.computed {
-            let value = self.cost_of_step(system, (inputs, &design), &refinement, i);
+            let value = self.cost_of_step(system, (inputs, &design), (&refinement, factors), i);
             if !is_finite(value) {
-                return Err(self.bad_cost(system, (inputs, &design), &refinement, i));
+                return Err(self.bad_cost(system, (inputs, &design), (&refinement, factors), i));
             }
             sum += value;
         }
@@ -174,17 +188,17 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        refinement: &Refinement,
+        (refinement, factors): (&Refinement, &[f64]),
         i: usize,
     ) -> R {
         let mut sum = R::zero();
         if i > 0 && system.has_integral() {
             for s in 1..self.last_stage() {
                 let at = NodeView { design, ..self.stage(i, s) };
-                sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)));
+                sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)), factors);
             }
         }
-        sum + system.cost(&self.at((inputs, design), i), &refinement.weights(&self.scheme, &inputs.grid.steps, i))
+        sum + system.cost(&self.at((inputs, design), i), &refinement.weights(&self.scheme, &inputs.grid.steps, i), factors)
     }
 
     /// Which cost of a node is not finite.
@@ -192,7 +206,7 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        refinement: &Refinement,
+        (refinement, factors): (&Refinement, &[f64]),
         node: usize,
     ) -> Error {
         let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
@@ -202,7 +216,8 @@ impl<R: Real> Trajectory<R> {
         let t = at.t.part(0);
         let at =
             NodeView { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
-        let mut rows = CostRows::new(system.n(), system.m(), system.k(), system.parameters().len());
+        let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
+        rows.factors.copy_from_slice(factors);
         let weights = refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
     }

@@ -1,6 +1,5 @@
 //! A graph on any numbers, node by node: what a program is not made for, since it is asked once a motion.
 
-use super::function::Function;
 use super::graph::{Expression, Graph, Node};
 use crate::Scalar;
 
@@ -14,7 +13,7 @@ impl Graph {
             let value = match expression {
                 Constant(bits) => S::from(f64::from_bits(bits)),
                 Parameter(which) | Input(which) => inputs[which as usize],
-                Of(function, x) => function.of(at(x)),
+                Of(function, x) => function.value(at(x)),
                 Add(x, y) => at(x) + at(y),
                 Subtract(x, y) => at(x) - at(y),
                 Multiply(x, y) => at(x) * at(y),
@@ -63,31 +62,5 @@ impl Graph {
             nodes.push(node);
         }
         nodes
-    }
-}
-
-impl Function {
-    /// Its value at any number.
-    fn of<S: Scalar>(self, x: S) -> S {
-        match self {
-            Function::Negative => -x,
-            Function::Reciprocal => x.recip(),
-            Function::Sqrt => x.sqrt(),
-            Function::Exp => x.exp(),
-            Function::ExpM1 => x.exp_m1(),
-            Function::Ln => x.ln(),
-            Function::Ln1p => x.ln_1p(),
-            Function::Sin => x.sin(),
-            Function::Cos => x.cos(),
-            Function::Tan => x.tan(),
-            Function::Asin => x.asin(),
-            Function::Acos => x.acos(),
-            Function::Atan => x.atan(),
-            Function::Sinh => x.sinh(),
-            Function::Cosh => x.cosh(),
-            Function::Tanh => x.tanh(),
-            Function::Abs => x.abs(),
-            Function::Sign => S::from(if x.re() < 0.0 { -1.0 } else { 1.0 }),
-        }
     }
 }

@@ -1,6 +1,7 @@
 //! Functions of one number: their values and the rules by which they are differentiated.
 
 use super::graph::{Graph, Node};
+use crate::Scalar;
 
 /// A function of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -27,9 +28,9 @@ pub(crate) enum Function {
 }
 
 impl Function {
-    /// Its value.
+    /// Its value, at any number.
     #[inline]
-    pub(crate) fn value(self, x: f64) -> f64 {
+    pub(crate) fn value<S: Scalar>(self, x: S) -> S {
         match self {
             Function::Negative => -x,
             Function::Reciprocal => x.recip(),
@@ -48,13 +49,7 @@ impl Function {
             Function::Cosh => x.cosh(),
             Function::Tanh => x.tanh(),
             Function::Abs => x.abs(),
-            Function::Sign => {
-                if x < 0.0 {
-                    -1.0
-                } else {
-                    1.0
-                }
-            }
+            Function::Sign => S::from(if x.re() < 0.0 { -1.0 } else { 1.0 }),
         }
     }
 

@@ -13,11 +13,14 @@ pub use many::gradients;
 pub use mechanics::Mechanics;
 pub use stopped::Stopped;
 
+use nalgebra::DVector;
+
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
 use crate::motion::Report;
+use crate::system::factors_of;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
 /// Simulates one system for many inputs; after the first call with a grid of some length, nothing is allocated.
@@ -40,6 +43,8 @@ pub struct Solver<'s> {
     settings: Settings,
     forward: ForwardSweep,
     sweep: AdjointSweep,
+    /// The factors of J and of the outputs that leave J alone.
+    of_cost: Vec<f64>,
 }
 
 impl<'s> Solver<'s> {
@@ -50,6 +55,7 @@ impl<'s> Solver<'s> {
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
             sweep: AdjointSweep::new(system, settings.scheme),
+            of_cost: factors_of(0, system.outputs()),
         }
     }
 
@@ -153,7 +159,46 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// No complete motion; a cost that is not finite; a singular tangent matrix.
     pub fn gradient(&mut self) -> Result<&Gradient, Error> {
-        self.sweep.run(self.system, &mut self.forward, &self.settings)
+        self.sweep.run(self.system, &mut self.forward, &self.settings, &self.of_cost)
+    }
+
+    /// The values of all outputs of the last motion ([`Scene::output`](crate::Scene::output)).
+    ///
+    /// # Errors
+    /// As [`cost`](Self::cost).
+    pub fn outputs(&self) -> Result<DVector<f64>, Error> {
+        let Motion { trajectory, inputs, .. } = &self.forward.motion;
+        trajectory.check_complete(inputs)?;
+        trajectory.outputs(self.system, inputs)
+    }
+
+    /// The gradients of all outputs of the last motion, by one backward sweep for each.
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient).
+    pub fn jacobian(&mut self) -> Result<Vec<Gradient>, Error> {
+        let count = self.system.outputs();
+        let row = |k| {
+            let factors = factors_of(1 + k, count);
+            self.sweep.run(self.system, &mut self.forward, &self.settings, &factors).cloned()
+        };
+        (0..count).map(row).collect()
+    }
+
+    /// The gradient of Σ w_k r_k over the outputs r, by one backward sweep: (∂r)ᵀ w.
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
+    pub fn pull_back(&mut self, weights: &[f64]) -> Result<&Gradient, Error> {
+        let count = self.system.outputs();
+        if weights.len() != count {
+            return Err(Error::Size { what: "weights of the outputs", expected: count, found: weights.len() });
+        }
+        if let Some((k, &value)) = weights.iter().enumerate().find(|(_, w)| !w.is_finite()) {
+            return Err(Error::NotFinite { what: format!("the weight of output `{}`", self.system.output_name(k)), value });
+        }
+        let factors = [&[0.0], weights].concat();
+        self.sweep.run(self.system, &mut self.forward, &self.settings, &factors)
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

@@ -85,11 +85,13 @@ pub struct CostRows {
     pub integrand: f64,
     /// How many costs were evaluated.
     pub evaluations: usize,
+    /// The factor of J, then those of the outputs: what is differentiated is their weighted sum.
+    pub factors: Vec<f64>,
     pub memory: CostMemory,
 }
 
 impl CostRows {
-    pub fn new(n: usize, m: usize, k: usize, designs: usize) -> Self {
+    pub fn new((n, m, k): (usize, usize, usize), designs: usize, outputs: usize) -> Self {
         let zeros = |len| vec![0.0; len];
         CostRows {
             q: zeros(n),
@@ -99,6 +101,7 @@ impl CostRows {
             sigma: zeros(m),
             u: zeros(k),
             design: zeros(designs),
+            factors: factors_of(0, outputs),
             ..CostRows::default()
         }
     }
@@ -134,10 +137,15 @@ impl CostRows {
     }
 }
 
+/// The factors of J (0) and of so many outputs (from 1 on) that leave one of them alone.
+pub fn factors_of(which: usize, outputs: usize) -> Vec<f64> {
+    (0..=outputs).map(|k| if k == which { 1.0 } else { 0.0 }).collect()
+}
+
 /// Costs on numbers of type R.
 pub trait PlainCosts<R: Real>: Send + Sync {
-    /// The weighted sum of all costs of the batch at one node.
-    fn value(&self, at: &NodeView<R>, weights: &Weights<R>) -> R;
+    /// The weighted sum of all costs of the batch at one node, each with the factor of J or of the output that it belongs to.
+    fn value(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R;
 }
 
 /// Costs in real numbers, with derivatives.
@@ -166,6 +174,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
 /// One cost and what it is connected to.
 pub struct PlacedCost<C, const N: usize, const M: usize, const K: usize, const P: usize> {
     pub name: String,
+    /// 0 for J, or 1 + the number of the output.
+    pub output: usize,
     pub cost: C,
     pub sum: Sum,
     pub q: [usize; N],
@@ -176,8 +186,15 @@ pub struct PlacedCost<C, const N: usize, const M: usize, const K: usize, const P
 }
 
 impl<C, const N: usize, const M: usize, const K: usize, const P: usize> PlacedCost<C, N, M, K, P> {
-    pub fn new(name: &str, cost: C, sum: Sum, q: [usize; N], sigma: [usize; M], u: [usize; K], b: [Param; P]) -> Self {
-        PlacedCost { name: name.to_string(), cost, sum, q, sigma, u, b, formula: None }
+    pub fn new(
+        (name, output): (&str, usize),
+        (cost, sum): (C, Sum),
+        q: [usize; N],
+        sigma: [usize; M],
+        u: [usize; K],
+        b: [Param; P],
+    ) -> Self {
+        PlacedCost { name: name.to_string(), output, cost, sum, q, sigma, u, b, formula: None }
     }
 }
 
@@ -300,11 +317,16 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         // A weight of adjacent steps may vanish between a step forth and a step back; its derivatives do not.
         let is_of_both_steps = matches!(self.sum, Sum::Trapezoidal | Sum::Integral);
+        let factor = rows.factors[self.output];
+        if factor == 0.0 {
+            return;
+        }
         let Some(weight) = weights.of(self.sum).filter(|weight| *weight != 0.0 || is_of_both_steps) else { return };
-        let value = match &self.formula {
-            Some(formula) if rows.memory.is_ready => self.program_gradient(formula, at, weight, rows),
-            _ => self.dual_gradient(at, weight, rows),
-        };
+        let value = factor
+            * match &self.formula {
+                Some(formula) if rows.memory.is_ready => self.program_gradient(formula, at, weight * factor, rows),
+                _ => self.dual_gradient(at, weight * factor, rows),
+            };
         rows.value += weight * value;
         rows.evaluations += 1;
         match self.sum {
@@ -370,12 +392,12 @@ where
     C: Cost<N, M, K, P>,
     R: Real,
 {
-    fn value(&self, at: &NodeView<R>, weights: &Weights<R>) -> R {
+    fn value(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
         let mut sum = R::zero();
-        for item in &self.items {
+        for item in self.items.iter().filter(|item| factors[item.output] != 0.0) {
             let Some(weight) = weights.of(item.sum) else { continue };
             if weight.part(0) != 0.0 || weight.part(R::PARTS - 1) != 0.0 {
-                sum += item.cost.cost(&item.local(at), &item.b(at.design)) * weight;
+                sum += item.cost.cost(&item.local(at), &item.b(at.design)) * weight * factors[item.output];
             }
         }
         sum

@@ -38,7 +38,7 @@ pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights};
+pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights, factors_of};
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
@@ -172,6 +172,19 @@ impl System {
     /// The number of design variables.
     pub fn designs(&self) -> usize {
         self.design.len()
+    }
+
+    /// The number of outputs beside J.
+    pub fn outputs(&self) -> usize {
+        self.names.outputs.len()
+    }
+
+    /// The name of an output.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`outputs`](Self::outputs).
+    pub fn output_name(&self, k: usize) -> &str {
+        &self.names.outputs[k]
     }
 
     /// The coordinates at which the scene placed its bodies.
@@ -389,9 +402,9 @@ impl System {
         }
     }
 
-    /// The weighted sum of all costs at one node.
-    pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>) -> R {
-        let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights));
+    /// The weighted sum of all costs at one node, with the factors of J and of the outputs.
+    pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
+        let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights, factors));
         values.fold(R::zero(), |sum, value| sum + value)
     }
 

@@ -10,6 +10,7 @@ pub(super) struct Names {
     pub(super) equations: Vec<String>,
     pub(super) controls: Vec<String>,
     pub(super) designs: Vec<String>,
+    pub(super) outputs: Vec<String>,
     /// Of design variables and of expressions of them.
     pub(super) parameters: Vec<String>,
 }
@@ -26,6 +27,7 @@ impl Names {
             coordinates: scene.coordinates.clone(),
             equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
             controls: scene.controls.clone(),
+            outputs: scene.outputs.clone(),
             parameters: parameters.names(&designs),
             designs,
         }

@@ -15,6 +15,8 @@ pub(crate) struct Parts {
     pub(crate) groups: Vec<(String, Range<usize>)>,
     pub(crate) initial: Vec<f64>,
     pub(crate) controls: Vec<String>,
+    /// The names of what is computed of a motion beside J.
+    pub(crate) outputs: Vec<String>,
     pub(crate) designs: Vec<(String, f64)>,
     /// Expressions of them, of which parameters are made.
     pub(crate) expressions: Graph,

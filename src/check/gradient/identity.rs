@@ -13,6 +13,7 @@
 use num_dual::Dual64;
 
 use crate::motion::Refinement;
+use crate::system::factors_of;
 use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
 
 /// How well the identity holds.
@@ -56,7 +57,7 @@ pub(super) fn identity(
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
     for i in (1..taken.grid.nodes()).rev() {
-        by_tangent += motion.cost_of_step(system, (moved, &design), &refinement, i).eps;
+        by_tangent += motion.cost_of_step(system, (moved, &design), (&refinement, &factors_of(0, system.outputs())), i).eps;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }

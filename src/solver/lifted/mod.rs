@@ -10,6 +10,7 @@ mod correction;
 mod restart;
 
 use correction::{Shrinking, Size, add};
+use nalgebra::DVector;
 
 use crate::forward::assembly::{Assembler, At};
 use crate::forward::restart::Restart;
@@ -146,6 +147,16 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         trajectory.check_complete(inputs)?;
         self.real.cost()?;
         trajectory.cost(self.real.system(), inputs)
+    }
+
+    /// The values of all outputs of the last motion: with `Dual64`, ∂r · d for a direction d of the inputs.
+    ///
+    /// # Errors
+    /// As [`cost`](Self::cost).
+    pub fn outputs(&self) -> Result<DVector<R>, Error> {
+        let Lifted { trajectory, inputs, .. } = &self.lifted;
+        trajectory.check_complete(inputs)?;
+        trajectory.outputs(self.real.system(), inputs)
     }
 
     /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
