@@ -7,6 +7,8 @@ mod elements;
 mod formulas;
 #[path = "scenes/pairs.rs"]
 mod pairs;
+#[path = "scenes/ready_parts.rs"]
+mod ready_parts;
 #[path = "scenes/structures.rs"]
 mod structures;
 
@@ -112,9 +114,13 @@ fn against_plain(name: &str, scene: Scene) {
     }
 }
 
+fn all_elements() -> impl Iterator<Item = (&'static str, Scene)> {
+    elements::all().into_iter().chain(ready_parts::all())
+}
+
 #[test]
 fn every_kind_of_element_moves_as_its_plain_formula() {
-    for (name, scene) in elements::all() {
+    for (name, scene) in all_elements() {
         against_plain(name, scene);
     }
 }
@@ -157,7 +163,7 @@ fn against_dual_numbers(name: &str, scenes: [Scene; 2], dt: f64) {
 
 #[test]
 fn programs_give_the_gradient_that_dual_numbers_give() {
-    for ((name, scene), (_, again)) in elements::all().into_iter().zip(elements::all()) {
+    for ((name, scene), (_, again)) in all_elements().zip(all_elements()) {
         against_dual_numbers(name, [scene, again], 0.01);
     }
     for (comparison, again) in pairs::all().into_iter().zip(pairs::all()) {

@@ -11,6 +11,8 @@ mod formulas;
 mod newton;
 #[path = "../../tests/scenes/pairs.rs"]
 mod pairs;
+#[path = "../../tests/scenes/ready_parts.rs"]
+mod ready_parts;
 mod rows;
 #[path = "../../tests/scenes/structures.rs"]
 mod structures;
@@ -66,7 +68,7 @@ fn steps(criterion: &mut Criterion) {
 /// Two arms and one kind of element, 100 steps.
 fn elements(criterion: &mut Criterion) {
     let mut group = group(criterion, "element");
-    for (name, scene) in elements::all() {
+    for (name, scene) in elements::all().into_iter().chain(ready_parts::all()) {
         let row = Row::new(scene, 100, 0.01, 1.0);
         row.both(&mut group, "value + gradient", &mark(name, name == "revolute joint"));
     }

@@ -1,4 +1,4 @@
-//! Back through the assembly of a start: from dJ/dq₀ and dJ/dv₀ to the guess and to the parameters, by its equations (`forward/assembly.rs`).
+//! Back through the assembly of a start: from dJ/dq₀ and dJ/dv₀ to the guess and to the parameters, by its equations (`forward/assembly/`).
 //!
 //! ```text
 //!   velocities:   [𝓛_vv Φ_qᵀ E; Φ_q 0 0; Eᵀ 0 0] (c, e, k) = (v̄, 0, 0)       dJ/dv̂ = 𝓛_vv c + E k

@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_full_matrix_takes_as_many_products_as_it_has_rows() {
-        let entry = |i: usize, j: usize| ((7 * i + 3 * j + 1) as f64).sin() + if i == j { 2.0 } else { 0.0 };
+        let entry = |i: usize, j: usize| ((7 * i * j + 3 * j + i + 1) as f64).sin() + if i == j { 4.0 } else { 0.0 };
         let solution: Vec<f64> = (0..9).map(|i| (i as f64).cos()).collect();
         let product = |x: &[f64]| (0..9).map(|i| (0..9).map(|j| entry(i, j) * x[j]).sum()).collect::<Vec<f64>>();
         let mut count = 0;

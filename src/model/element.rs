@@ -20,18 +20,30 @@ use crate::Scalar;
 /// Kinetic energy T(q, v; b) in J.
 ///
 /// Gives p* = T_v + Φ_qᵀσ (Eq. 1a) and the term T_q of Eq. (1b), which the paper's constant mass matrices lack.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no kinetic energy of this many coordinates and constants",
+    note = "implement `KineticEnergy<N, P>` with N the number of coordinates and P that of constants in the lists that are given"
+)]
 pub trait KineticEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
     /// T(q, v; b).
     fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, N>, v: &SVector<S, N>, b: &SVector<S, P>) -> S;
 }
 
 /// Potential energy V(q, t; b) in J; its force is −V_q.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no potential energy of this many coordinates and constants",
+    note = "implement `PotentialEnergy<N, P>` with N the number of coordinates and P that of constants in the lists that are given"
+)]
 pub trait PotentialEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
     /// V(q, t; b).
     fn potential_energy<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> S;
 }
 
 /// Generalized force Q(q, v, u, t; b) of Eq. (1b), in N for a length, N m for an angle.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no force on this many coordinates, controls and constants",
+    note = "implement `Force<N, K, P>` with N the number of coordinates, K that of controls and P that of constants in the lists that are given"
+)]
 pub trait Force<const N: usize, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
     /// Q(q, v, u, t; b), one component for each coordinate.
     fn force<S: Scalar>(&self, at: &ForcePoint<S, N, K>, b: &SVector<S, P>) -> SVector<S, N>;
@@ -54,12 +66,20 @@ pub struct ForcePoint<S, const N: usize, const K: usize> {
 ///
 /// Its velocity form dΦ/dt = Φ_q v + Φ_t (Eq. 1c) and all its derivatives come from this one function; with `t` in it, the joint
 /// is driven.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no constraint of this many coordinates, equations and constants",
+    note = "implement `Constraint<N, M, P>` with N the number of coordinates, M that of equations (of multipliers in the result) and P that of constants"
+)]
 pub trait Constraint<const N: usize, const M: usize, const P: usize = 0>: Send + Sync + 'static {
     /// Φ(q, t; b).
     fn phi<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, P>, t: S) -> SVector<S, M>;
 }
 
 /// A term of the cost: h(y, u, t; b) along the motion, or S(y, u, t; b) at its end (Eq. 5).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no cost of this many coordinates, multipliers, controls and constants",
+    note = "implement `Cost<N, M, K, P>` with the numbers of coordinates, multipliers, controls and constants in the lists that are given"
+)]
 pub trait Cost<const N: usize, const M: usize = 0, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
     /// The value at one node.
     fn cost<S: Scalar>(&self, at: &CostPoint<S, N, M, K>, b: &SVector<S, P>) -> S;
@@ -85,6 +105,10 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
 }
 
 /// A parameter as a formula of others, for [`Scene::parameter`](crate::Scene::parameter): whatever operators do not suffice for.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no formula of this many parameters",
+    note = "implement `ParameterFormula<N>` with N the number of parameters that are given"
+)]
 pub trait ParameterFormula<const N: usize> {
     /// Its value, given those of the others.
     fn value<S: Scalar>(&self, x: &SVector<S, N>) -> S;

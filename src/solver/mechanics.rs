@@ -217,8 +217,7 @@ impl<'s> Mechanics<'s> {
     /// # Panics
     /// If its body belongs to a scene with more coordinates.
     pub fn position(&self, point: Point) -> [f64; 2] {
-        let ([x, y, phi], [along, across], (sin, cos)) = self.frame(point);
-        let _ = phi;
+        let ([x, y, _], [along, across], (sin, cos)) = self.frame(point);
         [x + cos * along - sin * across, y + sin * along + cos * across]
     }
 

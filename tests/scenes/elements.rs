@@ -1,15 +1,15 @@
 //! One small scene for each kind of element: an upper arm hinged to the ground with a motor in the shoulder, and in the elbow, or
 //! between the arms, the element in question.
 
-use hamiltonian_adjoint::planar::{Body, Constant, Curve, Harmonic, Point};
+use hamiltonian_adjoint::planar::{Body, Harmonic, Point};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum};
 use nalgebra::{SVector, Vector1, Vector2};
 use std::f64::consts::FRAC_PI_2;
 
-const UPPER_ANGLE: f64 = -1.2;
+pub const UPPER_ANGLE: f64 = -1.2;
 /// φ_lower − φ_upper.
-const ELBOW_ANGLE: f64 = 0.5;
+pub const ELBOW_ANGLE: f64 = 0.5;
 
 /// A scene for each kind of element.
 pub fn all() -> Vec<(&'static str, Scene)> {
@@ -25,16 +25,6 @@ pub fn all() -> Vec<(&'static str, Scene)> {
         ("friction of sliding on a moving body", hinged(sliding_friction)),
         ("actuator on a moving body", hinged(actuator)),
         ("torque actuator", hinged(torque_actuator)),
-        ("actuator between two points", hinged(cylinder)),
-        ("driven distance", hinged(driven_distance)),
-        ("driven slider", jointed(driven_slider)),
-        ("gear", jointed(gear)),
-        ("rack", hinged(rack)),
-        ("point on a curve", hinged(point_on_curve)),
-        ("bushing", jointed(bushing)),
-        ("dry friction", hinged(dry_friction)),
-        ("contact", hinged(contact)),
-        ("force and torque given by time", hinged(given_by_time)),
         ("constraint of one's own", hinged(pin_on_curve)),
         ("force of one's own", hinged(air_drag)),
         ("potential energy of one's own", hinged(magnet)),
@@ -44,12 +34,12 @@ pub fn all() -> Vec<(&'static str, Scene)> {
 }
 
 /// Both arms and the scene around them.
-struct Arms {
-    scene: Scene,
-    upper: Body,
-    lower: Body,
+pub struct Arms {
+    pub scene: Scene,
+    pub upper: Body,
+    pub lower: Body,
     /// x, y and φ of the lower arm at the start.
-    lower_place: [f64; 3],
+    pub lower_place: [f64; 3],
 }
 
 impl Arms {
@@ -69,20 +59,20 @@ impl Arms {
     }
 
     /// The point of the upper and of the lower arm that meet in the elbow.
-    fn elbow(&self) -> (Point, Point) {
+    pub fn elbow(&self) -> (Point, Point) {
         (self.upper.at(0.5, 0.0), self.lower.at(-0.5, 0.0))
     }
 }
 
 /// Arms joined by anything.
-fn jointed(joint: impl FnOnce(&mut Arms)) -> Scene {
+pub fn jointed(joint: impl FnOnce(&mut Arms)) -> Scene {
     let mut arms = Arms::new();
     joint(&mut arms);
     arms.scene
 }
 
 /// Arms with a hinge as elbow, and something more.
-fn hinged(more: impl FnOnce(&mut Arms)) -> Scene {
+pub fn hinged(more: impl FnOnce(&mut Arms)) -> Scene {
     jointed(|arms| {
         let (a, b) = arms.elbow();
         arms.scene.revolute("elbow", a, b);
@@ -134,74 +124,6 @@ fn actuator(arms: &mut Arms) {
 fn torque_actuator(arms: &mut Arms) {
     let torque = arms.scene.control("elbow torque");
     arms.scene.torque_actuator("elbow motor", arms.upper, arms.lower, torque);
-}
-
-fn cylinder(arms: &mut Arms) {
-    let force = arms.scene.control("force");
-    arms.scene.two_point_actuator("cylinder", arms.upper.at(-0.2, 0.1), arms.lower.at(0.2, 0.1), force);
-}
-
-fn driven_distance(arms: &mut Arms) {
-    // From the middle of one arm to the middle of the other, by the law of cosines.
-    let length = 0.5 * (2.0 + 2.0 * ELBOW_ANGLE.cos()).sqrt();
-    let parameters = [(length - 0.05).into(), 0.05.into(), 6.0.into(), FRAC_PI_2.into()];
-    arms.scene.driven_distance("cylinder", arms.upper.at(0.0, 0.0), arms.lower.at(0.0, 0.0), Harmonic, parameters);
-}
-
-fn driven_slider(arms: &mut Arms) {
-    let (a, b) = arms.elbow();
-    arms.scene.prismatic("elbow", a, 0.3, b, ELBOW_ANGLE);
-    arms.scene.driven_slider("drive", (a, 0.3), b, Harmonic, [(-0.1).into(), 0.1.into(), 5.0.into(), FRAC_PI_2.into()]);
-}
-
-fn gear(arms: &mut Arms) {
-    let [x, y, _] = arms.lower_place;
-    let axle = Body::GROUND.at(x, y);
-    arms.scene.revolute("second axle", axle, arms.lower.at(0.0, 0.0));
-    arms.scene.gear("gear", arms.upper, 0.3, arms.lower, 0.2);
-}
-
-fn rack(arms: &mut Arms) {
-    let rack = arms.scene.body("rack", 0.4, 0.01, [0.2, 0.1, 0.4]);
-    arms.scene.prismatic("rail", Body::GROUND.at(0.2, 0.1), 0.4, rack.at(0.0, 0.0), 0.4);
-    arms.scene.rack("teeth", rack, 0.4, arms.upper, 0.15);
-}
-
-/// y = c₀ + c₁ x².
-struct Bowl;
-
-impl Curve<2> for Bowl {
-    fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, 2>) -> S {
-        y - b[0] - b[1] * x * x
-    }
-}
-
-fn point_on_curve(arms: &mut Arms) {
-    let (angle, curvature) = (UPPER_ANGLE + ELBOW_ANGLE, 0.4);
-    let (x, y) = (UPPER_ANGLE.cos() + angle.cos(), UPPER_ANGLE.sin() + angle.sin());
-    let parameters = [(y - curvature * x * x).into(), curvature.into()];
-    arms.scene.point_on_curve("slot", Body::GROUND.at(0.0, 0.0), Bowl, arms.lower.at(0.5, 0.0), parameters);
-}
-
-fn bushing(arms: &mut Arms) {
-    let (a, b) = arms.elbow();
-    arms.scene.bushing("elbow", a, b, [900.0.into(), 700.0.into(), 20.0.into()], [3.0.into(), 2.0.into(), 0.1.into()]);
-}
-
-fn dry_friction(arms: &mut Arms) {
-    arms.scene.coulomb_friction("friction", arms.upper, arms.lower, 0.4, 0.2);
-    arms.scene.coulomb_sliding("rubbing", arms.upper.at(0.0, 0.0), 0.3, arms.lower.at(0.5, 0.0), 0.3, 0.1);
-}
-
-fn contact(arms: &mut Arms) {
-    let law = [1e4.into(), 0.2.into(), 0.3.into(), 0.05.into()];
-    arms.scene.contact("floor", Body::GROUND.at(0.0, -1.57), FRAC_PI_2, arms.lower.at(0.5, 0.0), law);
-}
-
-fn given_by_time(arms: &mut Arms) {
-    let parameters = [0.5.into(), 1.0.into(), 4.0.into(), 0.3.into()];
-    arms.scene.applied_force("gust", arms.lower.at(0.3, 0.1), 0.7, Harmonic, parameters);
-    arms.scene.applied_torque("moment", arms.upper, Constant, [0.2.into()]);
 }
 
 fn pin_on_curve(arms: &mut Arms) {

@@ -29,6 +29,10 @@ impl Constraint<3, 1, 3> for Rack {
 }
 
 /// A curve F(x, y; b) = 0, for [`Scene::point_on_curve`]; F in m, with |grad F| ≈ 1, so that Φ is a distance.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no curve with this many parameters",
+    note = "implement `Curve<P>` with P the number of parameters that are given"
+)]
 pub trait Curve<const P: usize>: Send + Sync + 'static {
     /// F.
     fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, P>) -> S;

@@ -35,6 +35,7 @@ pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSlidi
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
 pub use gears::{Curve, Gear, PointOnCurve, Rack};
+pub use geometry::{Link, rotated, turned};
 pub use ground::{BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};

@@ -4,7 +4,11 @@ use nalgebra::SVector;
 
 use crate::Scalar;
 
-/// A prescribed function of time, in rad.
+/// A prescribed function of time, in the unit of what it prescribes: rad, m, N, N m.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no motion with this many parameters",
+    note = "implement `Motion<P>` with P the number of parameters that are given"
+)]
 pub trait Motion<const P: usize>: Send + Sync + 'static {
     /// The value at time t (s) for the parameters b.
     fn value<S: Scalar>(&self, t: S, b: &SVector<S, P>) -> S;

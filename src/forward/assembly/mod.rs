@@ -10,22 +10,24 @@
 //! preconditioner of GMRES. Constraints that depend on each other get a small compliance in K(0), not in the equations. What solves the equations
 //! is differentiated in `adjoint/assembly.rs`.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
-use num_dual::Dual64;
+mod bordered;
+mod equations;
 
-use super::rank::Scaled;
-use super::redundancy;
-use crate::linear::gmres;
+pub(crate) use bordered::Bordered;
+pub(crate) use equations::At;
+use equations::{Equations, Tangent, Unknowns, sum};
+
+use nalgebra::DVector;
+
+use crate::forward::rank::Scaled;
+use crate::forward::redundancy;
 use crate::motion::{Held, Report};
 use crate::node::Newton;
 use crate::number::{Real, larger, largest};
-use crate::system::{Given, KnownPart, NodeView, Pair, Sums};
+use crate::system::{Given, KnownPart, Pair};
 use crate::{Coordinate, Error, Start, System};
 
 const MOST_CORRECTIONS: usize = 50;
-/// GMRES goes as far as numbers allow, and Newton's corrections make up for what it leaves.
-const EXACT: f64 = 1e-14;
-const MOST_PRODUCTS: usize = 60;
 /// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
 pub(crate) const LEAST_CORRECTIONS: usize = 3;
 /// A correction below this part of the largest number is rounding …
@@ -36,8 +38,6 @@ const STALLED: f64 = 1e-11;
 const MOST_HALVINGS: i32 = 12;
 /// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
 const SUSPICIOUS: f64 = 1e-10;
-/// A coordinate has no freedom left if its mobility is below this part of that without constraints.
-const DETERMINED: f64 = 1e-10;
 
 /// A start that was assembled, with all that its derivatives need.
 pub(crate) struct Assembly {
@@ -48,210 +48,6 @@ pub(crate) struct Assembly {
     /// (w, ν) and (v₀, μ).
     pub(crate) moved: Pair,
     pub(crate) velocity: Pair,
-}
-
-/// K(0) bordered by what is held.
-pub(crate) struct Bordered {
-    held: Vec<usize>,
-    /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
-    columns: Vec<Pair>,
-    small: LU<f64, Dyn, Dyn>,
-}
-
-impl Bordered {
-    /// With the factors of K(0) that Newton's object has.
-    ///
-    /// # Errors
-    /// A held coordinate that the constraints and the others determine.
-    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize]) -> Result<Self, Error> {
-        let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
-            let mut column = Pair::new(system.n(), system.m());
-            column.v[i] = 1.0;
-            newton.solve(system, &mut column);
-            column
-        }));
-        let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
-        let masses = if held.is_empty() { Vec::new() } else { redundancy::masses(newton, system) };
-        let lost = (0..held.len()).find(|&i| {
-            // What is left of its mobility when those before it are held, against what it has without constraints.
-            let along = matrix.view((0, i), (i, 1)).into_owned();
-            let others = if i == 0 { None } else { matrix.view((0, 0), (i, i)).into_owned().lu().solve(&along) };
-            let left = matrix[(i, i)] - others.map_or(0.0, |x| along.dot(&x));
-            // False for a NaN.
-            let is_free = left * masses[held[i]] > DETERMINED;
-            !is_free
-        });
-        match lost {
-            Some(i) => Err(Error::Held { coordinate: system.coordinate_name(held[i]).to_string() }),
-            None => Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu() }),
-        }
-    }
-
-    /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
-    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
-        newton.solve(system, x);
-        if self.held.is_empty() {
-            return;
-        }
-        let mut kappa = DVector::from_iterator(self.held.len(), self.held.iter().map(|&i| x.v[i]));
-        self.small.solve_mut(&mut kappa);
-        for (column, &factor) in self.columns.iter().zip(&kappa) {
-            x.v.iter_mut().zip(&column.v).for_each(|(x, column)| *x -= factor * column);
-            x.sigma.iter_mut().zip(&column.sigma).for_each(|(x, column)| *x -= factor * column);
-        }
-        self.held.iter().for_each(|&i| x.v[i] = 0.0);
-    }
-}
-
-impl Bordered {
-    /// The same for a matrix A that differs from K(0) in its block of velocities alone, by products with it: with x = (x_v, x_σ), GMRES finds x_v of
-    /// K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r, and x_σ is what is left. Multipliers of constraints that depend on each other stay out of its norms.
-    pub(crate) fn solve_close(
-        &self,
-        system: &System,
-        newton: &mut Newton,
-        x: &mut Pair,
-        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
-    ) {
-        let (n, m) = (system.n(), system.m());
-        let (right, mut along, mut image) = (x.clone(), Pair::new(n, m), Pair::new(n, m));
-        self.solve(system, newton, x);
-        let found = gmres(&x.v, EXACT, MOST_PRODUCTS, |v| {
-            along.v.copy_from_slice(v);
-            product(newton, &along, &mut image);
-            self.solve(system, newton, &mut image);
-            image.v.clone()
-        });
-        along.v.copy_from_slice(&found);
-        product(newton, &along, &mut image);
-        image.v.iter_mut().zip(&right.v).for_each(|(image, right)| *image = right - *image);
-        image.sigma.iter_mut().zip(&right.sigma).for_each(|(image, right)| *image = right - *image);
-        self.solve(system, newton, &mut image);
-        x.v.iter_mut().zip(found.iter().zip(&image.v)).for_each(|(x, (found, rest))| *x = found + rest);
-        x.sigma.copy_from_slice(&image.sigma);
-    }
-}
-
-/// What the equations depend on besides the state.
-#[derive(Clone, Copy)]
-pub(crate) struct At<'a, R> {
-    pub(crate) u: &'a [R],
-    pub(crate) t: R,
-    pub(crate) design: &'a [R],
-}
-
-impl<'a, R: Real> At<'a, R> {
-    pub(crate) fn view(self, q: &'a [R], v: &'a [R], sigma: &'a [R]) -> NodeView<'a, R> {
-        NodeView::of_equations([q, v, sigma], (self.u, self.t, self.design))
-    }
-}
-
-/// w and ν, or v₀ and μ, on any numbers; or what is left of their equations.
-struct Unknowns<R> {
-    x: Vec<R>,
-    multipliers: Vec<R>,
-}
-
-impl Unknowns<f64> {
-    /// With the derivative along a direction.
-    fn along(&self, direction: &Pair) -> Unknowns<Dual64> {
-        let lift = |x: &[f64], dx: &[f64]| x.iter().zip(dx).map(|(&x, &dx)| Dual64::new(x, dx)).collect();
-        Unknowns { x: lift(&self.x, &direction.v), multipliers: lift(&self.multipliers, &direction.sigma) }
-    }
-}
-
-impl<R: Real> Unknowns<R> {
-    fn new(x: &[f64], multipliers: &[f64]) -> Self {
-        let lift = |x: &[f64]| x.iter().map(|&x| R::from(x)).collect();
-        Unknowns { x: lift(x), multipliers: lift(multipliers) }
-    }
-
-    fn part(&self, k: usize, pair: &mut Pair) {
-        pair.v.iter_mut().zip(&self.x).for_each(|(part, x)| *part = x.part(k));
-        pair.sigma.iter_mut().zip(&self.multipliers).for_each(|(part, x)| *part = x.part(k));
-    }
-
-    fn subtract(&mut self, k: usize, pair: &Pair) {
-        self.x.iter_mut().zip(&pair.v).for_each(|(x, delta)| x.add_to_part(k, -delta));
-        self.multipliers.iter_mut().zip(&pair.sigma).for_each(|(x, delta)| x.add_to_part(k, -delta));
-    }
-}
-
-/// One of the two systems of equations.
-#[derive(Clone, Copy)]
-enum Equations<'a, R> {
-    /// For w, with the guess q̂.
-    Coordinates(&'a [R]),
-    /// For v₀, with q₀ and the guess v̂.
-    Velocities(&'a [R], &'a [R]),
-}
-
-impl<R: Real> Equations<'_, R> {
-    /// How large a part of what they depend on is: a solution may vanish but for its rounding.
-    fn size(self, k: usize, at: At<R>) -> f64 {
-        let (first, second) = match self {
-            Equations::Coordinates(guess) => (guess, guess),
-            Equations::Velocities(q, guess) => (guess, if k == 0 { guess } else { q }),
-        };
-        let design = if k == 0 { &[][..] } else { at.design };
-        first.iter().chain(second).chain(design).fold(0.0, |size, x| larger(size, x.part(k).abs()))
-    }
-
-    /// What is left of them, but for E κ.
-    fn residual(self, system: &System, unknowns: &Unknowns<R>, at: At<R>, left: &mut Unknowns<R>) {
-        let Unknowns { x, multipliers } = unknowns;
-        let zeros = [vec![R::zero(); x.len()], vec![R::zero(); multipliers.len()]];
-        let mut sums = Sums::new(x.len(), multipliers.len());
-        let (q, from) = match self {
-            Equations::Coordinates(guess) => (sum(guess, x), &zeros[0][..]),
-            Equations::Velocities(q, guess) => (q.to_vec(), guess),
-        };
-        system.plain_sums(&at.view(&q, from, &zeros[1]), &mut sums);
-        left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left = -*l_v);
-        system.plain_sums(&at.view(&q, x, multipliers), &mut sums);
-        left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left += *l_v);
-        match self {
-            Equations::Coordinates(_) => {
-                left.multipliers.fill(R::zero());
-                system.phi(&at.view(&q, x, multipliers), &mut left.multipliers);
-            }
-            Equations::Velocities(..) => left.multipliers.copy_from_slice(sums.phi_dot()),
-        }
-    }
-}
-
-fn sum<R: Real>(q: &[R], w: &[R]) -> Vec<R> {
-    q.iter().zip(w).map(|(&q, &w)| q + w).collect()
-}
-
-/// The tangent of one of the systems of equations at a point, bordered by what is held.
-struct Tangent<'a> {
-    bordered: Bordered,
-    equations: Equations<'a, f64>,
-    unknowns: Unknowns<f64>,
-    at: At<'a, f64>,
-}
-
-impl Tangent<'_> {
-    /// Solves for a correction in the place of the residual.
-    fn solve(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
-        let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
-        let (u, design) = (lift(self.at.u), lift(self.at.design));
-        let at = At { u: &u, t: Dual64::from_re(self.at.t), design: &design };
-        let (first, second) = match self.equations {
-            Equations::Coordinates(guess) => (lift(guess), Vec::new()),
-            Equations::Velocities(q, guess) => (lift(q), lift(guess)),
-        };
-        let equations = match self.equations {
-            Equations::Coordinates(_) => Equations::Coordinates(&first),
-            Equations::Velocities(..) => Equations::Velocities(&first, &second),
-        };
-        let mut moved = Unknowns::<Dual64>::new(&self.unknowns.x, &self.unknowns.multipliers);
-        self.bordered.solve_close(system, newton, left, |_, x, product| {
-            equations.residual(system, &self.unknowns.along(x), at, &mut moved);
-            moved.part(1, product);
-        });
-    }
 }
 
 /// Where and with what a start is assembled.

@@ -1,0 +1,97 @@
+//! [`Bordered`]: K(0) with rows and columns for what is held, and matrices close to it.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use crate::forward::redundancy;
+use crate::linear::gmres;
+use crate::node::Newton;
+use crate::system::Pair;
+use crate::{Error, System};
+
+/// GMRES goes as far as numbers allow, and Newton's corrections make up for what it leaves.
+const EXACT: f64 = 1e-14;
+const MOST_PRODUCTS: usize = 60;
+/// A coordinate has no freedom left if its mobility is below this part of that without constraints.
+const DETERMINED: f64 = 1e-10;
+
+/// K(0) bordered by what is held.
+pub(crate) struct Bordered {
+    held: Vec<usize>,
+    /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
+    columns: Vec<Pair>,
+    small: LU<f64, Dyn, Dyn>,
+}
+
+impl Bordered {
+    /// With the factors of K(0) that Newton's object has.
+    ///
+    /// # Errors
+    /// A held coordinate that the constraints and the others determine.
+    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize]) -> Result<Self, Error> {
+        let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
+            let mut column = Pair::new(system.n(), system.m());
+            column.v[i] = 1.0;
+            newton.solve(system, &mut column);
+            column
+        }));
+        let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
+        let masses = if held.is_empty() { Vec::new() } else { redundancy::masses(newton, system) };
+        let lost = (0..held.len()).find(|&i| {
+            // What is left of its mobility when those before it are held, against what it has without constraints.
+            let along = matrix.view((0, i), (i, 1)).into_owned();
+            let others = if i == 0 { None } else { matrix.view((0, 0), (i, i)).into_owned().lu().solve(&along) };
+            let left = matrix[(i, i)] - others.map_or(0.0, |x| along.dot(&x));
+            // False for a NaN.
+            let is_free = left * masses[held[i]] > DETERMINED;
+            !is_free
+        });
+        match lost {
+            Some(i) => Err(Error::Held { coordinate: system.coordinate_name(held[i]).to_string() }),
+            None => Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu() }),
+        }
+    }
+
+    /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
+    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
+        newton.solve(system, x);
+        if self.held.is_empty() {
+            return;
+        }
+        let mut kappa = DVector::from_iterator(self.held.len(), self.held.iter().map(|&i| x.v[i]));
+        self.small.solve_mut(&mut kappa);
+        for (column, &factor) in self.columns.iter().zip(&kappa) {
+            x.v.iter_mut().zip(&column.v).for_each(|(x, column)| *x -= factor * column);
+            x.sigma.iter_mut().zip(&column.sigma).for_each(|(x, column)| *x -= factor * column);
+        }
+        self.held.iter().for_each(|&i| x.v[i] = 0.0);
+    }
+}
+
+impl Bordered {
+    /// The same for a matrix A that differs from K(0) in its block of velocities alone, by products with it: with x = (x_v, x_σ), GMRES finds x_v of
+    /// K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r, and x_σ is what is left. Multipliers of constraints that depend on each other stay out of its norms.
+    pub(crate) fn solve_close(
+        &self,
+        system: &System,
+        newton: &mut Newton,
+        x: &mut Pair,
+        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
+    ) {
+        let (n, m) = (system.n(), system.m());
+        let (right, mut along, mut image) = (x.clone(), Pair::new(n, m), Pair::new(n, m));
+        self.solve(system, newton, x);
+        let found = gmres(&x.v, EXACT, MOST_PRODUCTS, |v| {
+            along.v.copy_from_slice(v);
+            product(newton, &along, &mut image);
+            self.solve(system, newton, &mut image);
+            image.v.clone()
+        });
+        along.v.copy_from_slice(&found);
+        product(newton, &along, &mut image);
+        image.v.iter_mut().zip(&right.v).for_each(|(image, right)| *image = right - *image);
+        image.sigma.iter_mut().zip(&right.sigma).for_each(|(image, right)| *image = right - *image);
+        self.solve(system, newton, &mut image);
+        x.v.iter_mut().zip(found.iter().zip(&image.v)).for_each(|(x, (found, rest))| *x = found + rest);
+        x.sigma.copy_from_slice(&image.sigma);
+    }
+}
