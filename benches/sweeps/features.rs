@@ -1,10 +1,11 @@
 //! What projection, rebasing, checkpoints, dependent constraints and threads cost or gain.
 
 use criterion::Criterion;
-use hamiltonian_adjoint::Settings;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Settings, Sum};
 
 use crate::rows::Row;
-use crate::{group, mark, structures};
+use crate::{group, mark, step_length, structures};
 
 /// Restarts at every node (if Φ is to be satisfied there) and at every hundredth.
 pub fn restarts(criterion: &mut Criterion) {
@@ -32,6 +33,26 @@ pub fn memory(criterion: &mut Criterion) {
     row.both(&mut group, "value + gradient", &mark("Solver", true));
     for (what, bytes) in [("all stored", 20_000_000), ("one level", 1_500_000), ("two levels", 540_000)] {
         row.both_within(&mut group, "value + gradient", &mark(format!("LongSolver, {what}, {bytes} bytes"), true), bytes);
+    }
+    group.finish();
+}
+
+/// One cost, and three outputs, of the ends of the links.
+pub fn outputs(criterion: &mut Criterion) {
+    let mut group = group(criterion, "outputs, 100 steps");
+    for links in [3, 10] {
+        let cart = CartPendulum::with_links(links).mechanism();
+        let mut scene = cart.scene;
+        for (k, link) in cart.links.iter().take(3).enumerate() {
+            let (angle, target) = ([link.coordinates[2]], [1.5.into()]);
+            let output = scene.output(&format!("angle {k}"));
+            scene.cost(&format!("cost {k}"), AngleError, Sum::Terminal, angle, [], [], target);
+            scene.term(output, &format!("term {k}"), AngleError, Sum::Terminal, angle, [], [], target);
+        }
+        let row = Row::new(scene, 100, step_length(links), 10.0);
+        let name = mark(format!("{links} links"), links == 3);
+        row.both(&mut group, "value + gradient", &name);
+        row.jacobian(&mut group, "three values + gradients", &name);
     }
     group.finish();
 }

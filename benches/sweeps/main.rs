@@ -151,6 +151,7 @@ criterion_group!(
     newton::half_steps,
     features::restarts,
     features::memory,
+    features::outputs,
     features::redundancy,
     features::threads
 );

@@ -66,6 +66,17 @@ impl Row {
         });
     }
 
+    /// Simulation and the gradients of all outputs.
+    pub fn jacobian(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
+        let mut solver = Solver::new(&self.system, self.settings);
+        group.bench_function(BenchmarkId::new(function, name), |bencher| {
+            bencher.iter(|| {
+                solver.simulate(&self.inputs).expect("a motion");
+                solver.jacobian().expect("a Jacobian").len()
+            })
+        });
+    }
+
     /// Both within so many bytes.
     pub fn both_within(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str, bytes: usize) {
         let mut solver = LongSolver::new(&self.system, self.settings, bytes);

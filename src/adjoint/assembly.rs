@@ -12,12 +12,12 @@
 use nalgebra::DVector;
 
 use super::sweep::AdjointSweep;
-use crate::forward::assembly::{Assembler, At, Bordered, LEAST_CORRECTIONS, indices};
+use crate::forward::assembly::{Assembler, Bordered, LEAST_CORRECTIONS, indices};
 use crate::forward::redundancy::masses;
 use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
 use crate::number::{larger, largest};
-use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
+use crate::system::{Covector, Given, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Start, System};
 
 const MOST_CORRECTIONS: usize = 50;
@@ -60,8 +60,7 @@ impl AdjointSweep {
         let unmoved = NodeView { v: &assembly.v, sigma: &none, ..moved };
         let blocks = self.blocks_at(system, newton, [&moved, &unmoved]);
         let held = indices(&assembly.held.velocities);
-        let at = At { u: here.u, t: here.t, design: here.design };
-        let bordered = self.factor(system, newton, (q0, &assembly.velocity.v, &held), at)?;
+        let bordered = self.factor(system, newton, (q0, &assembly.velocity.v, &held), here.into())?;
         let mut rows = StateRows::new(n, m);
         let zeros = vec![0.0; n];
         let product = |newton: &Newton, x: &Pair, product: &mut Pair| {
@@ -76,9 +75,8 @@ impl AdjointSweep {
         q_bar.iter_mut().zip(&rows.q).for_each(|(q, row)| *q -= row);
         newton.evaluation.pull_back(system, &blocks.unmoved, &Covector { c: &x.v, d: &zeros, e: &none }, &mut rows);
         q_bar.iter_mut().zip(&rows.q).for_each(|(q, row)| *q += row);
-        let negative = x.v.iter().map(|c| -c).collect::<Vec<f64>>();
-        let negative_e = x.sigma.iter().map(|e| -e).collect::<Vec<f64>>();
-        self.add_parameters(system, newton, &moved, &Covector { c: &negative, d: &zeros, e: &negative_e });
+        let minus = x.negative();
+        self.add_parameters(system, newton, &moved, &Covector { c: &minus.v, d: &zeros, e: &minus.sigma });
         self.add_parameters(system, newton, &unmoved, &Covector { c: &x.v, d: &zeros, e: &none });
         Ok(with_held(rows.v, &held, &k))
     }
@@ -97,8 +95,7 @@ impl AdjointSweep {
         let unmoved = NodeView { v: &zeros.v, sigma: &zeros.sigma, ..moved };
         let blocks = self.blocks_at(system, newton, [&moved, &unmoved]);
         let held = indices(&assembly.held.coordinates);
-        let at = At { u: here.u, t: here.t, design: here.design };
-        let bordered = self.factor(system, newton, (q0, &assembly.moved.v, &held), at)?;
+        let bordered = self.factor(system, newton, (q0, &assembly.moved.v, &held), here.into())?;
         let mut rows = StateRows::new(n, m);
         let product = |newton: &Newton, x: &Pair, product: &mut Pair| {
             let of_c = Covector { c: &x.v, d: &zeros.v, e: &zeros.sigma };
@@ -115,14 +112,13 @@ impl AdjointSweep {
         let mut rows = StateRows::new(n, m);
         let of_c = Covector { c: &x.v, d: &zeros.v, e: &zeros.sigma };
         newton.evaluation.pull_back(system, &blocks.moved, &of_c, &mut rows);
-        let negative = x.v.iter().map(|c| -c).collect::<Vec<f64>>();
-        let negative_e = x.sigma.iter().map(|e| -e).collect::<Vec<f64>>();
-        self.add_parameters(system, newton, &moved, &Covector { c: &negative, d: &zeros.v, e: &zeros.sigma });
+        let minus = x.negative();
+        self.add_parameters(system, newton, &moved, &Covector { c: &minus.v, d: &zeros.v, e: &zeros.sigma });
         self.add_parameters(system, newton, &unmoved, &of_c);
-        let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
-        let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);
-        let mut of_phi = InputRows { u: &mut u, design, time: &mut time, evaluations };
-        system.batches().iter().for_each(|batch| batch.pull_back_phi(&unmoved, &negative_e, &mut of_phi));
+        let of_phi = |rows: &mut InputRows| {
+            system.batches().iter().for_each(|batch| batch.pull_back_phi(&unmoved, &minus.sigma, rows));
+        };
+        self.with_parameters(system, of_phi);
         Ok(with_held(rows.v, &held, &k))
     }
 
@@ -140,17 +136,20 @@ impl AdjointSweep {
         system: &System,
         newton: &mut Newton,
         (q, v, held): (&[f64], &[f64], &[usize]),
-        at: At<f64>,
+        given: Given,
     ) -> Result<Bordered, Error> {
-        Assembler { system, newton, report: &mut self.report, tolerance: 0.0 }.factor(q, v, held, at)
+        Assembler { system, newton, report: &mut self.report, tolerance: 0.0 }.factor(q, v, held, given)
     }
 
     /// Adds derivatives with respect to parameters alone: the controls and the time of a start are no guess.
-    fn add_parameters(&mut self, system: &System, newton: &mut Newton, at: &NodeView<f64>, with: &Covector) {
+    fn with_parameters(&mut self, system: &System, add: impl FnOnce(&mut InputRows)) {
         let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
         let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);
-        let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
-        newton.evaluation.pull_back_inputs(system, at, with, &mut rows);
+        add(&mut InputRows { u: &mut u, design, time: &mut time, evaluations });
+    }
+
+    fn add_parameters(&mut self, system: &System, newton: &mut Newton, at: &NodeView<f64>, with: &Covector) {
+        self.with_parameters(system, |rows| newton.evaluation.pull_back_inputs(system, at, with, rows));
     }
 }
 
@@ -168,21 +167,19 @@ fn solve(
     mut product: impl FnMut(&Newton, &Pair, &mut Pair),
 ) -> Result<(Pair, DVector<f64>), Error> {
     let (n, m) = (system.n(), system.m());
-    let (mut x, mut left) = (Pair::new(n, m), Pair::new(n, m));
-    left.v.copy_from_slice(right);
+    let right = Pair { v: right.to_vec(), sigma: vec![0.0; m] };
+    let (mut x, mut left) = (Pair::new(n, m), right.clone());
     // The velocities that the right-hand side makes without constraints: the solution may vanish but for its rounding.
     let masses = masses(newton, system);
-    let sizes = right.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
+    let sizes = right.v.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
     let given = sizes.fold(0.0, larger);
     let mut last = f64::INFINITY;
     for corrections in 1..=MOST_CORRECTIONS {
         bordered.solve_close(system, newton, &mut left, &mut product);
         let correction = largest(&left.v);
-        x.v.iter_mut().zip(&left.v).for_each(|(x, delta)| *x += delta);
-        x.sigma.iter_mut().zip(&left.sigma).for_each(|(x, delta)| *x += delta);
+        x.add(&left);
         product(newton, &x, &mut left);
-        left.v.iter_mut().zip(right).for_each(|(left, right)| *left = right - *left);
-        left.sigma.iter_mut().for_each(|left| *left = -*left);
+        left.subtract_from(&right);
         let size = larger(given, largest(&x.v));
         let is_done = correction <= ROUNDING * size || correction >= 0.5 * last && correction <= STALLED * size;
         if corrections >= LEAST_CORRECTIONS && is_done {

@@ -104,18 +104,21 @@ impl AdjointSweep {
         self.variables.as_ref()
     }
 
+    /// The gradient of J, or of the sum of J and the outputs with other factors.
     pub(crate) fn run(
         &mut self,
         system: &System,
         forward: &mut ForwardSweep,
         settings: &Settings,
-        factors: &[f64],
+        factors: Option<&[f64]>,
     ) -> Result<&Gradient, Error> {
         let ForwardSweep { motion, stepper, monitor, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
         self.begin(system, motion, &stepper.newton, settings);
-        self.cost.factors.copy_from_slice(factors);
+        if let Some(factors) = factors {
+            self.cost.factors.copy_from_slice(factors);
+        }
         self.back(system, motion, &mut stepper.newton, 0..nodes)?;
         self.finish(system, &monitor.report)
     }

@@ -16,7 +16,7 @@ mod stepper;
 mod surprise;
 mod window;
 
-pub(crate) use assembly::{Assembler, Assembly, At, Bordered};
+pub(crate) use assembly::{Assembler, Assembly, Bordered};
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;
@@ -106,12 +106,12 @@ impl ForwardSweep {
     fn assemble(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
         self.motion.assembly = None;
         let Start::Assembled { q, v, held } = &inputs.start else { return Ok(()) };
-        let at = At { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
+        let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
         let (newton, report) = (&mut self.stepper.newton, &mut self.monitor.report);
         // Tolerances that let anything pass are for starts that are given.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
         let mut assembler = Assembler { system, newton, report, tolerance };
-        let (start, assembly) = assembler.assemble((q.as_slice(), v.as_slice(), held), at)?;
+        let (start, assembly) = assembler.assemble((q.as_slice(), v.as_slice(), held), given)?;
         self.motion.inputs.start = start;
         self.motion.assembly = Some(assembly);
         Ok(())

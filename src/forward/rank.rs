@@ -130,7 +130,7 @@ fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
 }
 
 /// M = 𝓛_vv, one column after the other by dual numbers.
-fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
+pub(crate) fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
     let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
     let (q, mut v, sigma, u, design) = (lift(at.q), lift(at.v), lift(at.sigma), lift(at.u), lift(at.design));
     let mut sums = Sums::new(system.n(), system.m());

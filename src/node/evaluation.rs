@@ -170,7 +170,7 @@ impl Evaluation {
         elements.load(system, from, x);
         let Elements { q, x, sums, .. } = elements;
         sums.clear();
-        let at = NodeView::of_equations([q, &x.v, &x.sigma], (given.u, given.t, given.design));
+        let at = given.at(q, &x.v, &x.sigma);
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.first(system.batches(), &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();

@@ -183,7 +183,7 @@ impl<F: Factorization> Newton<F> {
         self.load(system, at.v, at.sigma);
         let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
         self.delta.fill(0.0);
-        let given = Given { u: at.u, t: at.t, design: at.design };
+        let given = Given::from(*at);
         self.evaluation.subtract_nonlinear(system, &from, given, &self.x, &mut self.delta, report);
         self.evaluation.second(system, report);
         self.evaluation.constants.l_v(at, l_v);
@@ -346,7 +346,7 @@ impl<F: Factorization> Newton<F> {
         }
         y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
         y.p_star_dot.fill(0.0);
-        let at = NodeView::of_equations([y.q, y.v, y.sigma], (given.u, given.t, given.design));
+        let at = given.at(y.q, y.v, y.sigma);
         self.evaluation.add_force(&at, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
-use crate::forward::{Assembler, At, Bordered};
+use crate::forward::rank::mass_matrix;
+use crate::forward::{Assembler, Bordered};
 use crate::motion::{Report, column};
 use crate::node::Newton;
 use crate::scene::planar::Point;
@@ -140,13 +141,7 @@ impl<'s> Mechanics<'s> {
 
     /// The mass matrix M = T_vv (n × n).
     pub fn mass(&self) -> DMatrix<f64> {
-        let n = self.system.n();
-        let mut mass = DMatrix::zeros(n, n);
-        for j in 0..n {
-            let sums = self.moved(|_, v, _| v[j].eps = 1.0);
-            mass.column_mut(j).iter_mut().zip(sums.l_v()).for_each(|(entry, l_v)| *entry = l_v.eps);
-        }
-        mass
+        mass_matrix(self.system, &self.view(&vec![0.0; self.system.m()]))
     }
 
     /// T_v, the momenta without impulses of constraints (1a), N s or N m s.
@@ -199,15 +194,12 @@ impl<'s> Mechanics<'s> {
         let (mut x, mut left) = (Pair::new(n, m), right.clone());
         for _ in 0..CORRECTIONS {
             bordered.solve(system, &mut newton, &mut left);
-            x.v.iter_mut().zip(&left.v).for_each(|(x, delta)| *x += delta);
-            x.sigma.iter_mut().zip(&left.sigma).for_each(|(x, delta)| *x += delta);
+            x.add(&left);
             let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
             newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, &mut rows);
-            left.v.iter_mut().zip(right.v.iter().zip(&rows.v)).for_each(|(left, (right, row))| *left = right - row);
-            left.sigma
-                .iter_mut()
-                .zip(right.sigma.iter().zip(&rows.sigma))
-                .for_each(|(left, (right, row))| *left = right - row);
+            left.v.copy_from_slice(&rows.v);
+            left.sigma.copy_from_slice(&rows.sigma);
+            left.subtract_from(&right);
         }
         Ok((DVector::from_vec(x.v), DVector::from_vec(x.sigma)))
     }
@@ -241,9 +233,8 @@ impl<'s> Mechanics<'s> {
     fn factor(&self, view: &NodeView<f64>) -> Result<(Newton, Bordered), Error> {
         let (mut newton, mut report) = (Newton::new(self.system), Report::default());
         newton.evaluation.set_start(self.system, view)?;
-        let at = At { u: &self.u, t: self.t, design: &self.design };
         let mut assembler = Assembler { system: self.system, newton: &mut newton, report: &mut report, tolerance: 0.0 };
-        let bordered = assembler.factor(&self.q, &self.v, &[], at)?;
+        let bordered = assembler.factor(&self.q, &self.v, &[], (*view).into())?;
         Ok((newton, bordered))
     }
 

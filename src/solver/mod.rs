@@ -43,8 +43,6 @@ pub struct Solver<'s> {
     settings: Settings,
     forward: ForwardSweep,
     sweep: AdjointSweep,
-    /// The factors of J and of the outputs that leave J alone.
-    of_cost: Vec<f64>,
 }
 
 impl<'s> Solver<'s> {
@@ -55,7 +53,6 @@ impl<'s> Solver<'s> {
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
             sweep: AdjointSweep::new(system, settings.scheme),
-            of_cost: factors_of(0, system.outputs()),
         }
     }
 
@@ -159,7 +156,7 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// No complete motion; a cost that is not finite; a singular tangent matrix.
     pub fn gradient(&mut self) -> Result<&Gradient, Error> {
-        self.sweep.run(self.system, &mut self.forward, &self.settings, &self.of_cost)
+        self.sweep.run(self.system, &mut self.forward, &self.settings, None)
     }
 
     /// The values of all outputs of the last motion ([`Scene::output`](crate::Scene::output)).
@@ -180,7 +177,7 @@ impl<'s> Solver<'s> {
         let count = self.system.outputs();
         let row = |k| {
             let factors = factors_of(1 + k, count);
-            self.sweep.run(self.system, &mut self.forward, &self.settings, &factors).cloned()
+            self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors)).cloned()
         };
         (0..count).map(row).collect()
     }
@@ -198,7 +195,7 @@ impl<'s> Solver<'s> {
             return Err(Error::NotFinite { what: format!("the weight of output `{}`", self.system.output_name(k)), value });
         }
         let factors = [&[0.0], weights].concat();
-        self.sweep.run(self.system, &mut self.forward, &self.settings, &factors)
+        self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors))
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

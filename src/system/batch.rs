@@ -13,8 +13,8 @@ use super::jet::{ElementKind, Jet, Local};
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
-use crate::number::Fingerprint;
 use crate::number::Real;
+use crate::number::{Fingerprint, add};
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
 #[derive(Clone, Debug, Default)]
@@ -69,6 +69,24 @@ pub struct Pair {
 impl Pair {
     pub fn new(n: usize, m: usize) -> Self {
         Pair { v: vec![0.0; n], sigma: vec![0.0; m] }
+    }
+
+    /// Adds another one.
+    pub fn add(&mut self, other: &Pair) {
+        add(&mut self.v, &other.v);
+        add(&mut self.sigma, &other.sigma);
+    }
+
+    /// Becomes what is left of another one when this is taken away.
+    pub fn subtract_from(&mut self, other: &Pair) {
+        self.v.iter_mut().zip(&other.v).for_each(|(x, other)| *x = other - *x);
+        self.sigma.iter_mut().zip(&other.sigma).for_each(|(x, other)| *x = other - *x);
+    }
+
+    /// −x.
+    pub fn negative(&self) -> Pair {
+        let negative = |x: &[f64]| x.iter().map(|x| -x).collect();
+        Pair { v: negative(&self.v), sigma: negative(&self.sigma) }
     }
 
     /// Takes the values out of the solver's order.

@@ -3,6 +3,7 @@
 use super::view::NodeView;
 
 use super::names::Names;
+use super::parameters::Parameters;
 use crate::Error;
 use crate::error::quoted;
 
@@ -30,8 +31,9 @@ const MOST: usize = 4;
 
 impl Suspect<'_> {
     /// The error that says so; a value that `at` does not have is left out.
-    pub(super) fn explain(&self, names: &Names, at: &NodeView<f64>, node: usize) -> Error {
-        let mut list: Vec<String> = self.arguments.iter().take(MOST).map(|argument| argument.describe(names, at)).collect();
+    pub(super) fn explain(&self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>, node: usize) -> Error {
+        let mut list: Vec<String> =
+            self.arguments.iter().take(MOST).map(|argument| argument.describe((names, parameters), at)).collect();
         if self.arguments.len() > MOST {
             list.push("…".into());
         }
@@ -40,7 +42,7 @@ impl Suspect<'_> {
 }
 
 impl Argument {
-    fn describe(self, names: &Names, at: &NodeView<f64>) -> String {
+    fn describe(self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>) -> String {
         let (what, list, i): (String, &[f64], usize) = match self {
             Argument::Coordinate(i) => (quoted(&names.coordinates[i]), at.q, i),
             Argument::Velocity(i) => (format!("the velocity of {}", quoted(&names.coordinates[i])), at.v, i),
@@ -48,7 +50,7 @@ impl Argument {
             Argument::Force(i) => (format!("dp*/dt of {}", quoted(&names.coordinates[i])), at.p_star_dot, i),
             Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
             Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
-            Argument::Design(p) => (names.parameters[p].clone(), at.design, p),
+            Argument::Design(p) => (parameters.name(p, &names.designs), at.design, p),
             Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
         };
         list.get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))

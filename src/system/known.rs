@@ -2,6 +2,8 @@
 //!
 //! Find (v, σ) with 𝓛_v − h (𝓛_q + Q) = p̄ and dΦ/dt = 0 at q = q̄ + h v.
 
+use super::view::NodeView;
+
 /// The known part (q̄, p̄, h) of a node problem, and σ₋ for compliances.
 #[derive(Clone, Copy)]
 pub(crate) struct KnownPart<'a> {
@@ -13,8 +15,22 @@ pub(crate) struct KnownPart<'a> {
 
 /// What stays the same while a node is solved.
 #[derive(Clone, Copy)]
-pub(crate) struct Given<'a> {
-    pub(crate) u: &'a [f64],
-    pub(crate) t: f64,
-    pub(crate) design: &'a [f64],
+pub(crate) struct Given<'a, R = f64> {
+    pub(crate) u: &'a [R],
+    pub(crate) t: R,
+    pub(crate) design: &'a [R],
+}
+
+impl<'a, R> Given<'a, R> {
+    /// What the equations depend on at a state (q, v, σ).
+    #[inline]
+    pub(crate) fn at(self, q: &'a [R], v: &'a [R], sigma: &'a [R]) -> NodeView<'a, R> {
+        NodeView::of_equations([q, v, sigma], (self.u, self.t, self.design))
+    }
+}
+
+impl<'a> From<NodeView<'a, f64>> for Given<'a> {
+    fn from(NodeView { u, t, design, .. }: NodeView<'a, f64>) -> Self {
+        Given { u, t, design }
+    }
 }

@@ -103,11 +103,11 @@ impl System {
         scene.costs.iter_mut().for_each(|costs| costs.resolve(&mut resolve));
         scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
         parameters.differentiate();
-        let names = Names::new(&scene, &parameters);
+        let names = Names::new(&scene);
         let (mut batches, mut costs) = (scene.batches, scene.costs);
         let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
         let values = parameters.values(&design);
-        parameters.check(&values, &names.parameters)?;
+        parameters.check(&values, &names.designs)?;
         check_positive(&scene.positive, &values)?;
         let zeros = vec![0.0; n.max(m).max(k)];
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
@@ -364,7 +364,7 @@ impl System {
 
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
         let values = self.parameters.values(design);
-        self.parameters.check(&values, &self.names.parameters)?;
+        self.parameters.check(&values, &self.names.designs)?;
         check_positive(&self.positive, &values)
     }
 
@@ -457,19 +457,23 @@ impl System {
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
         let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
-        suspect.unwrap_or(Suspect { element: "the cost", arguments: Vec::new() }).explain(&self.names, at, node)
+        suspect.unwrap_or(Suspect { element: "the cost", arguments: Vec::new() }).explain(
+            (&self.names, &self.parameters),
+            at,
+            node,
+        )
     }
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let suspect = self.batches.iter().find_map(|batch| batch.find_bad_input(at))?;
-        Some(suspect.explain(&self.names, &at.without_momenta(), node))
+        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
     pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let suspect = self.batches.iter().find_map(|batch| batch.find_not_finite(at))?;
-        Some(suspect.explain(&self.names, &at.without_momenta(), node))
+        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 }
 

@@ -4,6 +4,7 @@
 //! gradient is complete, dJ/db = (∂z/∂b)ᵀ dJ/dz.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use crate::error::quoted;
 use crate::model::Param;
@@ -12,8 +13,9 @@ use crate::{Error, Scalar};
 
 pub(crate) struct Parameters {
     designs: usize,
-    /// The expressions that occur, as nodes of the graph.
+    /// The expressions that occur, as nodes of the graph, and where each stands among them.
     nodes: Vec<Node>,
+    places: HashMap<Node, usize>,
     graph: Graph,
     /// Σ wⱼ ∂zⱼ/∂b of the expressions z, with w as further inputs.
     pulled_back: (Graph, Vec<Node>),
@@ -22,19 +24,18 @@ pub(crate) struct Parameters {
 impl Parameters {
     /// For a scene with so many design variables and such a graph of expressions, of which none is used yet.
     pub(super) fn new(designs: usize, graph: Graph) -> Self {
-        Parameters { designs, nodes: Vec::new(), graph, pulled_back: Default::default() }
+        Parameters { designs, nodes: Vec::new(), places: HashMap::new(), graph, pulled_back: Default::default() }
     }
 
     /// The same parameter by its place among the values.
     pub(super) fn resolve(&mut self, param: Param, gravity: &[Param; 3]) -> Param {
-        let (designs, nodes) = (self.designs, &mut self.nodes);
+        let (designs, nodes, places) = (self.designs, &mut self.nodes, &mut self.places);
         param.resolve(gravity, &mut |node| {
-            let known = nodes.iter().position(|known| *known == node);
-            let place = known.unwrap_or_else(|| {
+            let place = places.entry(node).or_insert_with(|| {
                 nodes.push(node);
                 nodes.len() - 1
             });
-            designs + place
+            designs + *place
         })
     }
 
@@ -63,6 +64,9 @@ impl Parameters {
 
     /// The value of a parameter as it was given, also of one that no element has.
     pub(crate) fn value_of(&self, param: Param, values: &[f64]) -> f64 {
+        if let Some(number) = param.constant() {
+            return number;
+        }
         let all = [values, &self.graph.evaluate(&values[..self.designs])].concat();
         param.resolve(&[0.0.into(); 3], &mut |node| values.len() + node.index()).value(&all)
     }
@@ -78,20 +82,18 @@ impl Parameters {
         gradient.iter_mut().zip(nodes).for_each(|(sum, node)| *sum += all[node.index()]);
     }
 
-    /// The names of all values, from those of the design variables.
-    pub(super) fn names(&self, designs: &[String]) -> Vec<String> {
-        let of = |node: &Node| {
-            let inputs = self.graph.inputs_of(*node);
-            let list: Vec<String> = inputs.into_iter().map(|p| quoted(&designs[p])).collect();
-            format!("an expression of {}", list.join(", "))
-        };
-        designs.iter().map(|name| quoted(name)).chain(self.nodes.iter().map(of)).collect()
+    /// The name of a value, from those of the design variables.
+    pub(super) fn name(&self, place: usize, designs: &[String]) -> String {
+        let Some(expression) = place.checked_sub(self.designs) else { return quoted(&designs[place]) };
+        let inputs = self.graph.inputs_of(self.nodes[expression]);
+        let list: Vec<String> = inputs.into_iter().map(|p| quoted(&designs[p])).collect();
+        format!("an expression of {}", list.join(", "))
     }
 
     /// Refuses expressions that are not finite.
-    pub(super) fn check(&self, values: &[f64], names: &[String]) -> Result<(), Error> {
-        match values.iter().zip(names).skip(self.designs).find(|(value, _)| !value.is_finite()) {
-            Some((&value, name)) => Err(Error::NotFinite { what: name.clone(), value }),
+    pub(super) fn check(&self, values: &[f64], designs: &[String]) -> Result<(), Error> {
+        match values.iter().enumerate().skip(self.designs).find(|(_, value)| !value.is_finite()) {
+            Some((place, &value)) => Err(Error::NotFinite { what: self.name(place, designs), value }),
             None => Ok(()),
         }
     }

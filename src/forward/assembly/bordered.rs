@@ -88,10 +88,9 @@ impl Bordered {
         });
         along.v.copy_from_slice(&found);
         product(newton, &along, &mut image);
-        image.v.iter_mut().zip(&right.v).for_each(|(image, right)| *image = right - *image);
-        image.sigma.iter_mut().zip(&right.sigma).for_each(|(image, right)| *image = right - *image);
+        image.subtract_from(&right);
         self.solve(system, newton, &mut image);
-        x.v.iter_mut().zip(found.iter().zip(&image.v)).for_each(|(x, (found, rest))| *x = found + rest);
-        x.sigma.copy_from_slice(&image.sigma);
+        image.add(&along);
+        *x = image;
     }
 }

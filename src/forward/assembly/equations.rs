@@ -6,21 +6,7 @@ use super::bordered::Bordered;
 use crate::System;
 use crate::node::Newton;
 use crate::number::{Real, larger};
-use crate::system::{NodeView, Pair, Sums};
-
-/// What the equations depend on besides the state.
-#[derive(Clone, Copy)]
-pub(crate) struct At<'a, R> {
-    pub(crate) u: &'a [R],
-    pub(crate) t: R,
-    pub(crate) design: &'a [R],
-}
-
-impl<'a, R: Real> At<'a, R> {
-    pub(crate) fn view(self, q: &'a [R], v: &'a [R], sigma: &'a [R]) -> NodeView<'a, R> {
-        NodeView::of_equations([q, v, sigma], (self.u, self.t, self.design))
-    }
-}
+use crate::system::{Given, Pair, Sums};
 
 /// w and ν, or v₀ and μ, on any numbers; or what is left of their equations.
 pub(super) struct Unknowns<R> {
@@ -64,17 +50,17 @@ pub(super) enum Equations<'a, R> {
 
 impl<R: Real> Equations<'_, R> {
     /// How large a part of what they depend on is: a solution may vanish but for its rounding.
-    pub(super) fn size(self, k: usize, at: At<R>) -> f64 {
+    pub(super) fn size(self, k: usize, given: Given<R>) -> f64 {
         let (first, second) = match self {
             Equations::Coordinates(guess) => (guess, guess),
             Equations::Velocities(q, guess) => (guess, if k == 0 { guess } else { q }),
         };
-        let design = if k == 0 { &[][..] } else { at.design };
+        let design = if k == 0 { &[][..] } else { given.design };
         first.iter().chain(second).chain(design).fold(0.0, |size, x| larger(size, x.part(k).abs()))
     }
 
     /// What is left of them, but for E κ.
-    pub(super) fn residual(self, system: &System, unknowns: &Unknowns<R>, at: At<R>, left: &mut Unknowns<R>) {
+    pub(super) fn residual(self, system: &System, unknowns: &Unknowns<R>, given: Given<R>, left: &mut Unknowns<R>) {
         let Unknowns { x, multipliers } = unknowns;
         let zeros = [vec![R::zero(); x.len()], vec![R::zero(); multipliers.len()]];
         let mut sums = Sums::new(x.len(), multipliers.len());
@@ -82,14 +68,14 @@ impl<R: Real> Equations<'_, R> {
             Equations::Coordinates(guess) => (sum(guess, x), &zeros[0][..]),
             Equations::Velocities(q, guess) => (q.to_vec(), guess),
         };
-        system.plain_sums(&at.view(&q, from, &zeros[1]), &mut sums);
+        system.plain_sums(&given.at(&q, from, &zeros[1]), &mut sums);
         left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left = -*l_v);
-        system.plain_sums(&at.view(&q, x, multipliers), &mut sums);
+        system.plain_sums(&given.at(&q, x, multipliers), &mut sums);
         left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left += *l_v);
         match self {
             Equations::Coordinates(_) => {
                 left.multipliers.fill(R::zero());
-                system.phi(&at.view(&q, x, multipliers), &mut left.multipliers);
+                system.phi(&given.at(&q, x, multipliers), &mut left.multipliers);
             }
             Equations::Velocities(..) => left.multipliers.copy_from_slice(sums.phi_dot()),
         }
@@ -105,15 +91,15 @@ pub(super) struct Tangent<'a> {
     pub(super) bordered: Bordered,
     pub(super) equations: Equations<'a, f64>,
     pub(super) unknowns: Unknowns<f64>,
-    pub(super) at: At<'a, f64>,
+    pub(super) given: Given<'a>,
 }
 
 impl Tangent<'_> {
     /// Solves for a correction in the place of the residual.
     pub(super) fn solve(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
         let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
-        let (u, design) = (lift(self.at.u), lift(self.at.design));
-        let at = At { u: &u, t: Dual64::from_re(self.at.t), design: &design };
+        let (u, design) = (lift(self.given.u), lift(self.given.design));
+        let given = Given { u: &u, t: Dual64::from_re(self.given.t), design: &design };
         let (first, second) = match self.equations {
             Equations::Coordinates(guess) => (lift(guess), Vec::new()),
             Equations::Velocities(q, guess) => (lift(q), lift(guess)),
@@ -124,7 +110,7 @@ impl Tangent<'_> {
         };
         let mut moved = Unknowns::<Dual64>::new(&self.unknowns.x, &self.unknowns.multipliers);
         self.bordered.solve_close(system, newton, left, |_, x, product| {
-            equations.residual(system, &self.unknowns.along(x), at, &mut moved);
+            equations.residual(system, &self.unknowns.along(x), given, &mut moved);
             moved.part(1, product);
         });
     }

@@ -14,7 +14,6 @@ mod bordered;
 mod equations;
 
 pub(crate) use bordered::Bordered;
-pub(crate) use equations::At;
 use equations::{Equations, Tangent, Unknowns, sum};
 
 use nalgebra::DVector;
@@ -64,17 +63,17 @@ impl Assembler<'_> {
     pub(crate) fn assemble(
         &mut self,
         (q, v, held): (&[f64], &[f64], &Held),
-        at: At<f64>,
+        given: Given,
     ) -> Result<(Start, Assembly), Error> {
         let zeros = [vec![0.0; self.system.n()], vec![0.0; self.system.m()]];
         let mut moved = Unknowns::new(&zeros[0], &zeros[1]);
-        self.move_coordinates(q, &indices(&held.coordinates), &mut moved, at)?;
+        self.move_coordinates(q, &indices(&held.coordinates), &mut moved, given)?;
         let q0 = sum(q, &moved.x);
         let mut velocity = Unknowns::new(v, &zeros[1]);
-        let bordered = self.factor(&q0, v, &indices(&held.velocities), at)?;
+        let bordered = self.factor(&q0, v, &indices(&held.velocities), given)?;
         let equations = Equations::Velocities(&q0, v);
-        let tangent = Tangent { bordered, equations, unknowns: Unknowns::new(v, &zeros[1]), at };
-        self.correct(&tangent, equations, &mut velocity, at)?;
+        let tangent = Tangent { bordered, equations, unknowns: Unknowns::new(v, &zeros[1]), given };
+        self.correct(&tangent, equations, &mut velocity, given)?;
         let start = Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_column_slice(&velocity.x) };
         let pair = |x: Unknowns<f64>| Pair { v: x.x, sigma: x.multipliers };
         let (moved, velocity) = (pair(moved), pair(velocity));
@@ -85,15 +84,15 @@ impl Assembler<'_> {
     pub(crate) fn lift<R: Real>(
         &mut self,
         (q, v): (&[R], &[R]),
-        (assembly, real): (&Assembly, At<f64>),
-        at: At<R>,
+        (assembly, real): (&Assembly, Given),
+        given: Given<R>,
     ) -> Result<Start<R>, Error> {
         let near = sum(&assembly.q, &assembly.moved.v);
         let mut moved = Unknowns::new(&assembly.moved.v, &assembly.moved.sigma);
         let bordered = self.factor(&near, &assembly.moved.v, &indices(&assembly.held.coordinates), real)?;
         let (equations, unknowns) =
             (Equations::Coordinates(&assembly.q), Unknowns::new(&assembly.moved.v, &assembly.moved.sigma));
-        self.correct(&Tangent { bordered, equations, unknowns, at: real }, Equations::Coordinates(q), &mut moved, at)?;
+        self.correct(&Tangent { bordered, equations, unknowns, given: real }, Equations::Coordinates(q), &mut moved, given)?;
         let q0 = sum(q, &moved.x);
         let mut velocity = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
         let held = indices(&assembly.held.velocities);
@@ -101,17 +100,16 @@ impl Assembler<'_> {
         held.iter().for_each(|&i| velocity.x[i] = v[i]);
         let bordered = self.factor(&near, &assembly.velocity.v, &held, real)?;
         let unknowns = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
-        let tangent = Tangent { bordered, equations: Equations::Velocities(&near, &assembly.v), unknowns, at: real };
-        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, at)?;
+        let tangent = Tangent { bordered, equations: Equations::Velocities(&near, &assembly.v), unknowns, given: real };
+        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given)?;
         Ok(Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_vec(velocity.x) })
     }
 
     /// Factors K(0) at a point.
-    pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], at: At<f64>) -> Result<Bordered, Error> {
+    pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], given: Given) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
-        let view = at.view(q, v, &zeros);
+        let view = given.at(q, v, &zeros);
         let from = KnownPart { h: 0.0, q, p_star: &[], sigma: &zeros };
-        let given = Given { u: at.u, t: at.t, design: at.design };
         let (system, newton) = (self.system, &mut *self.newton);
         let mut own = Report { worst_pivot: 1.0, ..Report::default() };
         newton.evaluation.set_compliance(&[]);
@@ -126,35 +124,35 @@ impl Assembler<'_> {
             Ok(()) => Bordered::new(system, newton, held),
             Err(breakdown) => Err(system
                 .find_not_finite(&view, 0)
-                .or_else(|| Scaled::at(system, &view)?.explain(system, at.t))
-                .unwrap_or_else(|| system.singular_step(&breakdown, 0, at.t))),
+                .or_else(|| Scaled::at(system, &view)?.explain(system, given.t))
+                .unwrap_or_else(|| system.singular_step(&breakdown, 0, given.t))),
         }
     }
 
     /// w and ν from w = 0, with K(0) made anew at every correction.
-    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Unknowns<f64>, at: At<f64>) -> Result<(), Error> {
+    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Unknowns<f64>, given: Given) -> Result<(), Error> {
         let (mut left, mut delta) =
             (Unknowns::new(&moved.x, &moved.multipliers), Pair::new(self.system.n(), self.system.m()));
-        let (mut worst, mut last) = (self.violation(q, &moved.x, at), f64::INFINITY);
+        let (mut worst, mut last) = (self.violation(q, &moved.x, given), f64::INFINITY);
         for corrections in 1..=MOST_CORRECTIONS {
-            let bordered = self.factor(&sum(q, &moved.x), &moved.x, held, at)?;
-            Equations::Coordinates(q).residual(self.system, moved, at, &mut left);
+            let bordered = self.factor(&sum(q, &moved.x), &moved.x, held, given)?;
+            Equations::Coordinates(q).residual(self.system, moved, given, &mut left);
             left.part(0, &mut delta);
             let unknowns = Unknowns::new(&moved.x, &moved.multipliers);
-            let tangent = Tangent { bordered, equations: Equations::Coordinates(q), unknowns, at };
+            let tangent = Tangent { bordered, equations: Equations::Coordinates(q), unknowns, given };
             tangent.solve(self.system, self.newton, &mut delta);
             let step = |share: f64| moved.x.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
             // A comparison is false for a NaN.
             let gets_better = |share: &f64| {
-                let after = self.violation(q, &step(*share), at).1;
+                let after = self.violation(q, &step(*share), given).1;
                 after <= worst.1 || after <= self.tolerance
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
             let (next, correction) = (step(share), share * largest(&delta.v));
             moved.x.copy_from_slice(&next);
             moved.multipliers.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            worst = self.violation(q, &moved.x, at);
+            worst = self.violation(q, &moved.x, given);
             let size = larger(largest(q), largest(&moved.x));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
@@ -174,9 +172,9 @@ impl Assembler<'_> {
     }
 
     /// The constraint that is violated most at q̂ + w, and by how much.
-    fn violation(&self, q: &[f64], w: &[f64], at: At<f64>) -> (usize, f64) {
+    fn violation(&self, q: &[f64], w: &[f64], given: Given) -> (usize, f64) {
         let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
-        self.system.phi(&at.view(&q, &zeros.v, &zeros.sigma), &mut phi);
+        self.system.phi(&given.at(&q, &zeros.v, &zeros.sigma), &mut phi);
         let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
         sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
     }
@@ -187,19 +185,19 @@ impl Assembler<'_> {
         tangent: &Tangent,
         equations: Equations<R>,
         unknowns: &mut Unknowns<R>,
-        at: At<R>,
+        given: Given<R>,
     ) -> Result<(), Error> {
         let (n, m) = (self.system.n(), self.system.m());
         let mut left = Unknowns { x: vec![R::zero(); n], multipliers: vec![R::zero(); m] };
         let (mut delta, mut last) = (Pair::new(n, m), [f64::INFINITY; 2]);
         for corrections in 1..=MOST_CORRECTIONS {
-            equations.residual(self.system, unknowns, at, &mut left);
+            equations.residual(self.system, unknowns, given, &mut left);
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate().take(R::PARTS) {
                 left.part(k, &mut delta);
                 tangent.solve(self.system, self.newton, &mut delta);
                 unknowns.subtract(k, &delta);
-                let given = equations.size(k, at);
+                let given = equations.size(k, given);
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
                 let correction = largest(&delta.v);
                 let is_stalled = correction >= 0.5 * *last && correction <= STALLED * size;

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::body::{Frame, Point};
 use super::forces::torque;
 use super::geometry::{Link, turned};
-use super::joints::{axis, points_and};
+use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
 
@@ -83,22 +83,10 @@ impl Scene {
         let frames = (a.frame, b.frame);
         let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
         if !is_zero(&stiffness) {
-            self.between_potential(
-                &format!("{name} (spring)"),
-                Bushing,
-                frames,
-                points_and::<3, 0, 7>(a, b, stiffness, []),
-                1.0.into(),
-            );
+            self.between_potential(&format!("{name} (spring)"), Bushing, frames, points(a, b, stiffness));
         }
         if !is_zero(&damping) {
-            self.between_force(
-                &format!("{name} (damper)"),
-                BushingDamper,
-                frames,
-                [],
-                points_and::<3, 0, 7>(a, b, damping, []),
-            );
+            self.between_force(&format!("{name} (damper)"), BushingDamper, frames, [], points(a, b, damping));
         }
     }
 
@@ -133,7 +121,7 @@ impl Scene {
     ) {
         let speed = speed.into();
         self.require_positive(speed, format!("the speed of `{name}`"));
-        let parameters = points_and::<3, 0, 7>(a, b, [axis.into(), force.into(), speed], []);
+        let parameters = points(a, b, [axis.into(), force.into(), speed]);
         self.between_force(name, CoulombSliding, (a.frame, b.frame), [], parameters);
     }
 
@@ -144,7 +132,7 @@ impl Scene {
     /// ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement) says so). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
         self.require_positive(law[3], format!("the friction speed of `{name}`"));
-        let parameters = points_and::<5, 0, 9>(a, b, [normal.into(), law[0], law[1], law[2], law[3]], []);
+        let parameters = points(a, b, [normal.into(), law[0], law[1], law[2], law[3]]);
         self.between_force(name, Contact, (a.frame, b.frame), [], parameters);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::body::{Body, Owner, Point};
 use super::geometry::{Link, rotated, turned};
-use super::joints::{axis, points_and};
+use super::joints::{axis, padded, points, points_and};
 use super::motion::Motion;
 use crate::model::element::ForcePoint;
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
@@ -114,7 +114,7 @@ impl Scene {
     ///
     /// The points must not coincide: the direction of the force would be undefined.
     pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
-        self.force_of_points(name, TwoPointActuator, (a.frame, b.frame), [force], points_and::<0, 0, 4>(a, b, [], []));
+        self.force_of_points(name, TwoPointActuator, (a.frame, b.frame), [force], points(a, b, []));
     }
 
     /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; [`Constant`](super::Constant) for one that does not
@@ -129,10 +129,7 @@ impl Scene {
     ) where
         F: Motion<P>,
     {
-        let first = [at.at[0], at.at[1], direction.into()];
-        let all = first.into_iter().chain(parameters).chain(std::iter::repeat(0.0.into()));
-        let b: Vec<Param> = all.take(3 + MOST_PARAMETERS).collect();
-        let b = std::array::from_fn(|i| b[i]);
+        let b = padded([at.at[0], at.at[1], direction.into()].into_iter().chain(parameters));
         match at.frame.0 {
             Owner::Body(q) => self.force(name, AppliedForce(motion), q, [], b),
             Owner::Particle(q) => self.force(name, AppliedForce(motion), q, [], b),

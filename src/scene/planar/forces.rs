@@ -114,15 +114,7 @@ impl Scene {
         let (stiffness, damping) = (stiffness.into(), damping.into());
         let spring = points(a, b, [stiffness, free_length.into()]);
         if stiffness.constant() != Some(0.0) {
-            let (name, element, frames) = (format!("{name} (spring)"), LinearSpring, (a.frame.0, b.frame.0));
-            let name = name.as_str();
-            between_any!(
-                frames,
-                element,
-                q,
-                self.potential_energy(name, element, q, spring),
-                self.report_frames(name, frames)
-            );
+            self.potential_of_points(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring);
         }
         if damping.constant() != Some(0.0) {
             self.force_of_points(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
@@ -140,8 +132,10 @@ impl Scene {
         damping: impl Into<Param>,
     ) {
         let (stiffness, damping, frames) = (stiffness.into(), damping.into(), (a.into(), b.into()));
-        let spring = [stiffness, free_angle.into()];
-        self.between_potential(&format!("{name} (spring)"), TorsionalSpring, frames, spring, stiffness);
+        if stiffness.constant() != Some(0.0) {
+            let spring = [stiffness, free_angle.into()];
+            self.between_potential(&format!("{name} (spring)"), TorsionalSpring, frames, spring);
+        }
         if damping.constant() != Some(0.0) {
             self.between_force(&format!("{name} (damper)"), JointFriction, frames, [], [damping]);
         }
@@ -174,15 +168,31 @@ impl Scene {
         element: E,
         (a, b): (Frame, Frame),
         parameters: [Param; P],
-        stiffness: Param,
     ) where
         E: PotentialEnergy<6, P>,
     {
-        if stiffness.constant() == Some(0.0) {
-            return;
-        }
         let frames = (a.0, b.0);
         between!(frames, element, q, self.potential_energy(name, element, q, parameters), self.report_frames(name, frames));
+    }
+
+    /// The same for one that goes with particles too.
+    fn potential_of_points<E, const P: usize>(
+        &mut self,
+        name: &str,
+        element: E,
+        (a, b): (Frame, Frame),
+        parameters: [Param; P],
+    ) where
+        E: PotentialEnergy<6, P>,
+    {
+        let frames = (a.0, b.0);
+        between_any!(
+            frames,
+            element,
+            q,
+            self.potential_energy(name, element, q, parameters),
+            self.report_frames(name, frames)
+        );
     }
 
     pub(super) fn between_force<E, const K: usize, const P: usize>(
@@ -204,13 +214,13 @@ impl Scene {
         &mut self,
         name: &str,
         element: E,
-        frames: (Frame, Frame),
+        (a, b): (Frame, Frame),
         u: [Control; K],
         parameters: [Param; P],
     ) where
         E: Force<6, K, P>,
     {
-        let frames = (frames.0.0, frames.1.0);
+        let frames = (a.0, b.0);
         between_any!(frames, element, q, self.force(name, element, q, u, parameters), self.report_frames(name, frames));
     }
 }

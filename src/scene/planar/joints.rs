@@ -163,6 +163,11 @@ pub(super) fn points_and<const MORE: usize, const F: usize, const P: usize>(
     of_formula: [Param; F],
 ) -> [Param; P] {
     const { assert!(4 + MORE + F <= P, "too many parameters") };
-    let all: Vec<Param> = [a.at, b.at].concat().into_iter().chain(more).chain(of_formula).collect();
-    std::array::from_fn(|i| all.get(i).copied().unwrap_or(0.0.into()))
+    padded([a.at, b.at].into_iter().flatten().chain(more).chain(of_formula))
+}
+
+/// Some parameters and zeros behind them.
+pub(super) fn padded<const P: usize>(parameters: impl IntoIterator<Item = Param>) -> [Param; P] {
+    let mut all = parameters.into_iter();
+    std::array::from_fn(|_| all.next().unwrap_or(0.0.into()))
 }

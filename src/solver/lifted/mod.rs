@@ -12,7 +12,7 @@ mod restart;
 use correction::{Shrinking, Size, add};
 use nalgebra::DVector;
 
-use crate::forward::assembly::{Assembler, At};
+use crate::forward::Assembler;
 use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
@@ -20,7 +20,7 @@ use crate::motion::column;
 use crate::node::{Newton, SMALL};
 use crate::number::Real;
 use crate::scheme::known_part;
-use crate::system::{NodeView, Pair, Sums};
+use crate::system::{Given, NodeView, Pair, Sums};
 use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, memory};
 
 /// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
@@ -182,11 +182,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
         let (newton, report) = (&mut stepper.newton, &mut monitor.report);
         let (Start::Assembled { q, v, .. }, Some(assembly)) = (&inputs.start, &motion.assembly) else { return Ok(None) };
-        let real = motion.at(0);
-        let near = (assembly, At { u: real.u, t: real.t, design: real.design });
-        let at = At { u: inputs.controls_at(0), t: inputs.grid.start, design };
+        let near = (assembly, motion.at(0).into());
+        let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design };
         let mut assembler = Assembler { system, newton, report, tolerance: 0.0 };
-        let start = assembler.lift((q.as_slice(), v.as_slice()), near, at)?;
+        let start = assembler.lift((q.as_slice(), v.as_slice()), near, given)?;
         newton.evaluation.set_compliance(&motion.trajectory.compliance);
         Ok(Some(Inputs { start, ..inputs.clone() }))
     }
