@@ -193,6 +193,13 @@ pub enum Error {
         /// The last of them, in m or rad.
         correction: f64,
     },
+    /// A cost depends on the λ of a constraint whose reaction others may take over.
+    UndeterminedReaction {
+        /// The constraint equation.
+        equation: String,
+        /// When, s.
+        time: f64,
+    },
     /// The tangent matrix K of a step is singular.
     SingularStep {
         /// The step, counted from 1.
@@ -398,6 +405,12 @@ impl fmt::Display for Error {
                 "positions at the end of step {step} (t = {} s) could not be projected onto Φ = 0: after {iterations} corrections they \
                  still move by {correction:.2e} m or rad; they have drifted too far, so take shorter steps or, where it is not 0.0 \
                  already, a smaller `Settings::drift_bound`",
+                seconds(*time)
+            ),
+            Error::UndeterminedReaction { equation, time } => write!(
+                f,
+                "a cost depends on the λ of {equation}, which is not determined at t = {} s: other constraints hold the same points, and may \
+                 take its force over; remove one of them, or take a cost on the acceleration or on what Φ_qᵀλ is in sum",
                 seconds(*time)
             ),
             Error::SingularStep { step, time, unknown, pivot } => write!(

@@ -19,10 +19,11 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use num_dual::Dual64;
 use std::ops::Range;
 
+use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{NodeView, Sums, factors_of};
+use crate::system::{NodeView, Sums};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -313,11 +314,14 @@ impl<'a> PaperSystem<'a> {
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
         let weights = self.refinement.weights(&self.trajectory.scheme, &steps, i);
+        let mut costs = CostSum::new(self.system, &self.refinement, 0);
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
             let design = self.system.parameters().values(arguments.b.as_slice());
             let at = NodeView {
+                v_dot: &[],
+                lambda: &[],
                 v: &y[part(0, n, m)],
                 p_star_dot: &y[part(1, n, m)],
                 q: &y[part(2, n, m)],
@@ -327,7 +331,7 @@ impl<'a> PaperSystem<'a> {
                 t: Dual64::from_re(self.trajectory.times[i]),
                 design: &design,
             };
-            let value = self.system.cost(&at, &weights, &factors_of(0, self.system.outputs())).part(1);
+            let value = costs.at(self.system, &at, &weights).map_or(f64::NAN, |value| value.part(1));
             which(&mut arguments)[k].eps = 0.0;
             value
         })

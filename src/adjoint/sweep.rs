@@ -20,14 +20,14 @@ use crate::adjoint::growth::Growth;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::restart::Restart;
-use crate::forward::{ForwardSweep, Motion};
+use crate::forward::{Accelerations, ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint, carried_part};
-use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows, Weights};
+use crate::system::{AccelerationUse, CostRows, Covector, InputRows, NodeView, Pair, StateRows, Weights};
 use crate::{Error, Scheme, Settings, Start, System};
 
 /// The backward sweep and its memory.
@@ -47,6 +47,8 @@ pub(crate) struct AdjointSweep {
     pub(crate) right: Vec<f64>,
     /// (c, e) before its refinement.
     pub(super) solution: Vec<f64>,
+    /// What v̇ and λ are computed with, if a cost needs them.
+    accelerations: Option<Box<Accelerations>>,
     pub(crate) zeros: Pair,
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) sigma_before: Vec<f64>,
@@ -84,6 +86,7 @@ impl AdjointSweep {
             right: zeros(n + m),
             solution: zeros(n + m),
             zeros: Pair::new(n, m),
+            accelerations: None,
             sigma_before: zeros(m),
             sigma_before_at: None,
             growth: Growth::default(),
@@ -227,6 +230,7 @@ impl AdjointSweep {
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;
         self.growth.begin(motion);
+        self.accelerations.iter_mut().for_each(|accelerations| accelerations.begin());
         self.accuracy = Accuracy::default();
         self.resolution.begin();
         let nodes = inputs.grid.nodes() - motion.trajectory.inserted.len();
@@ -300,8 +304,8 @@ impl AdjointSweep {
 
     /// Adds what the costs of a node or stage give to J and to the derivatives with respect to inputs.
     fn add_cost(&mut self, system: &System, at: &NodeView<f64>, weights: &Weights<f64>, node: usize) -> Result<(), Error> {
-        system.costs().iter().for_each(|costs| costs.gradient(at, weights, &mut self.cost));
         self.cost_is_zero = false;
+        self.evaluate_costs(system, at, weights)?;
         self.report.cost_evaluations += self.cost.evaluations;
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
@@ -310,7 +314,29 @@ impl AdjointSweep {
         if self.cost.is_finite() {
             return Ok(());
         }
-        Err(system.bad_cost(at, weights, &mut self.cost, self.refinement.given_step(node)))
+        let at = self.accelerations.as_ref().map_or(*at, |accelerations| accelerations.with(*at));
+        Err(system.bad_cost(&at, weights, &mut self.cost, self.refinement.given_step(node)))
+    }
+
+    /// The costs of a node or stage, and what they owe to v̇ and λ there.
+    fn evaluate_costs(&mut self, system: &System, at: &NodeView<f64>, weights: &Weights<f64>) -> Result<(), Error> {
+        let uses = system.use_of_accelerations(weights, &self.cost.factors);
+        let cost = &mut self.cost;
+        if uses == AccelerationUse::Never {
+            system.costs().iter().for_each(|costs| costs.gradient(at, weights, cost));
+            return Ok(());
+        }
+        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
+        if let Err(error) = accelerations.evaluate(system, at) {
+            if uses == AccelerationUse::Always {
+                return Err(error);
+            }
+            // Whether it matters, the values will tell.
+            accelerations.forget();
+        }
+        let here = accelerations.with(*at);
+        system.costs().iter().for_each(|costs| costs.gradient(&here, weights, cost));
+        accelerations.pull_back(system, at, cost)
     }
 
     pub(super) fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {

@@ -17,8 +17,12 @@ pub struct Point<const N: usize, const M: usize = 0, const K: usize = 0, const P
     pub p_star: SVector<S, N>,
     /// Their rates (costs only).
     pub p_star_dot: SVector<S, N>,
+    /// Accelerations (costs only).
+    pub v_dot: SVector<S, N>,
     /// Multipliers.
     pub sigma: SVector<S, M>,
+    /// Their rates, the reactions (costs only).
+    pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
     /// Time.
@@ -39,7 +43,9 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> 
             v: part(x, at.of(Part::V)),
             p_star: part(x, at.of(Part::PStar)),
             p_star_dot: part(x, at.of(Part::PStarDot)),
+            v_dot: part(x, at.of(Part::VDot)),
             sigma: part(x, at.of(Part::Sigma)),
+            lambda: part(x, at.of(Part::Lambda)),
             u: part(x, at.of(Part::U)),
             t: x[at.of(Part::T).start],
             b: part(x, at.of(Part::B)),
@@ -87,10 +93,11 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
 
     /// All arguments in one list, and the 1 that values are multiplied by where they are compared.
     pub(crate) fn list(&self) -> Vec<f64> {
-        let states = [&self.q, &self.v, &self.p_star, &self.p_star_dot];
+        let states = [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.v_dot];
         let states = states.into_iter().flat_map(|x| x.iter().copied());
         states
             .chain(self.sigma.iter().copied())
+            .chain(self.lambda.iter().copied())
             .chain(self.u.iter().copied())
             .chain([self.t])
             .chain(self.b.iter().copied())
@@ -106,7 +113,9 @@ pub(crate) enum Part {
     V,
     PStar,
     PStarDot,
+    VDot,
     Sigma,
+    Lambda,
     U,
     T,
     B,
@@ -126,7 +135,7 @@ pub(crate) struct Places {
 impl Places {
     pub(crate) fn of(&self, part: Part) -> Range<usize> {
         let Places { n, m, k, p } = *self;
-        let lengths = [n, n, n, n, m, k, 1, p, 1];
+        let lengths = [n, n, n, n, n, m, m, k, 1, p, 1];
         let start = lengths[..part as usize].iter().sum();
         start..start + lengths[part as usize]
     }

@@ -1,8 +1,10 @@
 //! The forward sweep: consistent start, then one step after the other.
 
+mod accelerations;
 mod adapt;
 pub(crate) mod assembly;
 mod continuation;
+mod cost;
 mod drift;
 mod halving;
 mod monitor;
@@ -16,7 +18,9 @@ mod stepper;
 mod surprise;
 mod window;
 
-pub(crate) use assembly::{Assembler, Assembly, Bordered};
+pub(crate) use accelerations::Accelerations;
+pub(crate) use assembly::{Assembler, Assembly};
+pub(crate) use cost::CostSum;
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;

@@ -96,8 +96,15 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub p_star: SVector<S, N>,
     /// Their rates, N or N m.
     pub p_star_dot: SVector<S, N>,
+    /// Accelerations v̇, m/s² or rad/s². They follow from q, v, u and t, and their derivatives are exact; a scene whose costs do not use them,
+    /// nor λ, does without.
+    pub v_dot: SVector<S, N>,
     /// Multipliers (impulses) of the chosen constraints, N s or N m s.
     pub sigma: SVector<S, M>,
+    /// λ = dσ/dt of the same constraints, N or N m: Φ_qᵀλ are the reactions, with the sign of M v̇ = Q + … − Φ_qᵀλ. As functions of the state they do
+    /// not depend on σ, and are the same before and behind a restart. Of constraints that depend on each other λ is not determined, and a
+    /// cost on it is refused.
+    pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
     /// Time, s.
@@ -128,4 +135,11 @@ pub enum Sum {
     Integral,
     /// h_N alone: the terminal cost S of Eq. (5).
     Terminal,
+}
+
+impl Sum {
+    /// Whether a weight is made of the steps on both sides of a node, and so may vanish where its derivatives do not.
+    pub(crate) fn is_of_both_steps(self) -> bool {
+        matches!(self, Sum::Trapezoidal | Sum::Integral)
+    }
 }

@@ -64,6 +64,8 @@ impl<R: Real> Stages<R> {
             v: column(&self.v, i),
             p_star: column(&self.p_star, i),
             p_star_dot: column(&self.p_star_dot, i),
+            v_dot: &[],
+            lambda: &[],
             sigma: column(&self.sigma, i),
             u: column(&self.u, i),
             design: &[],

@@ -1,11 +1,11 @@
 //! The motion: y_i at all nodes.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
+use super::Stages;
 use super::stages::ColumnsMut;
-use super::{Refinement, Stages};
 use crate::number::Real;
-use crate::system::{CostRows, NodeView, Sums, Weights, factors_of};
+use crate::system::{NodeView, Sums};
 use crate::{Error, Inputs, Scheme, System};
 
 /// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
@@ -83,6 +83,8 @@ impl<R: Real> Trajectory<R> {
             v: column(&self.v, i),
             p_star: column(&self.p_star, i),
             p_star_dot: column(&self.p_star_dot, i),
+            v_dot: &[],
+            lambda: &[],
             sigma: column(&self.sigma, i),
             u: &[],
             design: &[],
@@ -144,82 +146,6 @@ impl<R: Real> Trajectory<R> {
     pub(crate) fn check_complete(&self, inputs: &Inputs<R>) -> Result<(), Error> {
         let (expected, computed) = (inputs.grid.nodes(), self.computed);
         if expected == computed { Ok(()) } else { Err(Error::Incomplete { expected, computed }) }
-    }
-
-    /// J of Eq. (5): all costs of the scene, summed over the given nodes.
-    ///
-    /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
-    ///
-    /// # Errors
-    /// Inputs of other sizes; a cost or a sum that is not finite.
-    pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
-        self.weighted_cost(system, inputs, &factors_of(0, system.outputs()))
-    }
-
-    /// The values of all outputs of the nodes computed, as [`cost`](Self::cost) gives J.
-    ///
-    /// # Errors
-    /// As [`cost`](Self::cost).
-    pub fn outputs(&self, system: &System, inputs: &Inputs<R>) -> Result<DVector<R>, Error> {
-        let count = system.outputs();
-        let values = (1..=count).map(|k| self.weighted_cost(system, inputs, &factors_of(k, count)));
-        Ok(DVector::from_vec(values.collect::<Result<Vec<R>, Error>>()?))
-    }
-
-    fn weighted_cost(&self, system: &System, inputs: &Inputs<R>, factors: &[f64]) -> Result<R, Error> {
-        self.check_fits(system, inputs)?;
-        let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
-        let refinement = Refinement::new(&lengths, &self.inserted);
-        let design = system.parameters().values(inputs.design.as_slice());
-        let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
-        let mut sum = R::zero();
-        for i in first..self.computed {
-            let value = self.cost_of_step(system, (inputs, &design), (&refinement, factors), i);
-            if !is_finite(value) {
-                return Err(self.bad_cost(system, (inputs, &design), (&refinement, factors), i));
-            }
-            sum += value;
-        }
-        if is_finite(sum) { Ok(sum) } else { Err(Error::Overflow { what: "J".into(), value: sum.part(0) }) }
-    }
-
-    /// All that J gets from node `i` and from the stages between it and the node before.
-    pub(crate) fn cost_of_step(
-        &self,
-        system: &System,
-        (inputs, design): (&Inputs<R>, &[R]),
-        (refinement, factors): (&Refinement, &[f64]),
-        i: usize,
-    ) -> R {
-        let mut sum = R::zero();
-        if i > 0 && system.has_integral() {
-            for s in 1..self.last_stage() {
-                let at = NodeView { design, ..self.stage(i, s) };
-                sum += system.cost(&at, &Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s)), factors);
-            }
-        }
-        sum + system.cost(&self.at((inputs, design), i), &refinement.weights(&self.scheme, &inputs.grid.steps, i), factors)
-    }
-
-    /// Which cost of a node is not finite.
-    fn bad_cost(
-        &self,
-        system: &System,
-        (inputs, design): (&Inputs<R>, &[R]),
-        (refinement, factors): (&Refinement, &[f64]),
-        node: usize,
-    ) -> Error {
-        let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
-        let at = self.at((inputs, design), node);
-        let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
-        let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
-        let t = at.t.part(0);
-        let at =
-            NodeView { q: &q, v: &v, p_star: &p_star, p_star_dot: &p_star_dot, sigma: &sigma, u: &u, t, design: &design };
-        let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
-        rows.factors.copy_from_slice(factors);
-        let weights = refinement.weights(&self.scheme, &steps, node);
-        system.bad_cost(&at, &weights, &mut rows, refinement.given_step(node))
     }
 
     /// Φ(q_i, t_i) in m or rad (m × nodes).
@@ -294,10 +220,6 @@ pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
 pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
     let rows = matrix.nrows();
     &mut matrix.as_mut_slice()[i * rows..][..rows]
-}
-
-fn is_finite<R: Real>(x: R) -> bool {
-    (0..R::PARTS).all(|part| x.part(part).is_finite())
 }
 
 /// Numbers of all equations at all nodes, if they are finite.

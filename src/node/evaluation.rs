@@ -101,7 +101,8 @@ impl Evaluation {
         self.fingerprint
     }
 
-    fn formulas<'a>(&'a self, system: &'a System) -> &'a Formulas {
+    /// The formulas that are evaluated.
+    pub(crate) fn formulas<'a>(&'a self, system: &'a System) -> &'a Formulas {
         self.formulas.as_ref().unwrap_or(system.formulas())
     }
 
@@ -112,6 +113,11 @@ impl Evaluation {
             self.steps.clear();
             self.oldest = 0;
         }
+    }
+
+    /// Whether any equation has a compliance.
+    pub(crate) fn has_compliance(&self) -> bool {
+        !self.compliance.is_empty()
     }
 
     /// Prepares L in the matrix for steps of half length h.

@@ -1,18 +1,13 @@
 //! [`Mechanics`]: what holds at one state, without a motion.
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::Dual64;
 
+use crate::forward::Accelerations;
 use crate::forward::rank::mass_matrix;
-use crate::forward::{Assembler, Bordered};
-use crate::motion::{Report, column};
-use crate::node::Newton;
+use crate::motion::column;
 use crate::scene::planar::Point;
-use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
+use crate::system::{NodeView, Pair, Sums};
 use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
-
-/// Corrections of accelerations and reactions: more than one where constraints depend on each other.
-const CORRECTIONS: usize = 3;
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -175,33 +170,10 @@ impl<'s> Mechanics<'s> {
     /// # Errors
     /// A singular mass matrix or configuration; forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
-        let (system, n, m) = (self.system, self.system.n(), self.system.m());
-        let sums = self.moved(|q, v, t| {
-            q.iter_mut().zip(v.iter()).for_each(|(q, v)| q.eps = v.re);
-            t.eps = 1.0;
-        });
-        let mut right = Pair::new(n, m);
-        let forces = sums.force().iter().zip(sums.l_v());
-        right.v.iter_mut().zip(forces).for_each(|(right, (force, l_v))| *right = force.re - l_v.eps);
-        right.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot.eps);
-        let (zeros, mut rows) = (Pair::new(n, m), StateRows::new(n, m));
-        let view = self.view(&zeros.sigma);
-        if !right.v.iter().chain(&right.sigma).all(|x| x.is_finite()) {
-            let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
-            return Err(system.find_not_finite(&view, 0).unwrap_or(unknown));
-        }
-        let (mut newton, bordered) = self.factor(&view)?;
-        let (mut x, mut left) = (Pair::new(n, m), right.clone());
-        for _ in 0..CORRECTIONS {
-            bordered.solve(system, &mut newton, &mut left);
-            x.add(&left);
-            let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
-            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, &mut rows);
-            left.v.copy_from_slice(&rows.v);
-            left.sigma.copy_from_slice(&rows.sigma);
-            left.subtract_from(&right);
-        }
-        Ok((DVector::from_vec(x.v), DVector::from_vec(x.sigma)))
+        let (mut accelerations, none) = (Accelerations::new(self.system), vec![0.0; self.system.m()]);
+        accelerations.evaluate(self.system, &self.view(&none))?;
+        let Pair { v, sigma } = accelerations.found();
+        Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }
 
     /// Where a point of a body or of the ground is in the inertial frame, m.
@@ -230,14 +202,6 @@ impl<'s> Mechanics<'s> {
         (place, at, place[2].sin_cos())
     }
 
-    fn factor(&self, view: &NodeView<f64>) -> Result<(Newton, Bordered), Error> {
-        let (mut newton, mut report) = (Newton::new(self.system), Report::default());
-        newton.evaluation.set_start(self.system, view)?;
-        let mut assembler = Assembler { system: self.system, newton: &mut newton, report: &mut report, tolerance: 0.0 };
-        let bordered = assembler.factor(&self.q, &self.v, &[], (*view).into())?;
-        Ok((newton, bordered))
-    }
-
     fn view<'a>(&'a self, sigma: &'a [f64]) -> NodeView<'a, f64> {
         NodeView::of_equations([&self.q, &self.v, sigma], (&self.u, self.t, &self.design))
     }
@@ -246,17 +210,6 @@ impl<'s> Mechanics<'s> {
     fn sums(&self) -> Sums<f64> {
         let (mut sums, sigma) = (Sums::new(self.system.n(), self.system.m()), vec![0.0; self.system.m()]);
         self.system.plain_sums(&self.view(&sigma), &mut sums);
-        sums
-    }
-
-    /// The same with derivatives along a direction of q, v and t.
-    fn moved(&self, seed: impl FnOnce(&mut [Dual64], &mut [Dual64], &mut Dual64)) -> Sums<Dual64> {
-        let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
-        let (mut q, mut v, mut t) = (lift(&self.q), lift(&self.v), Dual64::from_re(self.t));
-        let (sigma, u, design) = (lift(&vec![0.0; self.system.m()]), lift(&self.u), lift(&self.design));
-        seed(&mut q, &mut v, &mut t);
-        let mut sums = Sums::new(self.system.n(), self.system.m());
-        self.system.plain_sums(&NodeView::of_equations([&q, &v, &sigma], (&u, t, &design)), &mut sums);
         sums
     }
 }

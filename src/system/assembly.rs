@@ -330,7 +330,7 @@ impl Formulas {
 }
 
 /// The elements of each formula, in the order of their first.
-fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)> {
+pub(super) fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)> {
     let mut groups: Vec<(Arc<Formula>, Vec<usize>)> = Vec::new();
     let mut known: HashMap<*const Formula, usize> = HashMap::new();
     for (e, element) in elements.iter().enumerate() {

@@ -2,18 +2,18 @@
 //!
 //! What does not depend on the type stands in a scene's list of [elements](super::element).
 
-use num_dual::Dual64;
+use num_dual::{Dual64, HyperDual64};
 use std::any::Any;
 
 use super::blame::Suspect;
 use super::constants::Entry;
+use super::cost::CostRows;
 use super::element::Recordings;
 use super::item::PlacedElement;
-use super::jet::{ElementKind, Jet, Local};
+use super::jet::{ElementKind, Jet, Local, Number};
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
-use crate::number::Real;
 use crate::number::{Fingerprint, add};
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
@@ -23,7 +23,7 @@ pub struct Sums<R> {
     n: usize,
 }
 
-impl<R: Real> Sums<R> {
+impl<R: Number> Sums<R> {
     pub fn new(n: usize, m: usize) -> Self {
         Sums { all: vec![R::zero(); 2 * n + m], n }
     }
@@ -149,7 +149,7 @@ pub struct Within {
 }
 
 /// A batch on numbers of type R: the plain formulas.
-pub trait PlainBatch<R: Real>: Send + Sync {
+pub trait PlainBatch<R: Number>: Send + Sync {
     /// Adds the contributions of all elements.
     fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>);
     /// Writes Φ of all constraints.
@@ -157,7 +157,7 @@ pub trait PlainBatch<R: Real>: Send + Sync {
 }
 
 /// A batch in real numbers: what depends on the types of its formulas, element by element.
-pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any {
+pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + PlainBatch<HyperDual64> + Any {
     /// What kind of element it holds.
     fn kind(&self) -> ElementKind;
     /// Takes the parameters of all elements through `resolve`.
@@ -178,6 +178,10 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + Any 
     fn pull_back_inputs(&self, item: usize, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows);
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows);
+    /// Adds what an element adds to the equations of v̇ and λ where these are zero, by dual numbers.
+    fn add_acceleration(&self, item: usize, at: &NodeView<f64>, right: &mut Pair);
+    /// Adds the derivatives of what it adds to them, with c and e.
+    fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows);
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element, and its rate.
     fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2];
     /// The first element whose contributions or their derivatives are not finite.
@@ -201,7 +205,7 @@ impl<J, const N: usize, const M: usize, const K: usize, const P: usize> Default 
 impl<J, R, const N: usize, const M: usize, const K: usize, const P: usize> PlainBatch<R> for Batch<J, N, M, K, P>
 where
     J: Jet<N, M, K, P>,
-    R: Real,
+    R: Number + Send + Sync,
 {
     fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         for item in &self.items {
@@ -268,6 +272,14 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
         self.items.iter().filter(|_| M > 0).for_each(|item| item.pull_back_phi(at, e, rows));
+    }
+
+    fn add_acceleration(&self, item: usize, at: &NodeView<f64>, right: &mut Pair) {
+        self.items[item].add_acceleration(at, right);
+    }
+
+    fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
+        self.items[item].pull_back_acceleration(at, with, rows);
     }
 
     fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {

@@ -13,7 +13,7 @@ use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, slope
 use super::shape::{Place, Shape};
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::{Fingerprint, Real};
+use crate::number::Fingerprint;
 use crate::program::{Obstacle, Symbol, Template, record};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
@@ -31,7 +31,7 @@ pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, cons
 }
 
 impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
-    pub fn local<R: Real>(&self, at: &NodeView<R>) -> Local<R, N, M, K> {
+    pub fn local<R: Number>(&self, at: &NodeView<R>) -> Local<R, N, M, K> {
         Local {
             q: SVector::from_fn(|i, _| at.q[self.q[i]]),
             v: SVector::from_fn(|i, _| at.v[self.q[i]]),
@@ -41,7 +41,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         }
     }
 
-    pub fn b<R: Real>(&self, design: &[R]) -> SVector<R, P> {
+    pub fn b<R: Number>(&self, design: &[R]) -> SVector<R, P> {
         SVector::from_fn(|p, _| self.b[p].value(design))
     }
 
@@ -135,7 +135,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         self.scatter_first(&first, sums);
     }
 
-    pub fn scatter_first<R: Real>(&self, first: &FirstDerivatives<R, N, M>, sums: &mut Sums<R>) {
+    pub fn scatter_first<R: Number>(&self, first: &FirstDerivatives<R, N, M>, sums: &mut Sums<R>) {
         let [l_v, force, phi_dot] = sums.parts_mut();
         for (i, &coordinate) in self.q.iter().enumerate() {
             l_v[coordinate] += first.l_v[i];

@@ -1,5 +1,8 @@
 //! A compiled scene: batches of like elements, what is constant in them, and the structure of the tangent matrix.
 
+mod accelerated;
+mod acceleration;
+mod acceleration_kernels;
 mod applied;
 mod assembly;
 mod batch;
@@ -8,6 +11,7 @@ mod block;
 mod constants;
 mod cost;
 mod cost_formula;
+mod derivatives;
 mod element;
 mod energy;
 mod formula;
@@ -19,6 +23,7 @@ mod known;
 mod names;
 mod parameters;
 mod parts;
+mod placed_cost;
 mod plain;
 mod point;
 mod print;
@@ -33,12 +38,13 @@ mod view;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
+pub(crate) use acceleration::{AccelerationEquations, AccelerationTangent};
 pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostRows, Costs, GivenWeights, PlacedCost, Weights, factors_of};
+pub(crate) use cost::{AccelerationUse, AnyCosts, CostRows, GivenWeights, Weights, factors_of};
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
@@ -46,6 +52,7 @@ pub(crate) use item::PlacedElement;
 pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
+pub(crate) use placed_cost::{Costs, PlacedCost};
 pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
@@ -406,6 +413,14 @@ impl System {
     pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
         let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights, factors));
         values.fold(R::zero(), |sum, value| sum + value)
+    }
+
+    /// Whether v̇ or λ is needed by any cost that is summed with these weights.
+    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> AccelerationUse {
+        let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
+        let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
+        let uses = self.costs.iter().map(|costs| costs.use_of_accelerations(&is_summed, factors));
+        uses.max().unwrap_or(AccelerationUse::Never)
     }
 
     /// Identifies the formulas as they are now.

@@ -71,6 +71,13 @@ impl Layout {
         rest[0] = at.t;
     }
 
+    /// v̇ and λ as the rates of v and σ.
+    pub(crate) fn load_accelerations(&self, at: &NodeView<f64>, point: &mut [f64]) {
+        let (v_dot, rest) = point[self.rates() + self.n..].split_at_mut(self.n);
+        v_dot.copy_from_slice(at.v_dot);
+        rest[..self.m].copy_from_slice(at.lambda);
+    }
+
     /// A point and its rates.
     pub(crate) fn load_rates(&self, at: &NodeView<Dual64>, point: &mut [f64]) {
         let (values, rates) = point.split_at_mut(self.rates());

@@ -8,6 +8,9 @@ pub struct NodeView<'a, R> {
     /// p* and ṗ* are for costs alone: empty where equations are evaluated.
     pub p_star: &'a [R],
     pub p_star_dot: &'a [R],
+    /// v̇ and λ, for costs that depend on them: empty elsewhere.
+    pub v_dot: &'a [R],
+    pub lambda: &'a [R],
     pub sigma: &'a [R],
     pub u: &'a [R],
     pub t: R,
@@ -19,12 +22,12 @@ impl<'a, R> NodeView<'a, R> {
     /// What the equations depend on: (q, v, σ), and u, t and the design variables.
     #[inline]
     pub fn of_equations([q, v, sigma]: [&'a [R]; 3], (u, t, design): (&'a [R], R, &'a [R])) -> Self {
-        NodeView { q, v, p_star: &[], p_star_dot: &[], sigma, u, t, design }
+        NodeView { q, v, p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], sigma, u, t, design }
     }
 
     /// What the equations depend on alone.
     pub fn without_momenta(self) -> Self {
-        NodeView { p_star: &[], p_star_dot: &[], ..self }
+        NodeView { p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], ..self }
     }
 
     /// The same state with these controls and design variables.

@@ -3,7 +3,7 @@
 
 use hamiltonian_adjoint::planar::{Body, Harmonic, Point};
 use hamiltonian_adjoint::scenes::AngleError;
-use hamiltonian_adjoint::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar, Scene, Sum};
+use hamiltonian_adjoint::{Constraint, Force, ForcePoint, KineticEnergy, Multiplier, PotentialEnergy, Scalar, Scene, Sum};
 use nalgebra::{SVector, Vector1, Vector2};
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,26 +11,44 @@ pub const UPPER_ANGLE: f64 = -1.2;
 /// φ_lower − φ_upper.
 pub const ELBOW_ANGLE: f64 = 0.5;
 
+/// A kind of element: its name, whether the elbow is a hinge besides, and what adds it.
+pub type Kind = (&'static str, bool, fn(&mut Arms));
+
+/// The kinds of elements between two arms.
+pub fn kinds() -> Vec<Kind> {
+    vec![
+        ("revolute joint", true, |_| {}),
+        ("prismatic joint between moving bodies", false, prismatic),
+        ("weld", false, weld),
+        ("distance", false, distance),
+        ("driven angle", true, driven_angle),
+        ("spring and damper", true, spring_and_damper),
+        ("torsional spring and damper", true, torsional_spring),
+        ("friction in a joint", true, joint_friction),
+        ("friction of sliding on a moving body", true, sliding_friction),
+        ("actuator on a moving body", true, actuator),
+        ("torque actuator", true, torque_actuator),
+        ("constraint of one's own", true, pin_on_curve),
+        ("force of one's own", true, air_drag),
+        ("potential energy of one's own", true, magnet),
+    ]
+}
+
 /// A scene for each kind of element.
 pub fn all() -> Vec<(&'static str, Scene)> {
-    vec![
-        ("revolute joint", hinged(|_| {})),
-        ("prismatic joint between moving bodies", jointed(prismatic)),
-        ("weld", jointed(weld)),
-        ("distance", jointed(distance)),
-        ("driven angle", hinged(driven_angle)),
-        ("spring and damper", hinged(spring_and_damper)),
-        ("torsional spring and damper", hinged(torsional_spring)),
-        ("friction in a joint", hinged(joint_friction)),
-        ("friction of sliding on a moving body", hinged(sliding_friction)),
-        ("actuator on a moving body", hinged(actuator)),
-        ("torque actuator", hinged(torque_actuator)),
-        ("constraint of one's own", hinged(pin_on_curve)),
-        ("force of one's own", hinged(air_drag)),
-        ("potential energy of one's own", hinged(magnet)),
-        ("kinetic energy with constant M", minimal(ConstantMass)),
-        ("kinetic energy with M(q)", minimal(CoupledArms)),
-    ]
+    let between = kinds().into_iter().map(|kind| (kind.0, with(kind, |_| {})));
+    let minimal =
+        [("kinetic energy with constant M", minimal(ConstantMass)), ("kinetic energy with M(q)", minimal(CoupledArms))];
+    between.chain(minimal).collect()
+}
+
+/// The scene of a kind, and something more.
+pub fn with((_, is_hinged, add): Kind, more: impl FnOnce(&mut Arms)) -> Scene {
+    let both = |arms: &mut Arms| {
+        add(arms);
+        more(arms);
+    };
+    if is_hinged { hinged(both) } else { jointed(both) }
 }
 
 /// Both arms and the scene around them.
@@ -40,6 +58,9 @@ pub struct Arms {
     pub lower: Body,
     /// x, y and φ of the lower arm at the start.
     pub lower_place: [f64; 3],
+    /// Those of the shoulder.
+    #[allow(dead_code)]
+    pub shoulder: [Multiplier; 2],
 }
 
 impl Arms {
@@ -51,11 +72,11 @@ impl Arms {
         let elbow = [UPPER_ANGLE.cos(), UPPER_ANGLE.sin()];
         let lower_place = place(elbow, UPPER_ANGLE + ELBOW_ANGLE);
         let lower = scene.body("lower arm", 0.8, 0.07, lower_place);
-        scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), upper.at(-0.5, 0.0));
+        let shoulder = scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), upper.at(-0.5, 0.0));
         let torque = scene.control("shoulder torque");
         scene.torque_actuator("motor", Body::GROUND, upper, torque);
         scene.cost("aim", AngleError, Sum::Terminal, [lower.coordinates[2]], [], [], [FRAC_PI_2.into()]);
-        Arms { scene, upper, lower, lower_place }
+        Arms { scene, upper, lower, lower_place, shoulder }
     }
 
     /// The point of the upper and of the lower arm that meet in the elbow.

@@ -50,7 +50,15 @@ pub fn all() -> Vec<Comparison> {
                 ("all masses", cart_with_bound_masses()),
             ],
         ),
-        compare("running cost", vec![("without", cart(|_| {})), ("of u", cart(effort)), ("of all angles", cart(angles))]),
+        compare(
+            "running cost",
+            vec![
+                ("without", cart(|_| {})),
+                ("of u", cart(effort)),
+                ("of all angles", cart(angles)),
+                ("of all accelerations", cart(accelerations)),
+            ],
+        ),
         compare("time", vec![("without", cart(|_| {})), ("in a force", cart(gusts)), ("in a constraint", shaken_cart())]),
     ]
 }
@@ -211,6 +219,22 @@ fn angles(cart: &mut Cart) {
     for (j, link) in cart.links.iter().enumerate() {
         let (name, angle) = (format!("angle of link {j} all along"), link.coordinates[2]);
         cart.scene.cost(&name, AngleError, Sum::Trapezoidal, [angle], [], [], [FRAC_PI_2.into()]);
+    }
+}
+
+/// The square of v̇.
+struct Jolt;
+
+impl Cost<1> for Jolt {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.v_dot[0] * at.v_dot[0]
+    }
+}
+
+fn accelerations(cart: &mut Cart) {
+    for (j, link) in cart.links.iter().enumerate() {
+        let (name, angle) = (format!("jolt of link {j}"), link.coordinates[2]);
+        cart.scene.cost(&name, Jolt, Sum::Trapezoidal, [angle], [], [], []);
     }
 }
 

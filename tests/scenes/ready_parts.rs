@@ -1,25 +1,31 @@
 //! One small scene for each of the ready parts that are not everyday: the arms of `elements.rs` with the part in question.
 
-use crate::elements::{Arms, ELBOW_ANGLE, UPPER_ANGLE, hinged, jointed};
+use crate::elements::{Arms, ELBOW_ANGLE, Kind, UPPER_ANGLE, with};
 use hamiltonian_adjoint::planar::{Body, Constant, Curve, Harmonic};
 use hamiltonian_adjoint::{Scalar, Scene};
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
 
-/// A scene for each part.
-pub fn all() -> Vec<(&'static str, Scene)> {
+/// The parts.
+pub fn kinds() -> Vec<Kind> {
     vec![
-        ("actuator between two points", hinged(cylinder)),
-        ("driven distance", hinged(driven_distance)),
-        ("driven slider", jointed(driven_slider)),
-        ("gear", jointed(gear)),
-        ("rack", hinged(rack)),
-        ("point on a curve", hinged(point_on_curve)),
-        ("bushing", jointed(bushing)),
-        ("dry friction", hinged(dry_friction)),
-        ("contact", hinged(contact)),
-        ("force and torque given by time", hinged(given_by_time)),
+        ("actuator between two points", true, cylinder),
+        ("driven distance", true, driven_distance),
+        ("driven slider", false, driven_slider),
+        ("gear", false, gear),
+        ("rack", true, rack),
+        ("point on a curve", true, point_on_curve),
+        ("bushing", false, bushing),
+        ("dry friction", true, dry_friction),
+        ("contact", true, contact),
+        ("force and torque given by time", true, given_by_time),
     ]
+}
+
+/// A scene for each part.
+#[allow(dead_code)]
+pub fn all() -> Vec<(&'static str, Scene)> {
+    kinds().into_iter().map(|kind| (kind.0, with(kind, |_| {}))).collect()
 }
 
 fn cylinder(arms: &mut Arms) {

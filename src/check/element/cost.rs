@@ -15,8 +15,8 @@ where
     E: Cost<N, M, K, P>,
 {
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        let Point { q, v, p_star, p_star_dot, sigma, u, t, b } = Point::from_list(x);
-        vec![self.0.cost(&CostPoint { q, v, p_star, p_star_dot, sigma, u, t }, &b)]
+        let Point { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, t, b } = Point::from_list(x);
+        vec![self.0.cost(&CostPoint { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, t }, &b)]
     }
 }
 
@@ -36,7 +36,8 @@ where
     E: Cost<N, M, K, P>,
 {
     fn by_part<A: Matrix>(mut self, name: &'static str, by: Part, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        let states = [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot)];
+        let states =
+            [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot), ("h_v̇", Part::VDot)];
         let alike = |part: Part| part != by && Self::PLACES.of(part).len() == Self::PLACES.of(by).len();
         let block = Derivative::new(name, Rows::One("h"), Derived::VALUE, by);
         let others = states.into_iter().filter(|&(_, part)| alike(part));
@@ -70,6 +71,16 @@ where
     /// h_ṗ*, N numbers.
     pub fn h_p_star_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
         self.by_part("h_ṗ*", Part::PStarDot, hand)
+    }
+
+    /// h_v̇, N numbers.
+    pub fn h_v_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
+        self.by_part("h_v̇", Part::VDot, hand)
+    }
+
+    /// h_λ, M numbers.
+    pub fn h_lambda<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
+        self.by_part("h_λ", Part::Lambda, hand)
     }
 
     /// h_σ, M numbers.

@@ -215,7 +215,9 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             prefixed("v of ", &self.coordinates),
             prefixed("p* of ", &self.coordinates),
             prefixed("ṗ* of ", &self.coordinates),
+            prefixed("v̇ of ", &self.coordinates),
             prefixed("σ of ", &self.equations),
+            prefixed("λ of ", &self.equations),
             self.controls.clone(),
             vec!["t".to_string()],
             self.constants.clone(),
@@ -234,6 +236,8 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             ("t", Part::T),
             ("p*", Part::PStar),
             ("ṗ*", Part::PStarDot),
+            ("v̇", Part::VDot),
+            ("λ", Part::Lambda),
             ("q", Part::Q),
         ];
         let groups = groups.map(|(name, part)| (name.to_string(), places.of(part)));

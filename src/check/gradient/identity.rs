@@ -12,8 +12,8 @@
 
 use num_dual::Dual64;
 
+use crate::forward::CostSum;
 use crate::motion::Refinement;
-use crate::system::factors_of;
 use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
 
 /// How well the identity holds.
@@ -56,8 +56,9 @@ pub(super) fn identity(
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
+    let mut costs = CostSum::new(system, &refinement, 0);
     for i in (1..taken.grid.nodes()).rev() {
-        by_tangent += motion.cost_of_step(system, (moved, &design), (&refinement, &factors_of(0, system.outputs())), i).eps;
+        by_tangent += motion.cost_of_step(system, (moved, &design), &mut costs, i)?.eps;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }

@@ -23,7 +23,7 @@ use crate::forward::redundancy;
 use crate::motion::{Held, Report};
 use crate::node::Newton;
 use crate::number::{Real, larger, largest};
-use crate::system::{Given, KnownPart, Pair};
+use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Coordinate, Error, Start, System};
 
 const MOST_CORRECTIONS: usize = 50;
@@ -108,25 +108,8 @@ impl Assembler<'_> {
     /// Factors K(0) at a point.
     pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], given: Given) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
-        let view = given.at(q, v, &zeros);
-        let from = KnownPart { h: 0.0, q, p_star: &[], sigma: &zeros };
-        let (system, newton) = (self.system, &mut *self.newton);
-        let mut own = Report { worst_pivot: 1.0, ..Report::default() };
-        newton.evaluation.set_compliance(&[]);
-        let mut factored = newton.factor_at(system, &from, given, (v, &zeros), &mut own);
-        if factored.is_err() || own.worst_pivot < SUSPICIOUS {
-            let compliances = redundancy::compliances(newton, system, &view);
-            newton.evaluation.set_compliance(&compliances);
-            factored = newton.factor_at(system, &from, given, (v, &zeros), &mut own);
-        }
-        self.report.factorisations += own.factorisations;
-        match factored {
-            Ok(()) => Bordered::new(system, newton, held),
-            Err(breakdown) => Err(system
-                .find_not_finite(&view, 0)
-                .or_else(|| Scaled::at(system, &view)?.explain(system, given.t))
-                .unwrap_or_else(|| system.singular_step(&breakdown, 0, given.t))),
-        }
+        factor_state(self.system, self.newton, &given.at(q, v, &zeros), self.report)?;
+        Bordered::new(self.system, self.newton, held)
     }
 
     /// w and ν from w = 0, with K(0) made anew at every correction.
@@ -210,6 +193,30 @@ impl Assembler<'_> {
         }
         Err(Error::AssemblyStalled { correction: larger(last[0], last[R::PARTS - 1]) })
     }
+}
+
+/// Factors K(0) at a state with σ = 0, with compliances if constraints depend on each other; returns the smallest pivot ratio.
+pub(crate) fn factor_state(
+    system: &System,
+    newton: &mut Newton,
+    at: &NodeView<f64>,
+    report: &mut Report,
+) -> Result<f64, Error> {
+    let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
+    let given = Given::from(*at);
+    let mut own = Report { worst_pivot: 1.0, ..Report::default() };
+    newton.evaluation.set_compliance(&[]);
+    let mut factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+    if factored.is_err() || own.worst_pivot < SUSPICIOUS {
+        let compliances = redundancy::compliances(newton, system, at);
+        newton.evaluation.set_compliance(&compliances);
+        factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+    }
+    report.factorisations += own.factorisations;
+    factored.map(|()| own.worst_pivot).map_err(|breakdown| {
+        let cause = system.find_not_finite(at, 0).or_else(|| Scaled::at(system, at)?.explain(system, at.t));
+        cause.unwrap_or_else(|| system.singular_step(&breakdown, 0, at.t))
+    })
 }
 
 pub(crate) fn indices(coordinates: &[Coordinate]) -> Vec<usize> {

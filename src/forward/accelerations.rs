@@ -1,0 +1,219 @@
+//! [`Accelerations`]: v̇ and λ of a state, what they change with, and costs on them.
+//!
+//! ```text
+//!   K(0) (v̇, λ) = r(q, v, u, t; b)          K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0]
+//!   K(0) (c, e) = (h_v̇, h_λ),               h gains ∂[c·f + e·g] with respect to q, v, u, t and b
+//! ```
+//!
+//! with f and g of `system/acceleration.rs`, r their values where v̇ = 0 and λ = 0.
+
+use super::assembly::factor_state;
+use crate::motion::Report;
+use crate::node::Newton;
+use crate::number::{Real, all_finite, largest};
+use crate::system::{AccelerationEquations, AccelerationTangent, CostRows, Covector, NodeView, Pair, StateRows};
+use crate::{Error, System};
+
+/// Solutions with a K(0) that has compliances are corrected so often, and once …
+const CORRECTIONS: usize = 3;
+/// … where a pivot lost more than this share of its digits' worth.
+const DOUBTFUL: f64 = 1e-3;
+/// What is left of a right-hand side beyond this part of it asks for reactions that are not determined.
+const UNDETERMINED: f64 = 1e-6;
+
+/// What accelerations and reactions are computed with.
+pub(crate) struct Accelerations {
+    state: State,
+    equations: Option<AccelerationEquations>,
+    /// Whether they are those of the motion at hand, with its design variables.
+    is_ready: bool,
+    /// v̇ and λ of the last state.
+    x: Pair,
+    /// c and e of the last cost.
+    adjoint: Pair,
+}
+
+impl Accelerations {
+    pub(crate) fn new(system: &System) -> Self {
+        let pair = || Pair::new(system.n(), system.m());
+        Accelerations { state: State::new(system), equations: None, is_ready: false, x: pair(), adjoint: pair() }
+    }
+
+    /// Another motion begins: formulas and design variables may be others.
+    pub(crate) fn begin(&mut self) {
+        self.is_ready = false;
+    }
+
+    fn prepare(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
+        let evaluation = &mut self.state.newton.evaluation;
+        let known = evaluation.fingerprint();
+        evaluation.set_start(system, at)?;
+        if known.is_none() || known != evaluation.fingerprint() {
+            self.equations = None;
+        }
+        let elements = &evaluation.formulas(system).elements;
+        let equations = self.equations.get_or_insert_with(|| AccelerationEquations::new(system, elements));
+        equations.fix(elements, at.design);
+        self.is_ready = true;
+        Ok(())
+    }
+
+    /// Finds v̇ and λ.
+    ///
+    /// # Errors
+    /// A singular mass matrix or configuration; forces that are not finite.
+    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
+        if !self.is_ready {
+            self.prepare(system, at)?;
+        }
+        let Accelerations { state, equations, x, .. } = self;
+        if let Some(equations) = equations {
+            equations.right(system.batches(), &without_sigma(at, &state.zeros), &mut state.right);
+        }
+        if !all_finite(&state.right.v) || !all_finite(&state.right.sigma) {
+            let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
+            return Err(system.find_not_finite(&at.without_momenta(), 0).unwrap_or(unknown));
+        }
+        state.factor(system, at)?;
+        state.solve(system, x);
+        Ok(())
+    }
+
+    /// A state with the v̇ and λ that were found last.
+    pub(crate) fn with<'a>(&'a self, at: NodeView<'a, f64>) -> NodeView<'a, f64> {
+        NodeView { v_dot: &self.x.v, lambda: &self.x.sigma, ..at }
+    }
+
+    /// v̇ and λ that were found last.
+    pub(crate) fn found(self) -> Pair {
+        self.x
+    }
+
+    /// Says that v̇ and λ are not known.
+    pub(crate) fn forget(&mut self) {
+        self.x.v.fill(f64::NAN);
+        self.x.sigma.fill(f64::NAN);
+    }
+
+    /// Adds to the rows of a cost what its derivatives with respect to v̇ and λ of the last state, which is `at`, make of them.
+    ///
+    /// # Errors
+    /// A reaction that other constraints may take over.
+    pub(crate) fn pull_back(&mut self, system: &System, at: &NodeView<f64>, rows: &mut CostRows) -> Result<(), Error> {
+        if rows.v_dot.iter().chain(&rows.lambda).all(|x| *x == 0.0) {
+            return Ok(());
+        }
+        let Accelerations { state, equations, x, adjoint, .. } = self;
+        state.right.v.copy_from_slice(&rows.v_dot);
+        state.right.sigma.copy_from_slice(&rows.lambda);
+        state.solve(system, adjoint);
+        if let Some(equation) = state.find_undetermined() {
+            return Err(Error::UndeterminedReaction { equation: system.equation_name(equation).to_string(), time: at.t });
+        }
+        let at = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
+        if let Some(equations) = equations {
+            equations.pull_back(system.batches(), &at, adjoint, rows);
+        }
+        Ok(())
+    }
+
+    /// v̇ and λ on other numbers: those of the real parts, and their derivatives for every other part, by the plain formulas.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>) -> Result<[Vec<R>; 2], Error> {
+        let real = Parts::of(at, 0);
+        self.evaluate(system, &real.view())?;
+        let Accelerations { state, x, adjoint, .. } = self;
+        let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
+        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
+        let mut tangent = AccelerationTangent::new(system);
+        for part in 1..R::PARTS {
+            tangent.evaluate(system, &here, &Parts::of(at, part).view(), &mut state.right);
+            state.solve(system, adjoint);
+            for (all, own) in lifted.iter_mut().zip([&adjoint.v, &adjoint.sigma]) {
+                all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(part, *own));
+            }
+        }
+        Ok(lifted)
+    }
+}
+
+/// K(0) of a state, factored, and memory for solutions.
+struct State {
+    newton: Newton,
+    corrections: usize,
+    right: Pair,
+    /// What a solution left of the right-hand side, where it was corrected.
+    left: Pair,
+    rows: StateRows,
+    zeros: Pair,
+}
+
+impl State {
+    fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let pair = || Pair::new(n, m);
+        let (newton, rows) = (Newton::new(system), StateRows::new(n, m));
+        State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
+    }
+
+    fn factor(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
+        let at = without_sigma(at, &self.zeros);
+        let pivot = factor_state(system, &mut self.newton, &at, &mut Report::default())?;
+        let is_compliant = self.newton.evaluation.has_compliance();
+        self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
+        Ok(())
+    }
+
+    /// Solves K(0) x = r.
+    fn solve(&mut self, system: &System, x: &mut Pair) {
+        let State { newton, right, left, rows, zeros, .. } = self;
+        x.v.copy_from_slice(&right.v);
+        x.sigma.copy_from_slice(&right.sigma);
+        newton.solve(system, x);
+        for _ in 0..self.corrections {
+            let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
+            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
+            left.v.copy_from_slice(&rows.v);
+            left.sigma.copy_from_slice(&rows.sigma);
+            left.subtract_from(right);
+            let mut correction = left.clone();
+            newton.solve(system, &mut correction);
+            x.add(&correction);
+        }
+    }
+
+    /// The equation of whose right-hand side most is left, if it cannot be satisfied.
+    fn find_undetermined(&self) -> Option<usize> {
+        let (lost, asked) = (largest(&self.left.sigma), largest(&self.right.sigma));
+        let is_lost = self.newton.evaluation.has_compliance() && asked > 0.0 && lost > UNDETERMINED * asked;
+        is_lost.then(|| (0..self.left.sigma.len()).find(|&j| self.left.sigma[j].abs() == lost)).flatten()
+    }
+}
+
+fn without_sigma<'a>(at: &NodeView<'a, f64>, zeros: &'a Pair) -> NodeView<'a, f64> {
+    NodeView { sigma: &zeros.sigma, ..at.without_momenta() }
+}
+
+/// One part of all numbers of a state.
+struct Parts {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    sigma: Vec<f64>,
+    u: Vec<f64>,
+    t: f64,
+    design: Vec<f64>,
+}
+
+impl Parts {
+    fn of<R: Real>(at: &NodeView<R>, part: usize) -> Self {
+        let list = |x: &[R]| x.iter().map(|x| x.part(part)).collect::<Vec<f64>>();
+        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(list);
+        Parts { q, v, sigma, u, t: at.t.part(part), design }
+    }
+
+    fn view(&self) -> NodeView<'_, f64> {
+        NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design))
+    }
+}

@@ -1,0 +1,218 @@
+//! Accelerations v̇ and reactions λ = dσ/dt of a state, element by element: Eq. (1a, 1c) differentiated in time.
+//!
+//! With D the derivative in time for given v̇ and λ, that is along (v, v̇, λ, 1) of (q, v, σ, t), at σ = 0,
+//!
+//! ```text
+//!   f = 𝓛_q + Q − D 𝓛_v = 0      g = −D dΦ/dt = 0        which is  r − K(0) (v̇, λ) = 0
+//! ```
+//!
+//! since λ does not depend on σ: what σ adds to 𝓛_q is what it adds to D 𝓛_v. For an adjoint (c, e) of these equations the derivatives of
+//! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
+
+use num_dual::HyperDual64;
+use std::sync::Arc;
+
+use super::acceleration_kernels::{AccelerationKernels, AccelerationOf};
+use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
+use super::cost::CostRows;
+use super::element::Element;
+use super::formula::{Component, Formula};
+use super::point::Layout;
+use super::view::NodeView;
+use crate::System;
+use crate::program::{Kernel, Lanes, Registers};
+
+/// Elements of one formula.
+struct Group {
+    elements: Vec<usize>,
+    /// r, and of each element where its components are added: n momenta, then m equations.
+    right: Lanes,
+    right_fixed: Vec<f64>,
+    sums: Vec<usize>,
+    /// The derivatives of c·f + e·g, and with respect to what, by which factor.
+    rows: Lanes,
+    rows_fixed: Vec<f64>,
+    of: Vec<(Target, f64)>,
+}
+
+/// What c·f + e·g is differentiated by, in the numbering of the scene.
+#[derive(Clone, Copy)]
+enum Target {
+    Coordinate(usize),
+    Velocity(usize),
+    Control(usize),
+    Design(usize),
+    Time,
+}
+
+/// The equations of accelerations and reactions of a scene.
+pub(crate) struct AccelerationEquations {
+    layout: Layout,
+    groups: Vec<Group>,
+    /// Elements that num-dual evaluates.
+    dual: Vec<(usize, usize)>,
+    registers: Registers,
+    point: Vec<f64>,
+}
+
+impl AccelerationEquations {
+    pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
+        let (n, m, k) = (system.n(), system.m(), system.k());
+        let layout = Layout { n, m, k };
+        let (mut groups, mut dual, mut registers) = (Vec::new(), Vec::new(), Registers::default());
+        for (formula, members) in super::assembly::by_formula(elements) {
+            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
+            let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
+            match AccelerationKernels::new(&formula, &bound) {
+                Some(kernels) => groups.push(Group::new(&layout, &formula, kernels, (members, &own))),
+                None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
+            }
+        }
+        for group in &groups {
+            registers.fit(&group.right);
+            registers.fit(&group.rows);
+        }
+        AccelerationEquations { layout, groups, dual, registers, point: vec![0.0; layout.len()] }
+    }
+
+    /// Runs all preludes.
+    pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
+        for Group { elements: own, right, right_fixed, rows, rows_fixed, .. } in &mut self.groups {
+            right.fix(|e| elements[own[e]].parameters(design), right_fixed);
+            rows.fix(|e| elements[own[e]].parameters(design), rows_fixed);
+        }
+    }
+
+    /// r at a state with σ = 0.
+    pub(crate) fn right(&mut self, batches: &[Box<dyn AnyBatch>], at: &NodeView<f64>, right: &mut Pair) {
+        let AccelerationEquations { layout, groups, dual, registers, point } = self;
+        let n = layout.n;
+        right.v.fill(0.0);
+        right.sigma.fill(0.0);
+        layout.load(at, point);
+        for Group { elements, right: program, right_fixed, sums, .. } in groups {
+            let count = elements.len();
+            program.run(point, right_fixed, registers, |e, k, values| {
+                for (&place, value) in sums[k * count + e..].iter().zip(values) {
+                    *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
+                }
+            });
+        }
+        dual.iter().for_each(|&(batch, item)| batches[batch].add_acceleration(item, at, right));
+    }
+
+    /// Adds the derivatives of c·f + e·g at a state with σ = 0 and its v̇ and λ.
+    pub(crate) fn pull_back(&mut self, batches: &[Box<dyn AnyBatch>], at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
+        let AccelerationEquations { layout, groups, dual, registers, point } = self;
+        layout.load(at, point);
+        layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
+        layout.load_accelerations(at, point);
+        for Group { elements, rows: program, rows_fixed, of, .. } in groups {
+            let count = elements.len();
+            program.run(point, rows_fixed, registers, |e, k, values| {
+                for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
+                    target.add(rows, factor * value);
+                }
+            });
+        }
+        dual.iter().for_each(|&(batch, item)| batches[batch].pull_back_acceleration(item, at, with, rows));
+    }
+}
+
+impl Group {
+    fn new(
+        layout: &Layout,
+        formula: &Arc<Formula>,
+        kernels: AccelerationKernels,
+        (elements, own): (Vec<usize>, &[&Element]),
+    ) -> Self {
+        let AccelerationKernels { right, components, rows, of } = kernels;
+        let source = |e: usize, which: usize| layout.source(own[e], formula.shape.place(which));
+        let lanes = |kernel: Kernel| Lanes::new(kernel, own.len(), source);
+        let (right, rows) = (lanes(right), lanes(rows));
+        let sum = |of: &Component, element: &Element| match *of {
+            Component::Momentum(i) | Component::Force(i) => element.q[i],
+            Component::Equation(j) => layout.n + element.sigma[j],
+        };
+        let sums = components.iter().flat_map(|of| own.iter().map(move |element| sum(of, element))).collect();
+        let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
+        let (right_fixed, rows_fixed) = (vec![0.0; right.fixed_len()], vec![0.0; rows.fixed_len()]);
+        Group { elements, right, right_fixed, sums, rows, rows_fixed, of }
+    }
+}
+
+impl Target {
+    fn of(element: &Element, of: AccelerationOf) -> (Self, f64) {
+        match of {
+            AccelerationOf::Coordinate(i) => (Target::Coordinate(element.q[i]), 1.0),
+            AccelerationOf::Velocity(i) => (Target::Velocity(element.q[i]), 1.0),
+            AccelerationOf::Control(k) => (Target::Control(element.u[k]), 1.0),
+            AccelerationOf::Time => (Target::Time, 1.0),
+            AccelerationOf::Constant(p) => {
+                element.b[p].bound().map_or((Target::Time, 0.0), |(design, factor)| (Target::Design(design), factor))
+            }
+        }
+    }
+
+    fn add(self, rows: &mut CostRows, x: f64) {
+        match self {
+            Target::Coordinate(i) => rows.q[i] += x,
+            Target::Velocity(i) => rows.v[i] += x,
+            Target::Control(k) => rows.u[k] += x,
+            Target::Design(p) => rows.design[p] += x,
+            Target::Time => rows.time += x,
+        }
+    }
+}
+
+/// The derivatives of f and g at fixed v̇ and λ along a direction of q, v, u, t and parameters: ε₁ goes along that direction, ε₂ along the motion.
+///
+/// By the plain formulas: what lifted numbers need.
+pub(crate) struct AccelerationTangent {
+    q: Vec<HyperDual64>,
+    v: Vec<HyperDual64>,
+    sigma: Vec<HyperDual64>,
+    u: Vec<HyperDual64>,
+    design: Vec<HyperDual64>,
+    sums: Sums<HyperDual64>,
+}
+
+impl AccelerationTangent {
+    pub(crate) fn new(system: &System) -> Self {
+        let zeros = |len| vec![HyperDual64::from(0.0); len];
+        AccelerationTangent {
+            q: zeros(system.n()),
+            v: zeros(system.n()),
+            sigma: zeros(system.m()),
+            u: zeros(system.k()),
+            design: zeros(system.parameters().len()),
+            sums: Sums::new(system.n(), system.m()),
+        }
+    }
+
+    /// At a state and along the direction that `direction` holds in the same places.
+    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, direction: &NodeView<f64>, result: &mut Pair) {
+        let load = |into: &mut [HyperDual64], parts: [&[f64]; 2], rates: [&[f64]; 2]| {
+            for (i, x) in into.iter_mut().enumerate() {
+                let rate = |k: usize| rates[k].get(i).copied().unwrap_or(0.0);
+                *x = HyperDual64::new(parts[0][i], parts[1][i], rate(0), rate(1));
+            }
+        };
+        load(&mut self.q, [at.q, direction.q], [at.v, direction.v]);
+        load(&mut self.v, [at.v, direction.v], [at.v_dot, &[]]);
+        let none = vec![0.0; at.lambda.len()];
+        load(&mut self.sigma, [&none, &none], [at.lambda, &[]]);
+        load(&mut self.u, [at.u, direction.u], [&[], &[]]);
+        load(&mut self.design, [at.design, direction.design], [&[], &[]]);
+        let t = HyperDual64::new(at.t, direction.t, 1.0, 0.0);
+        let view = NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, t, &self.design));
+        self.sums.clear();
+        for batch in system.batches() {
+            let batch: &dyn PlainBatch<HyperDual64> = batch.as_ref();
+            batch.add(&view, &mut self.sums);
+        }
+        let forces = self.sums.force().iter().zip(self.sums.l_v());
+        result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = force.eps1 - l_v.eps1eps2);
+        result.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(x, phi_dot)| *x = -phi_dot.eps1eps2);
+    }
+}

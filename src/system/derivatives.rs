@@ -1,0 +1,213 @@
+//! [`Derivatives`]: what a formula adds to 𝓛_v, 𝓛_q + Q and dΦ/dt, and the derivatives of that, as nodes of its graph.
+
+use super::block::{Block, BlockEntry};
+use super::formula::{Component, InputOf};
+use super::jet::ElementKind;
+use super::shape::Shape;
+use crate::program::{Graph, Node};
+
+/// First and second derivatives as nodes of the formula's graph.
+pub(super) struct Derivatives {
+    kind: ElementKind,
+    pub(super) l_v: Vec<Node>,
+    pub(super) force: Vec<Node>,
+    pub(super) phi_dot: Vec<Node>,
+    /// Φ_q and (dΦ/dt)_q by rows, and Φ_t.
+    pub(super) phi_q: Vec<Node>,
+    phi_dot_q: Vec<Node>,
+    phi_t: Vec<Node>,
+    /// All second derivatives that are not zero by structure.
+    pub(super) entries: Vec<(BlockEntry, Node)>,
+}
+
+impl Derivatives {
+    pub(super) fn new(graph: &mut Graph, kind: ElementKind, shape: Shape, values: &[Node]) -> Self {
+        let n = shape.n;
+        let zero = graph.constant(0.0);
+        let mut derivatives = Derivatives {
+            kind,
+            l_v: vec![zero; n],
+            force: vec![zero; n],
+            phi_dot: Vec::new(),
+            phi_q: Vec::new(),
+            phi_dot_q: Vec::new(),
+            phi_t: Vec::new(),
+            entries: Vec::new(),
+        };
+        let q: Vec<Node> = (0..n).map(|i| graph.input(i)).collect();
+        let v: Vec<Node> = (0..n).map(|i| graph.input(shape.v() + i)).collect();
+        match kind {
+            ElementKind::Kinetic => derivatives.kinetic(graph, values[0], (&q, &v)),
+            ElementKind::Potential => derivatives.potential(graph, values[0], &q),
+            ElementKind::Applied => derivatives.applied(graph, values, (&q, &v)),
+            ElementKind::Holonomic => derivatives.holonomic(graph, shape, values, (&q, &v)),
+        }
+        derivatives.entries.retain(|(_, node)| !graph.is_zero(*node));
+        derivatives.entries.sort_by_key(|(entry, _)| (entry.block, entry.mirrored));
+        derivatives
+    }
+
+    fn kinetic(&mut self, graph: &mut Graph, energy: Node, (q, v): (&[Node], &[Node])) {
+        let (n, one) = (q.len(), graph.constant(1.0));
+        let gradient = graph.reverse(&[(energy, one)], &[v, q].concat());
+        self.l_v = gradient[..n].to_vec();
+        self.force = gradient[n..].to_vec();
+        for (i, v) in v.iter().enumerate() {
+            let slopes = graph.forward(&gradient, &[(*v, one)]);
+            self.entries.extend((i..n).map(|k| (BlockEntry::symmetric(Block::Vv, k, i), slopes[k])));
+            self.entries.extend((0..n).map(|k| (BlockEntry::new(Block::Vq, i, k), slopes[n + k])));
+        }
+        self.symmetric(graph, Block::Qq, q);
+    }
+
+    fn potential(&mut self, graph: &mut Graph, energy: Node, q: &[Node]) {
+        let minus = graph.constant(-1.0);
+        self.force = graph.reverse(&[(energy, minus)], q);
+        self.symmetric(graph, Block::Qq, q);
+    }
+
+    /// The lower triangle of a block: the derivatives of the force.
+    fn symmetric(&mut self, graph: &mut Graph, block: Block, q: &[Node]) {
+        let one = graph.constant(1.0);
+        for (i, x) in q.iter().enumerate() {
+            let slopes = graph.forward(&self.force[i..], &[(*x, one)]);
+            self.entries.extend((i..q.len()).map(|k| (BlockEntry::symmetric(block, k, i), slopes[k - i])));
+        }
+    }
+
+    fn applied(&mut self, graph: &mut Graph, values: &[Node], (q, v): (&[Node], &[Node])) {
+        let one = graph.constant(1.0);
+        self.force = values.to_vec();
+        for (block, x) in [(Block::ForceV, v), (Block::ForceQ, q)] {
+            for (col, x) in x.iter().enumerate() {
+                let slopes = graph.forward(values, &[(*x, one)]);
+                self.entries
+                    .extend(slopes.into_iter().enumerate().map(|(row, slope)| (BlockEntry::new(block, row, col), slope)));
+            }
+        }
+    }
+
+    fn holonomic(&mut self, graph: &mut Graph, shape: Shape, phi: &[Node], (q, v): (&[Node], &[Node])) {
+        let (n, m, one) = (shape.n, shape.m, graph.constant(1.0));
+        let t = graph.input(shape.t());
+        let sigma: Vec<Node> = (0..m).map(|j| graph.input(shape.sigma() + j)).collect();
+        for &phi in phi {
+            let row = graph.reverse(&[(phi, one)], &[q, &[t]].concat());
+            self.phi_q.extend(&row[..n]);
+            self.phi_t.push(row[n]);
+        }
+        let along: Vec<(Node, Node)> = q.iter().copied().zip(v.iter().copied()).chain([(t, one)]).collect();
+        self.phi_dot_q = graph.forward(&self.phi_q, &along);
+        self.phi_dot = (0..m).map(|j| sum_of_products(graph, &self.phi_q[j * n..][..n], v, self.phi_t[j])).collect();
+        let zero = graph.constant(0.0);
+        let column = |rows: &[Node], i: usize| (0..m).map(|j| rows[j * n + i]).collect::<Vec<_>>();
+        self.l_v = (0..n).map(|i| sum_of_products(graph, &column(&self.phi_q, i), &sigma, zero)).collect();
+        self.force = (0..n).map(|i| sum_of_products(graph, &column(&self.phi_dot_q, i), &sigma, zero)).collect();
+        for (i, x) in q.iter().enumerate() {
+            let slopes = graph.forward(&self.l_v[i..], &[(*x, one)]);
+            let rates = graph.forward(&slopes, &along);
+            let entry = |block| move |k| BlockEntry::symmetric(block, k, i);
+            self.entries.extend((i..n).map(entry(Block::PhiQq)).zip(slopes));
+            self.entries.extend((i..n).map(entry(Block::PhiDotQq)).zip(rates));
+        }
+        for (block, rows) in [(Block::PhiQ, &self.phi_q), (Block::PhiDotQ, &self.phi_dot_q)] {
+            self.entries.extend(rows.iter().enumerate().map(|(k, node)| (BlockEntry::new(block, k / n, k % n), *node)));
+        }
+    }
+
+    /// The coordinates in which all equations of a constraint are linear.
+    pub(super) fn linear_columns(&self, graph: &Graph, shape: Shape) -> Vec<bool> {
+        let is_linear = |i: usize| self.phi_q.iter().skip(i).step_by(shape.n).all(|node| graph.is_fixed(*node));
+        (0..shape.n).map(is_linear).collect()
+    }
+
+    /// What is evaluated at every iteration: of a constraint, without its linear columns.
+    pub(super) fn components(&self, graph: &mut Graph, shape: Shape, is_linear: &[bool]) -> Vec<(Component, Node)> {
+        let (mut l_v, mut phi_dot) = (self.l_v.clone(), self.phi_dot.clone());
+        if self.kind == ElementKind::Holonomic {
+            let zero = graph.constant(0.0);
+            let bent: Vec<usize> = (0..shape.n).filter(|&i| !is_linear[i]).collect();
+            let v: Vec<Node> = bent.iter().map(|i| graph.input(shape.v() + i)).collect();
+            (0..shape.n).filter(|&i| is_linear[i]).for_each(|i| l_v[i] = zero);
+            for (j, phi_dot) in phi_dot.iter_mut().enumerate() {
+                let row: Vec<Node> = bent.iter().map(|i| self.phi_q[j * shape.n + i]).collect();
+                *phi_dot = sum_of_products(graph, &row, &v, self.phi_t[j]);
+            }
+        }
+        let numbered = |of: fn(usize) -> Component, nodes: Vec<Node>| {
+            nodes.into_iter().enumerate().map(move |(i, node)| (of(i), node)).collect::<Vec<_>>()
+        };
+        let mut all = numbered(Component::Momentum, l_v);
+        all.extend(numbered(Component::Force, self.force.clone()));
+        all.extend(numbered(Component::Equation, phi_dot));
+        all.retain(|(_, node)| !graph.is_zero(*node));
+        all
+    }
+
+    /// Q_u by rows.
+    pub(super) fn by_controls(&self, graph: &mut Graph, shape: Shape, values: &[Node]) -> Vec<Node> {
+        if self.kind != ElementKind::Applied {
+            return Vec::new();
+        }
+        let one = graph.constant(1.0);
+        let columns: Vec<Vec<Node>> = (0..shape.k)
+            .map(|k| {
+                let u = graph.input(shape.u() + k);
+                graph.forward(values, &[(u, one)])
+            })
+            .collect();
+        (0..shape.n).flat_map(|i| columns.iter().map(move |column| column[i]).collect::<Vec<_>>()).collect()
+    }
+
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to inputs, without those that vanish.
+    pub(super) fn by_inputs(
+        &self,
+        graph: &mut Graph,
+        shape: Shape,
+        (bound, timed, by_controls): (&[bool], bool, bool),
+    ) -> (Vec<InputOf>, Vec<Node>) {
+        let controls = if by_controls { 0..shape.k } else { 0..0 };
+        let mut of: Vec<InputOf> = controls.map(InputOf::Control).collect();
+        of.extend((0..shape.p).filter(|&p| bound[p]).map(InputOf::Constant));
+        of.extend(timed.then_some(InputOf::Time));
+        let arguments: Vec<Node> = of
+            .iter()
+            .map(|of| match of {
+                InputOf::Control(k) => graph.input(shape.u() + k),
+                InputOf::Constant(p) => graph.parameter(*p),
+                InputOf::Time => graph.input(shape.t()),
+            })
+            .collect();
+        let sum = self.weighted(graph, shape);
+        let slopes = graph.reverse(&sum, &arguments);
+        of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip()
+    }
+
+    /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt with c, d and e.
+    pub(super) fn weighted(&self, graph: &mut Graph, shape: Shape) -> Vec<(Node, Node)> {
+        let mut all = Vec::new();
+        for (nodes, first) in [(&self.l_v, shape.c()), (&self.force, shape.d()), (&self.phi_dot, shape.e())] {
+            all.extend(nodes.iter().enumerate().map(|(i, node)| (*node, graph.input(first + i))));
+        }
+        all
+    }
+
+    /// Their sum of products, and its rate.
+    pub(super) fn along(&self, graph: &mut Graph, shape: Shape) -> [Node; 2] {
+        let (x, y): (Vec<Node>, Vec<Node>) = self.weighted(graph, shape).into_iter().unzip();
+        let zero = graph.constant(0.0);
+        let sum = sum_of_products(graph, &x, &y, zero);
+        let moving = shape.moving().enumerate();
+        let tangents: Vec<(Node, Node)> =
+            moving.map(|(k, which)| (graph.input(which), graph.input(shape.rates() + k))).collect();
+        [sum, graph.forward(&[sum], &tangents)[0]]
+    }
+}
+
+/// Σ x_i y_i + z.
+pub(super) fn sum_of_products(graph: &mut Graph, x: &[Node], y: &[Node], z: Node) -> Node {
+    x.iter().zip(y).fold(z, |sum, (x, y)| {
+        let product = graph.multiply(*x, *y);
+        graph.add(sum, product)
+    })
+}

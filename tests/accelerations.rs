@@ -1,0 +1,227 @@
+//! Accelerations and reactions as arguments of costs: exact derivatives, whatever the element, the scheme and what happens on the way.
+
+mod common;
+#[path = "scenes/elements.rs"]
+#[allow(dead_code)]
+mod elements;
+#[path = "scenes/ready_parts.rs"]
+#[allow(dead_code)]
+mod ready_parts;
+#[path = "scenes/seven_bodies.rs"]
+#[allow(dead_code)]
+mod seven_bodies;
+#[path = "scenes/varying.rs"]
+#[allow(dead_code)]
+mod varying;
+
+use common::{assert_says, largest};
+use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Cx, Gradient, Grid, Inputs, LiftedSolver, LongSolver, Mechanics, Scalar, Scene, Scheme, Settings,
+    Solver, Start, Sum, System, gradient, simulate,
+};
+use nalgebra::{DVector, SVector};
+
+/// ½ |v̇|² + λ₀² + λ₁ q₀, times b.
+struct Felt;
+
+impl<const N: usize> Cost<N, 2, 0, 1> for Felt {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, 2, 0>, b: &SVector<S, 1>) -> S {
+        (at.v_dot.dot(&at.v_dot) * 0.5 + at.lambda[0] * at.lambda[0] + at.lambda[1] * at.q[0]) * b[0]
+    }
+}
+
+/// The same of accelerations alone; a formula that looks at values.
+struct Looking;
+
+impl Cost<2> for Looking {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _b: &SVector<S, 0>) -> S {
+        if at.v[0].re() > 0.1 { at.v_dot[0] * at.v_dot[1] } else { at.v_dot[0] * at.q[1] }
+    }
+}
+
+fn lively(system: &System) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(6, 0.02));
+    inputs.start = Start::assembled(system);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 1.5 * (0.9 * i as f64).cos());
+    inputs
+}
+
+fn ways() -> [Settings; 4] {
+    let plain = Settings::default();
+    [
+        plain,
+        Settings { scheme: Scheme::ESDIRK4, ..plain },
+        Settings { drift_bound: 0.0, ..plain },
+        Settings { rebase_every: 3, ..plain },
+    ]
+}
+
+fn list(all: &[Input], gradient: &Gradient) -> Vec<f64> {
+    all.iter().map(|input| input.in_gradient(gradient)).collect()
+}
+
+/// The largest difference between the gradient and complex step, relative to the largest derivative.
+fn error(system: &System, inputs: &Inputs, settings: Settings) -> f64 {
+    let all = Input::all(inputs);
+    let ours = list(&all, &gradient(system, inputs, settings).expect("a gradient"));
+    let mut lifted = LiftedSolver::<Cx>::new(system, inputs, settings).expect("a motion");
+    let reference: Vec<f64> = Vec::from_iter(all.iter().map(|input| {
+        let mut moved = inputs.lift::<Cx>();
+        *input.of(&mut moved) += Cx::new(0.0, 1e-30);
+        lifted.simulate(&moved).expect("the same motion");
+        lifted.cost().expect("a cost").0.im / 1e-30
+    }));
+    let differences: Vec<f64> = ours.iter().zip(&reference).map(|(a, b)| a - b).collect();
+    largest(&differences) / largest(&reference)
+}
+
+#[test]
+fn costs_on_them_have_exact_gradients_whatever_the_element() {
+    let mut worst = 0.0f64;
+    for kind in elements::kinds().into_iter().chain(ready_parts::kinds()) {
+        for with_programs in [true, false] {
+            let scene = elements::with(kind, |arms| {
+                let [x, _, phi] = arms.lower.coordinates;
+                let scale = arms.scene.design("scale", 0.1);
+                arms.scene.cost("felt", Felt, Sum::Trapezoidal, [x, phi], arms.shoulder, [], [scale.into()]);
+            });
+            let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+            let error = error(&system, &lively(&system), Settings::default());
+            worst = worst.max(error);
+            assert!(error < 1e-11, "{} with programs {with_programs}: {error:e}", kind.0);
+        }
+    }
+    println!("largest error {worst:.1e}");
+}
+
+/// A double pendulum with design variables, of whose reactions there is an integral, a sum and an end.
+fn double_pendulum() -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (m, l) = (scene.design("mass", 0.8), scene.design("length", 0.9));
+    let upper = scene.body("upper", m, m * l * l / 12.0, [0.45, 0.0, 0.0]);
+    let lower = scene.body("lower", 0.7, 0.05, [1.0, -0.4, -1.2]);
+    scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), upper.at(l * -0.5, 0.0));
+    let elbow = scene.revolute("elbow", upper.at(l * 0.5, 0.0), lower.at(-0.45, 0.0));
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, upper, torque);
+    let q = lower.coordinates;
+    for (name, sum) in [("integral", Sum::Integral), ("sum", Sum::Plain), ("end", Sum::Terminal), ("steps", Sum::Rectangle)]
+    {
+        scene.cost(name, Felt, sum, q, elbow, [], [l * 0.1]);
+    }
+    scene.compile().expect("a scene")
+}
+
+#[test]
+fn they_go_with_schemes_restarts_and_projections() {
+    let mut bead = varying::bead();
+    let [x, y] = bead.1;
+    bead.0.cost("looking", Looking, Sum::Trapezoidal, [x, y], [], [], []);
+    let system = bead.0.compile().expect("a scene");
+    for settings in ways() {
+        // Energy that is linear in the velocities goes with neither restarts nor projections.
+        let is_plain = settings.rebase_every == Settings::default().rebase_every && settings.drift_bound != 0.0;
+        for (name, system) in
+            [("double pendulum", &double_pendulum()), ("bead", &system)].into_iter().take(1 + usize::from(is_plain))
+        {
+            let error = error(system, &lively(system), settings);
+            assert!(error < 1e-11, "{name} by {}: {error:e}", settings.scheme.name);
+        }
+    }
+}
+
+#[test]
+fn a_long_motion_gives_the_same_gradient() {
+    let system = double_pendulum();
+    let inputs = lively(&system);
+    let ours = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+    let mut long = LongSolver::new(&system, Settings::default(), 20_000);
+    assert_eq!(long.gradient(&inputs).expect("a gradient"), &ours);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    assert!((solver.cost().expect("a cost") - ours.value).abs() < 1e-13 * ours.value.abs());
+}
+
+/// λ and ẍ of a particle on a rod: as they are given, or by hand, b = [m, l].
+struct Rod {
+    by_hand: bool,
+}
+
+impl Cost<2, 1, 0, 2> for Rod {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 1, 0>, b: &SVector<S, 2>) -> S {
+        let (q, v) = (&at.q, &at.v);
+        let by_hand = (q[1] * -9.81 + v.dot(v)) * b[0] * b[1] / q.dot(q);
+        let lambda = if self.by_hand { by_hand } else { at.lambda[0] };
+        let x_dot_dot = if self.by_hand { -(q[0] * by_hand / (b[0] * b[1])) } else { at.v_dot[0] };
+        lambda * lambda + x_dot_dot * x_dot_dot * x_dot_dot
+    }
+}
+
+#[test]
+fn a_cost_on_them_is_that_of_their_closed_form() {
+    let of = |by_hand: bool| {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let (m, l) = (scene.design("mass", 1.3), scene.design("length", 0.7));
+        let bob = scene.particle("bob", m, [0.3, -0.6]);
+        let rod = scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.point(), l);
+        scene.cost("pull", Rod { by_hand }, Sum::Integral, bob.coordinates, rod, [], [m.into(), l.into()]);
+        let system = scene.compile().expect("a scene");
+        let mut inputs = lively(&system);
+        inputs.start.set_rate(bob.coordinates[0], 1.4);
+        let all = Input::all(&inputs);
+        let gradient = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+        (gradient.value, list(&all, &gradient))
+    };
+    let ((value, ours), (expected, by_hand)) = (of(false), of(true));
+    assert!((value - expected).abs() < 1e-13 * expected.abs());
+    let differences: Vec<f64> = ours.iter().zip(&by_hand).map(|(a, b)| a - b).collect();
+    assert!(largest(&differences) < 1e-12 * largest(&by_hand), "{differences:?}");
+}
+
+#[test]
+fn reactions_of_seven_bodies_converge_with_the_order_of_the_scheme() {
+    let system = seven_bodies::whole().compile().expect("a scene");
+    let end = 0.004;
+    let reactions = |scheme: Scheme, steps: usize| -> DVector<f64> {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, end / steps as f64));
+        inputs.controls.fill(0.033);
+        let motion = simulate(&system, &inputs, Settings { scheme, ..Settings::default() }).expect("a motion");
+        let at = Mechanics::at_node(&system, &inputs, &motion, steps).expect("a node");
+        at.accelerations().expect("reactions").1
+    };
+    let exact = reactions(Scheme::ESDIRK5, 640);
+    for (scheme, order) in [(Scheme::TRAPEZOIDAL, 2.0), (Scheme::ESDIRK3, 3.0), (Scheme::ESDIRK4, 4.0)] {
+        let error = |steps| (reactions(scheme, steps) - &exact).amax();
+        let observed = (error(40) / error(80)).log2();
+        assert!((observed - order).abs() < 0.35, "{}: {observed}", scheme.name);
+    }
+}
+
+#[test]
+fn reactions_that_others_may_take_over_are_refused_and_accelerations_are_not() {
+    let of = |hinges: usize, on_reaction: bool| {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let arm = scene.body("arm", 1.0, 0.1, [0.5, 0.0, 0.0]);
+        let all: Vec<_> = (0..hinges)
+            .map(|k| scene.revolute(&format!("hinge {k}"), Body::GROUND.at(0.0, 0.0), arm.at(-0.5, 0.0)))
+            .collect();
+        let [x, y, _] = arm.coordinates;
+        if on_reaction {
+            scene.cost("felt", Felt, Sum::Plain, [x, y], all[0], [], [1.0.into()]);
+        } else {
+            scene.cost("felt", Looking, Sum::Plain, [x, y], [], [], []);
+        }
+        let system = scene.compile().expect("a scene");
+        gradient(&system, &Inputs::at_rest(&system, Grid::uniform(5, 0.02)), Settings::default())
+    };
+    let (one, two) = (of(1, false).expect("a gradient"), of(2, false).expect("a gradient"));
+    assert!((one.value - two.value).abs() < 1e-7 * one.value.abs());
+    assert!((one.start.q() - two.start.q()).amax() < 1e-6 * one.start.q().amax());
+    of(1, true).expect("a gradient");
+    assert_says(&of(2, true).expect_err("a reaction of two hinges"), &["λ", "hinge", "take its force over"]);
+}
