@@ -99,7 +99,8 @@ mod warning;
 pub use adjoint::{AdjointVariables, Gradient};
 pub use error::Error;
 pub use model::element::{
-    self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ParameterFormula, PotentialEnergy, Sum,
+    self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,
+    PotentialEnergy, Sum,
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
 pub use motion::{Composition, Grid, Held, Inputs, Report, Stages, Start, Trajectory};

@@ -130,6 +130,8 @@ pub(crate) struct Arguments<R> {
     pub(crate) y: DVector<R>,
     pub(crate) y_previous: DVector<R>,
     pub(crate) u: DVector<R>,
+    /// At the other end of the step that u̇ is of.
+    pub(crate) u_other: DVector<R>,
     pub(crate) b: DVector<R>,
 }
 
@@ -224,7 +226,12 @@ impl<'a> PaperSystem<'a> {
             if let Some(&value) = w.iter().find(|w| !w.is_finite()) {
                 return Err(Error::Overflow { what: format!("w at node {i}"), value });
             }
-            gradient.controls.set_column(i, &(self.cost_columns(i, |arguments| &mut arguments.u) + self.f_u(i).tr_mul(&w)));
+            let by_u = self.cost_columns(i, |arguments| &mut arguments.u) + self.f_u(i).tr_mul(&w);
+            gradient.controls.column_mut(i).axpy(1.0, &by_u, 1.0);
+            if self.system.has_control_rates() && nodes > 1 {
+                let by_other = self.cost_columns(i, |arguments| &mut arguments.u_other);
+                gradient.controls.column_mut(self.other(i)).axpy(1.0, &by_other, 1.0);
+            }
             gradient.design += self.cost_columns(i, |arguments| &mut arguments.b) + self.f_b(i).tr_mul(&w);
             if i > 0 {
                 from_next = self.f_y_previous(i).matrix.tr_mul(&w);
@@ -242,13 +249,19 @@ impl<'a> PaperSystem<'a> {
         Error::SingularStep { step: i, time: self.trajectory.times[i], unknown, pivot: 0.0 }
     }
 
+    /// The node at the other end of the step that u̇ of a node is of.
+    fn other(&self, i: usize) -> usize {
+        if i == 0 { self.inputs.grid.steps.len().min(1) } else { i - 1 }
+    }
+
     fn arguments(&self, i: usize) -> Arguments<Dual64> {
         let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
-        let u = DVector::from_column_slice(column(&self.inputs.controls, i));
+        let u = |i: usize| dual(&DVector::from_column_slice(column(&self.inputs.controls, i)));
         Arguments {
             y: dual(&self.y(i)),
             y_previous: dual(&self.y(i.saturating_sub(1))),
-            u: dual(&u),
+            u: u(i),
+            u_other: u(self.other(i)),
             b: dual(&self.inputs.design),
         }
     }
@@ -319,9 +332,14 @@ impl<'a> PaperSystem<'a> {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
             let design = self.system.parameters().values(arguments.b.as_slice());
+            let mut u_dot = &arguments.u - &arguments.u_other;
+            if let Some(length) = self.inputs.grid.steps.get(i.max(1) - 1) {
+                u_dot /= Dual64::from_re(if i == 0 { -length } else { *length });
+            }
             let at = NodeView {
                 v_dot: &[],
                 lambda: &[],
+                u_dot: u_dot.as_slice(),
                 v: &y[part(0, n, m)],
                 p_star_dot: &y[part(1, n, m)],
                 q: &y[part(2, n, m)],

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod assembly;
+mod costs;
 mod gradient;
 mod growth;
 mod resolution;

@@ -16,18 +16,19 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 use crate::adjoint::accuracy::Accuracy;
+use crate::adjoint::costs::CostNode;
 use crate::adjoint::growth::Growth;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::restart::Restart;
-use crate::forward::{Accelerations, ForwardSweep, Motion};
+use crate::forward::{ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint, carried_part};
-use crate::system::{AccelerationUse, CostRows, Covector, InputRows, NodeView, Pair, StateRows, Weights};
+use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Scheme, Settings, Start, System};
 
 /// The backward sweep and its memory.
@@ -47,8 +48,7 @@ pub(crate) struct AdjointSweep {
     pub(crate) right: Vec<f64>,
     /// (c, e) before its refinement.
     pub(super) solution: Vec<f64>,
-    /// What v̇ and λ are computed with, if a cost needs them.
-    accelerations: Option<Box<Accelerations>>,
+    pub(super) cost_node: CostNode,
     pub(crate) zeros: Pair,
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) sigma_before: Vec<f64>,
@@ -86,7 +86,7 @@ impl AdjointSweep {
             right: zeros(n + m),
             solution: zeros(n + m),
             zeros: Pair::new(n, m),
-            accelerations: None,
+            cost_node: CostNode::new(system),
             sigma_before: zeros(m),
             sigma_before_at: None,
             growth: Growth::default(),
@@ -230,7 +230,7 @@ impl AdjointSweep {
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;
         self.growth.begin(motion);
-        self.accelerations.iter_mut().for_each(|accelerations| accelerations.begin());
+        self.cost_node.begin();
         self.accuracy = Accuracy::default();
         self.resolution.begin();
         let nodes = inputs.grid.nodes() - motion.trajectory.inserted.len();
@@ -252,91 +252,6 @@ impl AdjointSweep {
         self.time = 0.0;
         self.carried.clear();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
-    }
-
-    /// J's terms at node `i`, their partials and their weights' derivatives.
-    fn cost_rows(&mut self, system: &System, motion: &Motion, i: usize) -> Result<(), Error> {
-        self.clear_cost();
-        let (scheme, steps) = (&motion.trajectory.scheme, &motion.inputs.grid.steps);
-        let given = self.refinement.given_node(i);
-        let is_skipped = i < steps.len() && !system.has_running_cost() || given.is_none() && !system.has_integral();
-        if is_skipped {
-            return Ok(());
-        }
-        let weights = self.refinement.weights(scheme, steps, i);
-        self.add_cost(system, &motion.at(i), &weights, i)?;
-        if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
-            self.gradient.steps[before] += self.cost.step_before;
-        }
-        if let Some(after) = given.and_then(|given| self.gradient.steps.get_mut(given)) {
-            *after += self.cost.step_after;
-        }
-        if system.has_integral() {
-            for (step, weight) in [(i, scheme.weight(scheme.stages())), (i + 1, scheme.weight(0))] {
-                if (1..=steps.len()).contains(&step) {
-                    self.refinement.add_step(step, weight * self.cost.integrand, &mut self.gradient.steps);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The same at a stage between nodes.
-    fn stage_cost_rows(&mut self, system: &System, motion: &Motion, (node, s): (usize, usize)) -> Result<(), Error> {
-        self.clear_cost();
-        if !system.has_integral() {
-            return Ok(());
-        }
-        let weight = motion.trajectory.scheme.weight(s);
-        let weights = Weights::between(weight * motion.length(node));
-        let added = self.add_cost(system, &motion.at_stage(node, s), &weights, node);
-        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
-        added
-    }
-
-    fn clear_cost(&mut self) {
-        self.u.fill(0.0);
-        if !self.cost_is_zero {
-            self.cost.clear();
-            self.cost_is_zero = true;
-        }
-    }
-
-    /// Adds what the costs of a node or stage give to J and to the derivatives with respect to inputs.
-    fn add_cost(&mut self, system: &System, at: &NodeView<f64>, weights: &Weights<f64>, node: usize) -> Result<(), Error> {
-        self.cost_is_zero = false;
-        self.evaluate_costs(system, at, weights)?;
-        self.report.cost_evaluations += self.cost.evaluations;
-        self.gradient.value += self.cost.value;
-        self.u.copy_from_slice(&self.cost.u);
-        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
-        self.time += self.cost.time;
-        if self.cost.is_finite() {
-            return Ok(());
-        }
-        let at = self.accelerations.as_ref().map_or(*at, |accelerations| accelerations.with(*at));
-        Err(system.bad_cost(&at, weights, &mut self.cost, self.refinement.given_step(node)))
-    }
-
-    /// The costs of a node or stage, and what they owe to v̇ and λ there.
-    fn evaluate_costs(&mut self, system: &System, at: &NodeView<f64>, weights: &Weights<f64>) -> Result<(), Error> {
-        let uses = system.use_of_accelerations(weights, &self.cost.factors);
-        let cost = &mut self.cost;
-        if uses == AccelerationUse::Never {
-            system.costs().iter().for_each(|costs| costs.gradient(at, weights, cost));
-            return Ok(());
-        }
-        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        if let Err(error) = accelerations.evaluate(system, at) {
-            if uses == AccelerationUse::Always {
-                return Err(error);
-            }
-            // Whether it matters, the values will tell.
-            accelerations.forget();
-        }
-        let here = accelerations.with(*at);
-        system.costs().iter().for_each(|costs| costs.gradient(&here, weights, cost));
-        accelerations.pull_back(system, at, cost)
     }
 
     pub(super) fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {

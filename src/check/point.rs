@@ -25,6 +25,8 @@ pub struct Point<const N: usize, const M: usize = 0, const K: usize = 0, const P
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
+    /// Their rates (costs only).
+    pub u_dot: SVector<S, K>,
     /// Time.
     pub t: S,
     /// The element's constants.
@@ -47,6 +49,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> 
             sigma: part(x, at.of(Part::Sigma)),
             lambda: part(x, at.of(Part::Lambda)),
             u: part(x, at.of(Part::U)),
+            u_dot: part(x, at.of(Part::UDot)),
             t: x[at.of(Part::T).start],
             b: part(x, at.of(Part::B)),
         }
@@ -99,6 +102,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
             .chain(self.sigma.iter().copied())
             .chain(self.lambda.iter().copied())
             .chain(self.u.iter().copied())
+            .chain(self.u_dot.iter().copied())
             .chain([self.t])
             .chain(self.b.iter().copied())
             .chain([1.0])
@@ -117,6 +121,7 @@ pub(crate) enum Part {
     Sigma,
     Lambda,
     U,
+    UDot,
     T,
     B,
     /// The 1 that values are multiplied by.
@@ -135,7 +140,7 @@ pub(crate) struct Places {
 impl Places {
     pub(crate) fn of(&self, part: Part) -> Range<usize> {
         let Places { n, m, k, p } = *self;
-        let lengths = [n, n, n, n, n, m, m, k, 1, p, 1];
+        let lengths = [n, n, n, n, n, m, m, k, k, 1, p, 1];
         let start = lengths[..part as usize].iter().sum();
         start..start + lengths[part as usize]
     }

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::accelerations::Accelerations;
 use crate::motion::Refinement;
 use crate::number::Real;
-use crate::system::{AccelerationUse, CostRows, NodeView, Weights, factors_of};
+use crate::system::{CostRows, CostUse, Depends, NodeView, Weights, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
@@ -26,15 +26,15 @@ impl<'a> CostSum<'a> {
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
     pub(crate) fn at<R: Real>(&mut self, system: &System, at: &NodeView<R>, weights: &Weights<R>) -> Result<R, Error> {
-        let uses = system.use_of_accelerations(weights, &self.factors);
-        if uses == AccelerationUse::Never {
+        let CostUse { accelerations: uses, .. } = system.cost_uses(weights, &self.factors);
+        if uses == Depends::Never {
             return Ok(system.cost(at, weights, &self.factors));
         }
         let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
         let [v_dot, lambda] = match accelerations.lift(system, at) {
             Ok(lifted) => lifted,
             // Whether it matters, the value will tell.
-            Err(_) if uses == AccelerationUse::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
+            Err(_) if uses == Depends::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
             Err(error) => return Err(error),
         };
         Ok(system.cost(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors))
@@ -90,22 +90,29 @@ impl<R: Real> Trajectory<R> {
         costs: &mut CostSum,
         i: usize,
     ) -> Result<R, Error> {
-        let mut sum = R::zero();
+        let (mut sum, mut u_dot) = (R::zero(), Vec::new());
+        if system.has_control_rates() {
+            u_dot.resize(system.k(), R::zero());
+            control_rates(inputs, i, &mut u_dot);
+        }
         if i > 0 && system.has_integral() {
             for s in 1..self.last_stage() {
-                let at = NodeView { design, ..self.stage(i, s) };
+                let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
                 sum += costs.at(system, &at, &weights)?;
             }
         }
         let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
-        Ok(sum + costs.at(system, &self.at((inputs, design), i), &weights)?)
+        let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
+        Ok(sum + costs.at(system, &at, &weights)?)
     }
 
     /// Which cost of a node is not finite.
     fn bad_cost(&self, system: &System, (inputs, design): (&Inputs<R>, &[R]), costs: &CostSum, node: usize) -> Error {
         let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
-        let at = self.at((inputs, design), node);
+        let (at, mut u_dot) = (self.at((inputs, design), node), vec![R::zero(); system.k()]);
+        control_rates(inputs, node, &mut u_dot);
+        let u_dot = real(&u_dot);
         let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
         let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
         let t = at.t.part(0);
@@ -114,12 +121,20 @@ impl<R: Real> Trajectory<R> {
         if accelerations.evaluate(system, &at).is_err() {
             accelerations.forget();
         }
-        let at = accelerations.with(NodeView { p_star: &p_star, p_star_dot: &p_star_dot, ..at });
+        let at = accelerations.with(NodeView { p_star: &p_star, p_star_dot: &p_star_dot, u_dot: &u_dot, ..at });
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from_slice(&costs.factors);
         let weights = costs.refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, costs.refinement.given_step(node))
     }
+}
+
+/// u̇ in the step into a node, or out of node 0.
+pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, node: usize, u_dot: &mut [R]) {
+    let step = node.max(1);
+    let Some(&length) = inputs.grid.steps.get(step - 1) else { return };
+    let [begin, end] = inputs.at_ends(step);
+    u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);
 }
 
 fn is_finite<R: Real>(x: R) -> bool {

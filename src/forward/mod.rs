@@ -20,7 +20,7 @@ mod window;
 
 pub(crate) use accelerations::Accelerations;
 pub(crate) use assembly::{Assembler, Assembly};
-pub(crate) use cost::CostSum;
+pub(crate) use cost::{CostSum, control_rates};
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;

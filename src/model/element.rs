@@ -107,8 +107,64 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
+    /// Their rates u̇ in the step that ends here, in which they are linear, and at node 0 in the step that begins there: (u_i − u_{i−1})/Δt_i. So a cost
+    /// couples nodes, and derivatives with respect to both controls and the step length are in the gradient.
+    pub u_dot: SVector<S, K>,
     /// Time, s.
     pub t: S,
+}
+
+/// A term of the cost like [`Cost`], on lists whose lengths are known at run time only: the energy of a chain of n links, a full quadratic form.
+///
+/// ```
+/// use hamiltonian_adjoint::{ListCost, ListPoint, Scalar, Sum, scenes::CartPendulum};
+///
+/// /// (Σ q²)².
+/// struct Fourth;
+/// impl ListCost for Fourth {
+///     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
+///         at.q.iter().map(|q| *q * *q).sum::<S>().powi(2)
+///     }
+/// }
+///
+/// for links in [2, 5] {
+///     let mut cart = CartPendulum::with_links(links).mechanism();
+///     let angles: Vec<_> = cart.links.iter().map(|link| link.coordinates[2]).collect();
+///     cart.scene.list_cost("angles", Fourth, Sum::Integral, &angles, &[], &[], &[]);
+///     cart.scene.compile()?;
+/// }
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub trait ListCost: Send + Sync + 'static {
+    /// The value at one node.
+    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S;
+}
+
+/// Where a [`ListCost`] is evaluated: the lists are those of [`CostPoint`], in the order of the handles that were given.
+#[derive(Clone, Copy, Debug)]
+pub struct ListPoint<'a, S> {
+    /// Coordinates, m or rad.
+    pub q: &'a [S],
+    /// Velocities, m/s or rad/s.
+    pub v: &'a [S],
+    /// Augmented momenta, N s or N m s.
+    pub p_star: &'a [S],
+    /// Their rates, N or N m.
+    pub p_star_dot: &'a [S],
+    /// Accelerations, m/s² or rad/s².
+    pub v_dot: &'a [S],
+    /// Multipliers (impulses), N s or N m s.
+    pub sigma: &'a [S],
+    /// Reactions, N or N m.
+    pub lambda: &'a [S],
+    /// Controls.
+    pub u: &'a [S],
+    /// Their rates.
+    pub u_dot: &'a [S],
+    /// Time, s.
+    pub t: S,
+    /// Constants.
+    pub b: &'a [S],
 }
 
 /// A parameter as a formula of others, for [`Scene::parameter`](crate::Scene::parameter): whatever operators do not suffice for.

@@ -68,6 +68,7 @@ impl<R: Real> Stages<R> {
             lambda: &[],
             sigma: column(&self.sigma, i),
             u: column(&self.u, i),
+            u_dot: &[],
             design: &[],
         }
     }

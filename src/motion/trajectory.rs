@@ -87,6 +87,7 @@ impl<R: Real> Trajectory<R> {
             lambda: &[],
             sigma: column(&self.sigma, i),
             u: &[],
+            u_dot: &[],
             design: &[],
         }
     }

@@ -2,6 +2,7 @@
 //!
 //! Adding never fails; [`Scene::compile`] checks everything and gives the [`System`] that can be simulated.
 
+mod costs;
 pub mod planar;
 pub mod scenes;
 
@@ -10,12 +11,10 @@ use std::collections::HashSet;
 
 use nalgebra::SVector;
 
-use crate::model::element::{Constraint, Cost, Force, KineticEnergy, ParameterFormula, PotentialEnergy, Sum};
-use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Output, Param, SceneTag};
+use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
+use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
 use crate::program::{Obstacle, Symbol, record};
-use crate::system::{
-    AnyBatch, AnyCosts, Applied, Batch, Costs, Holonomic, Jet, Kinetic, Parts, PlacedCost, PlacedElement, Potential,
-};
+use crate::system::{AnyBatch, Applied, Batch, Holonomic, Jet, Kinetic, Parts, PlacedElement, Potential};
 use crate::{Error, System};
 
 /// A mechanism under construction.
@@ -209,112 +208,6 @@ impl Scene {
         std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
     }
 
-    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
-    /// the nodes add up.
-    #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
-    pub fn cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
-        &mut self,
-        name: &str,
-        cost: C,
-        sum: Sum,
-        q: [Coordinate; N],
-        sigma: [Multiplier; M],
-        u: [Control; K],
-        b: [Param; P],
-    ) where
-        C: Cost<N, M, K, P>,
-    {
-        self.add_cost((name, 0), (cost, sum), (q, sigma, u), b);
-    }
-
-    /// Adds an output: a number that is computed of a motion beside J, the sum of its terms ([`term`](Self::term)).
-    pub fn output(&mut self, name: &str) -> Output {
-        self.parts.outputs.push(name.to_string());
-        Output(self.tag.handle(self.parts.outputs.len() - 1))
-    }
-
-    /// Adds a term to an output: a function as for [`cost`](Self::cost), which adds one to J. A measured residual is a term with
-    /// [`Sum::Terminal`], or a cost that is zero but at its time; a peak is soft, (∫ |h|ᵖ dt)^(1/p).
-    ///
-    /// ```
-    /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, planar::Body};
-    /// use nalgebra::SVector;
-    ///
-    /// /// q − b.
-    /// struct Miss;
-    /// impl Cost<1, 0, 0, 1> for Miss {
-    ///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
-    ///         at.q[0] - b[0]
-    ///     }
-    /// }
-    ///
-    /// let mut scene = Scene::new();
-    /// let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
-    /// let force = scene.control("force");
-    /// scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
-    /// let [x, y, _] = cart.coordinates;
-    /// let (right, up) = (scene.output("right"), scene.output("up"));
-    /// scene.term(right, "x", Miss, Sum::Terminal, [x], [], [], [1.0.into()]);
-    /// scene.term(up, "y", Miss, Sum::Terminal, [y], [], [], [0.5.into()]);
-    /// let system = scene.compile()?;
-    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.1));
-    /// inputs.controls.fill(4.0);
-    /// let mut solver = Solver::new(&system, Settings::default());
-    /// solver.simulate(&inputs)?;
-    /// assert!((solver.outputs()?[right.index()] - (0.5 * 4.0 / 2.0 - 1.0)).abs() < 1e-14);
-    /// let jacobian = solver.jacobian()?;
-    /// assert!((jacobian[right.index()].controls.sum() - 0.25).abs() < 1e-14); // x = u t²/(2 m)
-    /// assert_eq!(jacobian[up.index()].controls.amax(), 0.0);
-    /// # Ok::<(), hamiltonian_adjoint::Error>(())
-    /// ```
-    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
-    pub fn term<C, const N: usize, const M: usize, const K: usize, const P: usize>(
-        &mut self,
-        output: Output,
-        name: &str,
-        term: C,
-        sum: Sum,
-        q: [Coordinate; N],
-        sigma: [Multiplier; M],
-        u: [Control; K],
-        b: [Param; P],
-    ) where
-        C: Cost<N, M, K, P>,
-    {
-        if self.check(name, "output", [output.0]) {
-            self.add_cost((name, 1 + output.index()), (term, sum), (q, sigma, u), b);
-        }
-    }
-
-    fn add_cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
-        &mut self,
-        (name, output): (&str, usize),
-        (cost, sum): (C, Sum),
-        (q, sigma, u): ([Coordinate; N], [Multiplier; M], [Control; K]),
-        b: [Param; P],
-    ) where
-        C: Cost<N, M, K, P>,
-    {
-        let known = self.check(name, "coordinate", q.map(|q| q.0))
-            & self.check(name, "multiplier", sigma.map(|s| s.0))
-            & self.check(name, "control", u.map(|u| u.0))
-            & self.check_params(name, &b);
-        self.costs_named.push(name.to_string());
-        if !known {
-            return;
-        }
-        let (q, sigma, u) = (q.map(|q| q.index()), sigma.map(|s| s.index()), u.map(|u| u.index()));
-        let item = PlacedCost::new((name, output), (cost, sum), q, sigma, u, b);
-        let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C, N, M, K, P>>(costs.as_any_mut()).is_some();
-        let at = self.parts.costs.iter_mut().position(like).unwrap_or_else(|| {
-            self.parts.costs.push(Box::new(Costs::<C, N, M, K, P>::default()));
-            self.parts.costs.len() - 1
-        });
-        if let Some(costs) = as_mut::<Costs<C, N, M, K, P>>(self.parts.costs[at].as_any_mut()) {
-            costs.items.push(item);
-        }
-    }
-
     /// Checks the scene and makes it ready to run.
     ///
     /// # Errors
@@ -372,8 +265,8 @@ impl Scene {
         }
     }
 
-    fn check<const L: usize>(&mut self, element: &str, kind: &'static str, handles: [Handle; L]) -> bool {
-        let foreign = handles.iter().any(|handle| !self.tag.owns(handle));
+    fn check(&mut self, element: &str, kind: &'static str, handles: impl IntoIterator<Item = Handle>) -> bool {
+        let foreign = handles.into_iter().any(|handle| !self.tag.owns(&handle));
         if foreign {
             self.report(Error::Foreign { element: element.to_string(), kind });
         }

@@ -18,6 +18,7 @@ pub enum Argument {
     Reaction(usize),
     Multiplier(usize),
     Control(usize),
+    ControlRate(usize),
     Design(usize),
     Time,
 }
@@ -54,6 +55,7 @@ impl Argument {
             Argument::Reaction(j) => (format!("λ of {}", names.equations[j]), at.lambda, j),
             Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
             Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
+            Argument::ControlRate(k) => (format!("du/dt of {}", quoted(&names.controls[k])), at.u_dot, k),
             Argument::Design(p) => (parameters.name(p, &names.designs), at.design, p),
             Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
         };

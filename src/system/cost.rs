@@ -5,6 +5,7 @@ use std::any::Any;
 
 use super::blame::{Argument, Suspect};
 use super::cost_formula::CostMemory;
+use super::cost_shape::Of;
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
@@ -62,7 +63,7 @@ impl<R: Real> GivenWeights<R> {
     }
 }
 
-/// The cost at one node and its derivatives J_q, J_v, J_p*, J_ṗ*, J_v̇, J_σ, J_λ, J_u, J_b, J_t.
+/// The cost at one node and its derivatives J_q, J_v, J_p*, J_ṗ*, J_v̇, J_σ, J_λ, J_u, J_u̇, J_b, J_t.
 #[derive(Clone, Debug, Default)]
 pub struct CostRows {
     pub value: f64,
@@ -74,6 +75,7 @@ pub struct CostRows {
     pub sigma: Vec<f64>,
     pub lambda: Vec<f64>,
     pub u: Vec<f64>,
+    pub u_dot: Vec<f64>,
     pub design: Vec<f64>,
     pub time: f64,
     /// Derivatives with respect to the length of the step before the node and of the one after it.
@@ -100,15 +102,16 @@ impl CostRows {
             sigma: zeros(m),
             lambda: zeros(m),
             u: zeros(k),
+            u_dot: zeros(k),
             design: zeros(designs),
             factors: factors_of(0, outputs),
             ..CostRows::default()
         }
     }
 
-    fn lists(&self) -> [&Vec<f64>; 9] {
-        let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, design, .. } = self;
-        [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, design]
+    fn lists(&self) -> [&Vec<f64>; 10] {
+        let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, .. } = self;
+        [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design]
     }
 
     pub fn is_finite(&self) -> bool {
@@ -120,7 +123,7 @@ impl CostRows {
     /// The arguments by which the derivatives are not finite.
     pub fn bad_arguments(&self) -> Vec<Argument> {
         let lists = self.lists();
-        let kinds: [fn(usize) -> Argument; 9] = [
+        let kinds: [fn(usize) -> Argument; 10] = [
             Argument::Coordinate,
             Argument::Velocity,
             Argument::Momentum,
@@ -129,6 +132,7 @@ impl CostRows {
             Argument::Multiplier,
             Argument::Reaction,
             Argument::Control,
+            Argument::ControlRate,
             Argument::Design,
         ];
         let bad = |list: &[f64]| (0..list.len()).filter(|&i| !list[i].is_finite()).collect::<Vec<_>>();
@@ -136,9 +140,16 @@ impl CostRows {
         lists.into_iter().zip(kinds).flat_map(|(list, of)| bad(list).into_iter().map(of)).chain(time).collect()
     }
 
+    /// Memory for programs, and where derivatives are added.
+    pub fn memory_and_slopes(&mut self) -> (&mut CostMemory, Slopes<'_>) {
+        let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, time, memory, .. } = self;
+        let lists: [&mut [f64]; 10] = [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, std::slice::from_mut(time)];
+        (memory, Slopes { lists, design })
+    }
+
     pub fn clear(&mut self) {
-        let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, design, .. } = self;
-        [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, design].into_iter().for_each(|list| list.fill(0.0));
+        let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, .. } = self;
+        [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design].into_iter().for_each(|list| list.fill(0.0));
         (self.value, self.time, self.step_before, self.step_after, self.integrand) = (0.0, 0.0, 0.0, 0.0, 0.0);
         self.evaluations = 0;
     }
@@ -149,12 +160,56 @@ pub fn factors_of(which: usize, outputs: usize) -> Vec<f64> {
     (0..=outputs).map(|k| if k == which { 1.0 } else { 0.0 }).collect()
 }
 
-/// Whether a cost depends on v̇ or λ; of a formula that cannot be recorded, perhaps.
+/// Whether a cost depends on something; of a formula that cannot be recorded, perhaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum AccelerationUse {
+pub enum Depends {
     Never,
     Perhaps,
     Always,
+}
+
+/// What costs need of a node beside its y and u.
+#[derive(Clone, Copy, Debug)]
+pub struct CostUse {
+    /// v̇ or λ.
+    pub accelerations: Depends,
+    /// u̇.
+    pub control_rates: Depends,
+}
+
+impl CostUse {
+    pub const NONE: Self = CostUse { accelerations: Depends::Never, control_rates: Depends::Never };
+    pub const UNKNOWN: Self = CostUse { accelerations: Depends::Perhaps, control_rates: Depends::Perhaps };
+
+    /// Of a cost that depends on such arguments.
+    pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
+        arguments.fold(CostUse::NONE, |uses, of| match of {
+            Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
+            Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
+            _ => uses,
+        })
+    }
+
+    /// Of two costs.
+    pub fn and(self, other: CostUse) -> Self {
+        CostUse {
+            accelerations: self.accelerations.max(other.accelerations),
+            control_rates: self.control_rates.max(other.control_rates),
+        }
+    }
+}
+
+/// The derivatives of a cost, to be added to.
+pub struct Slopes<'a> {
+    lists: [&'a mut [f64]; 10],
+    pub design: &'a mut [f64],
+}
+
+impl Slopes<'_> {
+    #[inline]
+    pub fn add(&mut self, (of, place): (Of, usize), x: f64) {
+        self.lists[of as usize][place] += x;
+    }
 }
 
 /// Costs on numbers of type R.
@@ -177,8 +232,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
     /// Whether any of its costs has a value before the last node.
     fn is_running(&self) -> bool;
-    /// Whether v̇ or λ is needed by those that a weight says are summed here.
-    fn use_of_accelerations(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> AccelerationUse;
+    /// What is needed by those that a weight says are summed here.
+    fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
     /// Whether any of its costs is summed with the weights of the scheme.
     fn has_integral(&self) -> bool;
     /// Adds value and derivatives.

@@ -11,6 +11,7 @@ mod block;
 mod constants;
 mod cost;
 mod cost_formula;
+mod cost_shape;
 mod derivatives;
 mod element;
 mod energy;
@@ -44,15 +45,16 @@ pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AccelerationUse, AnyCosts, CostRows, GivenWeights, Weights, factors_of};
+pub(crate) use cost::{AnyCosts, CostRows, CostUse, Depends, GivenWeights, Weights, factors_of};
 pub(crate) use cost_formula::CostMemory;
+pub(crate) use cost_shape::CostShape;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
 pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
-pub(crate) use placed_cost::{Costs, PlacedCost};
+pub(crate) use placed_cost::{Costs, Fixed, PlacedCost};
 pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
@@ -84,6 +86,7 @@ pub struct System {
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     integral: bool,
+    control_rates: bool,
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
@@ -137,6 +140,8 @@ impl System {
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
         let integral = costs.iter().any(|costs| costs.has_integral());
+        let every = vec![1.0; 1 + names.outputs.len()];
+        let control_rates = costs.iter().any(|costs| costs.uses(&|_| true, &every).control_rates > Depends::Never);
         let (initial, positive) = (scene.initial, scene.positive);
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -148,6 +153,7 @@ impl System {
             costs,
             running,
             integral,
+            control_rates,
             symbolic,
             positions,
             sines,
@@ -298,6 +304,11 @@ impl System {
         self.integral
     }
 
+    /// Whether any cost may depend on rates of controls, which couple nodes.
+    pub(crate) fn has_control_rates(&self) -> bool {
+        self.control_rates
+    }
+
     /// Where the unknowns of a step stand in the solver's order.
     pub(crate) fn positions(&self) -> &Positions {
         &self.positions
@@ -415,12 +426,11 @@ impl System {
         values.fold(R::zero(), |sum, value| sum + value)
     }
 
-    /// Whether v̇ or λ is needed by any cost that is summed with these weights.
-    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> AccelerationUse {
+    /// What is needed by the costs that are summed with these weights.
+    pub(crate) fn cost_uses<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> CostUse {
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        let uses = self.costs.iter().map(|costs| costs.use_of_accelerations(&is_summed, factors));
-        uses.max().unwrap_or(AccelerationUse::Never)
+        self.costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(&is_summed, factors)))
     }
 
     /// Identifies the formulas as they are now.

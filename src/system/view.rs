@@ -13,6 +13,8 @@ pub struct NodeView<'a, R> {
     pub lambda: &'a [R],
     pub sigma: &'a [R],
     pub u: &'a [R],
+    /// u̇, likewise.
+    pub u_dot: &'a [R],
     pub t: R,
     /// Design variables, then the expressions of them that are parameters of elements.
     pub design: &'a [R],
@@ -22,12 +24,12 @@ impl<'a, R> NodeView<'a, R> {
     /// What the equations depend on: (q, v, σ), and u, t and the design variables.
     #[inline]
     pub fn of_equations([q, v, sigma]: [&'a [R]; 3], (u, t, design): (&'a [R], R, &'a [R])) -> Self {
-        NodeView { q, v, p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], sigma, u, t, design }
+        NodeView { q, v, p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], sigma, u, u_dot: &[], t, design }
     }
 
     /// What the equations depend on alone.
     pub fn without_momenta(self) -> Self {
-        NodeView { p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], ..self }
+        NodeView { p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], u_dot: &[], ..self }
     }
 
     /// The same state with these controls and design variables.

@@ -15,8 +15,8 @@ where
     E: Cost<N, M, K, P>,
 {
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        let Point { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, t, b } = Point::from_list(x);
-        vec![self.0.cost(&CostPoint { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, t }, &b)]
+        let Point { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, t, b } = Point::from_list(x);
+        vec![self.0.cost(&CostPoint { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, t }, &b)]
     }
 }
 
@@ -91,6 +91,11 @@ where
     /// h_u, K numbers.
     pub fn h_u<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
         self.by_part("h_u", Part::U, hand)
+    }
+
+    /// h_u̇, K numbers.
+    pub fn h_u_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
+        self.by_part("h_u̇", Part::UDot, hand)
     }
 
     /// h_b, P numbers.

@@ -219,6 +219,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             prefixed("σ of ", &self.equations),
             prefixed("λ of ", &self.equations),
             self.controls.clone(),
+            prefixed("du/dt of ", &self.controls),
             vec!["t".to_string()],
             self.constants.clone(),
             vec![String::new()],
@@ -238,6 +239,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             ("ṗ*", Part::PStarDot),
             ("v̇", Part::VDot),
             ("λ", Part::Lambda),
+            ("u̇", Part::UDot),
             ("q", Part::Q),
         ];
         let groups = groups.map(|(name, part)| (name.to_string(), places.of(part)));

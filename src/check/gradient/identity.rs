@@ -42,7 +42,7 @@ pub(super) fn identity(
     let taken = solver.real().inputs().clone();
     let refinement = Refinement::new(&taken.grid.steps, &inserted);
     // With inserted nodes or stages between nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
-    let are_held = !inserted.is_empty() || settings.scheme.inner() > 0;
+    let are_held = !inserted.is_empty() || settings.scheme.inner() > 0 || system.has_control_rates();
     let mut direction = direction.clone();
     if are_held {
         direction.controls.fill(0.0);

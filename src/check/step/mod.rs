@@ -87,8 +87,13 @@ impl Formula for Residual<'_> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
         let places = Places::of(self.0);
         let list = |range: Range<usize>| nalgebra::DVector::from_column_slice(&x[range]);
-        let at =
-            Arguments { y: list(places.y()), y_previous: list(places.previous()), u: list(places.u()), b: list(places.b()) };
+        let at = Arguments {
+            y: list(places.y()),
+            y_previous: list(places.previous()),
+            u: list(places.u()),
+            u_other: list(places.u()),
+            b: list(places.b()),
+        };
         let node = x[places.node()].part(0).round() as usize;
         self.0.residual(node, &at).iter().copied().collect()
     }

@@ -1,0 +1,150 @@
+//! Costs on the way back: J's terms at nodes and stages, and their derivatives with respect to what a motion follows from.
+
+use super::sweep::AdjointSweep;
+use crate::forward::{Accelerations, Motion, control_rates};
+use crate::number::dot;
+use crate::system::{CostRows, Depends, NodeView, Weights};
+use crate::{Error, System};
+
+impl AdjointSweep {
+    /// J's terms at node `i`, their partials and their weights' derivatives.
+    pub(super) fn cost_rows(&mut self, system: &System, motion: &Motion, i: usize) -> Result<(), Error> {
+        self.clear_cost();
+        let (scheme, steps) = (&motion.trajectory.scheme, &motion.inputs.grid.steps);
+        let given = self.refinement.given_node(i);
+        let is_skipped = i < steps.len() && !system.has_running_cost() || given.is_none() && !system.has_integral();
+        if is_skipped {
+            return Ok(());
+        }
+        let weights = self.refinement.weights(scheme, steps, i);
+        self.add_cost(system, motion, &motion.at(i), &weights, i)?;
+        if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
+            self.gradient.steps[before] += self.cost.step_before;
+        }
+        if let Some(after) = given.and_then(|given| self.gradient.steps.get_mut(given)) {
+            *after += self.cost.step_after;
+        }
+        if system.has_integral() {
+            for (step, weight) in [(i, scheme.weight(scheme.stages())), (i + 1, scheme.weight(0))] {
+                if (1..=steps.len()).contains(&step) {
+                    self.refinement.add_step(step, weight * self.cost.integrand, &mut self.gradient.steps);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The same at a stage between nodes.
+    pub(super) fn stage_cost_rows(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (node, s): (usize, usize),
+    ) -> Result<(), Error> {
+        self.clear_cost();
+        if !system.has_integral() {
+            return Ok(());
+        }
+        let weight = motion.trajectory.scheme.weight(s);
+        let weights = Weights::between(weight * motion.length(node));
+        let added = self.add_cost(system, motion, &motion.at_stage(node, s), &weights, node);
+        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
+        added
+    }
+
+    fn clear_cost(&mut self) {
+        self.u.fill(0.0);
+        if !self.cost_is_zero {
+            self.cost.clear();
+            self.cost_is_zero = true;
+        }
+    }
+
+    /// Adds what the costs of a node, or of a stage of the step into it, give to J and to the derivatives with respect to inputs.
+    fn add_cost(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        at: &NodeView<f64>,
+        weights: &Weights<f64>,
+        node: usize,
+    ) -> Result<(), Error> {
+        self.cost_is_zero = false;
+        if system.has_control_rates() {
+            control_rates(&motion.inputs, node, &mut self.cost_node.u_dot);
+        }
+        self.cost_node.evaluate(system, at, weights, &mut self.cost)?;
+        self.report.cost_evaluations += self.cost.evaluations;
+        self.gradient.value += self.cost.value;
+        self.u.copy_from_slice(&self.cost.u);
+        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.time += self.cost.time;
+        if !self.cost.is_finite() {
+            let node = self.refinement.given_step(node);
+            return Err(system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, node));
+        }
+        if system.has_control_rates() {
+            self.add_control_rates(motion, node.max(1));
+        }
+        Ok(())
+    }
+
+    /// From u̇ = (u_i − u_{i−1})/Δt_i of a step to its controls and its length.
+    fn add_control_rates(&mut self, motion: &Motion, step: usize) {
+        let Some(length) = motion.inputs.grid.steps.get(step - 1) else { return };
+        let (rows, controls) = (&self.cost.u_dot, &mut self.gradient.controls);
+        self.refinement.add_controls(step, 1.0 / length, rows, controls);
+        self.refinement.add_controls(step - 1, -1.0 / length, rows, controls);
+        self.refinement.add_step(step, -dot(rows, &self.cost_node.u_dot) / length, &mut self.gradient.steps);
+    }
+}
+
+/// What costs may need of a node beside its y and u.
+pub(super) struct CostNode {
+    accelerations: Option<Box<Accelerations>>,
+    /// Empty if no cost needs it.
+    u_dot: Vec<f64>,
+}
+
+impl CostNode {
+    pub(super) fn new(system: &System) -> Self {
+        CostNode { accelerations: None, u_dot: vec![0.0; if system.has_control_rates() { system.k() } else { 0 }] }
+    }
+
+    /// Another motion begins.
+    pub(super) fn begin(&mut self) {
+        self.accelerations.iter_mut().for_each(|accelerations| accelerations.begin());
+    }
+
+    fn view<'a>(&'a self, at: &NodeView<'a, f64>) -> NodeView<'a, f64> {
+        let at = NodeView { u_dot: &self.u_dot, ..*at };
+        self.accelerations.as_ref().map_or(at, |accelerations| accelerations.with(at))
+    }
+
+    /// The costs of a node or stage, and what they owe to v̇ and λ there.
+    fn evaluate(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        weights: &Weights<f64>,
+        rows: &mut CostRows,
+    ) -> Result<(), Error> {
+        let uses = system.cost_uses(weights, &rows.factors).accelerations;
+        if uses > Depends::Never {
+            let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
+            if let Err(error) = accelerations.evaluate(system, at) {
+                if uses == Depends::Always {
+                    return Err(error);
+                }
+                // Whether it matters, the values will tell.
+                accelerations.forget();
+            }
+        }
+        let here = self.view(at);
+        system.costs().iter().for_each(|costs| costs.gradient(&here, weights, rows));
+        match &mut self.accelerations {
+            Some(accelerations) => accelerations.pull_back(system, at, rows),
+            None => Ok(()),
+        }
+    }
+}

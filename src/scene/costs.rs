@@ -1,0 +1,149 @@
+//! Costs and outputs of a scene.
+
+use super::{Scene, as_mut};
+use crate::model::element::{Cost, ListCost, Sum};
+use crate::model::{Control, Coordinate, Multiplier, Output, Param};
+use crate::system::{AnyCosts, CostShape, Costs, Fixed, PlacedCost};
+
+impl Scene {
+    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
+    /// the nodes add up.
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
+    pub fn cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        cost: C,
+        sum: Sum,
+        q: [Coordinate; N],
+        sigma: [Multiplier; M],
+        u: [Control; K],
+        b: [Param; P],
+    ) where
+        C: Cost<N, M, K, P>,
+    {
+        self.add_cost((name, 0), (Fixed(cost), sum), (&q, &sigma, &u), &b);
+    }
+
+    /// Adds an output: a number that is computed of a motion beside J, the sum of its terms ([`term`](Self::term)).
+    pub fn output(&mut self, name: &str) -> Output {
+        self.parts.outputs.push(name.to_string());
+        Output(self.tag.handle(self.parts.outputs.len() - 1))
+    }
+
+    /// Adds a term to an output: a function as for [`cost`](Self::cost), which adds one to J. A measured residual is a term with
+    /// [`Sum::Terminal`], or a cost that is zero but at its time; a peak is soft, (∫ |h|ᵖ dt)^(1/p).
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, planar::Body};
+    /// use nalgebra::SVector;
+    ///
+    /// /// q − b.
+    /// struct Miss;
+    /// impl Cost<1, 0, 0, 1> for Miss {
+    ///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+    ///         at.q[0] - b[0]
+    ///     }
+    /// }
+    ///
+    /// let mut scene = Scene::new();
+    /// let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+    /// let force = scene.control("force");
+    /// scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    /// let [x, y, _] = cart.coordinates;
+    /// let (right, up) = (scene.output("right"), scene.output("up"));
+    /// scene.term(right, "x", Miss, Sum::Terminal, [x], [], [], [1.0.into()]);
+    /// scene.term(up, "y", Miss, Sum::Terminal, [y], [], [], [0.5.into()]);
+    /// let system = scene.compile()?;
+    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.1));
+    /// inputs.controls.fill(4.0);
+    /// let mut solver = Solver::new(&system, Settings::default());
+    /// solver.simulate(&inputs)?;
+    /// assert!((solver.outputs()?[right.index()] - (0.5 * 4.0 / 2.0 - 1.0)).abs() < 1e-14);
+    /// let jacobian = solver.jacobian()?;
+    /// assert!((jacobian[right.index()].controls.sum() - 0.25).abs() < 1e-14); // x = u t²/(2 m)
+    /// assert_eq!(jacobian[up.index()].controls.amax(), 0.0);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
+    pub fn term<C, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        output: Output,
+        name: &str,
+        term: C,
+        sum: Sum,
+        q: [Coordinate; N],
+        sigma: [Multiplier; M],
+        u: [Control; K],
+        b: [Param; P],
+    ) where
+        C: Cost<N, M, K, P>,
+    {
+        if self.check(name, "output", [output.0]) {
+            self.add_cost((name, 1 + output.index()), (Fixed(term), sum), (&q, &sigma, &u), &b);
+        }
+    }
+
+    /// Adds a cost on lists, of lengths that are known at run time ([`ListCost`]).
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
+    pub fn list_cost<C: ListCost>(
+        &mut self,
+        name: &str,
+        cost: C,
+        sum: Sum,
+        q: &[Coordinate],
+        sigma: &[Multiplier],
+        u: &[Control],
+        b: &[Param],
+    ) {
+        self.add_cost((name, 0), (cost, sum), (q, sigma, u), b);
+    }
+
+    /// Adds a term on lists to an output, as [`term`](Self::term) does.
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
+    pub fn list_term<C: ListCost>(
+        &mut self,
+        output: Output,
+        name: &str,
+        term: C,
+        sum: Sum,
+        q: &[Coordinate],
+        sigma: &[Multiplier],
+        u: &[Control],
+        b: &[Param],
+    ) {
+        if self.check(name, "output", [output.0]) {
+            self.add_cost((name, 1 + output.index()), (term, sum), (q, sigma, u), b);
+        }
+    }
+
+    fn add_cost<C: ListCost>(
+        &mut self,
+        (name, output): (&str, usize),
+        (cost, sum): (C, Sum),
+        (q, sigma, u): (&[Coordinate], &[Multiplier], &[Control]),
+        b: &[Param],
+    ) {
+        let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
+            & self.check(name, "multiplier", sigma.iter().map(|s| s.0))
+            & self.check(name, "control", u.iter().map(|u| u.0))
+            & self.check_params(name, b);
+        self.costs_named.push(name.to_string());
+        if !known {
+            return;
+        }
+        let [q, sigma, u] = [
+            q.iter().map(|q| q.index()).collect::<Vec<usize>>(),
+            sigma.iter().map(|s| s.index()).collect(),
+            u.iter().map(|u| u.index()).collect(),
+        ];
+        let item = PlacedCost::new((name, output), (cost, sum), CostShape::new(&q, &sigma, &u), b.to_vec());
+        let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C>>(costs.as_any_mut()).is_some();
+        let at = self.parts.costs.iter_mut().position(like).unwrap_or_else(|| {
+            self.parts.costs.push(Box::new(Costs::<C>::default()));
+            self.parts.costs.len() - 1
+        });
+        if let Some(costs) = as_mut::<Costs<C>>(self.parts.costs[at].as_any_mut()) {
+            costs.items.push(item);
+        }
+    }
+}
