@@ -9,7 +9,7 @@ use std::error::Error;
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum};
+use hamiltonian_adjoint::{Animation, Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum};
 use nalgebra::SVector;
 
 /// S = ½ (x − x_end)², b = [x_end].
@@ -77,6 +77,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (crank, slider) = (motion.q[(2, i)].to_degrees(), motion.q[(6, i)]);
         println!("{:7.4}   {crank:8.2}   {slider:9.5}   {:.1e}", motion.times[i], phi.column(i).amax());
     }
+
+    let page = std::env::temp_dir().join("slider-crank.html");
+    Animation::new(&system, &inputs, motion)?.title("Slider-crank").write_html(&page)?;
+    println!("{} plays it", page.display());
 
     let gradient = solver.gradient()?;
     println!("J = {:.12}", gradient.value);

@@ -78,6 +78,7 @@
 //!
 //! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
 mod adjoint;
+mod animation;
 pub mod check;
 mod error;
 mod forward;
@@ -97,6 +98,7 @@ mod system;
 mod warning;
 
 pub use adjoint::{AdjointVariables, Gradient};
+pub use animation::Animation;
 pub use error::Error;
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,

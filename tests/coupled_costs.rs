@@ -7,8 +7,8 @@ use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Cx, Gradient, Grid, Inputs, LiftedSolver, ListCost, ListPoint, LongSolver, Scalar, Scheme, Settings,
-    Solver, Start, Sum, System, gradient,
+    Composition, Cost, CostPoint, Cx, Gradient, Grid, Inputs, LiftedSolver, ListCost, ListPoint, LongSolver, Scalar, Scheme,
+    Settings, Solver, Start, Sum, System, gradient,
 };
 use nalgebra::SVector;
 
@@ -91,7 +91,9 @@ fn rates_of_controls_have_exact_gradients_on_all_grids() {
     let plain = Settings::default();
     for sums in [&all[..], &all[2..3], &all[3..4]] {
         let system = jerk(sums);
-        for grid in [Grid::uniform(1, 0.02), Grid::uniform(5, 0.02), uneven.clone(), Grid::composed(2, 0.06, Composition::Suzuki4)] {
+        for grid in
+            [Grid::uniform(1, 0.02), Grid::uniform(5, 0.02), uneven.clone(), Grid::composed(2, 0.06, Composition::Suzuki4)]
+        {
             for settings in [plain, Settings { scheme: Scheme::ESDIRK3, ..plain }, Settings { drift_bound: 0.0, ..plain }] {
                 let error = error(&system, &lively(&system, grid.clone()), settings);
                 assert!(error < 1e-12, "{sums:?} by {} on {grid:?}: {error:e}", settings.scheme.name);

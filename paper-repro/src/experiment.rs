@@ -37,8 +37,9 @@ pub struct Gradients {
 pub struct Optimum {
     /// All iterates, the start included.
     pub history: Vec<Iterate>,
-    /// The motion under the identified force.
+    /// The motion under the identified force, and what it followed from.
     pub motion: Trajectory,
+    pub inputs: Inputs,
 }
 
 impl Experiment {
@@ -106,7 +107,8 @@ impl Experiment {
             }
             let motion = solver.simulate(&inputs)?.clone();
             self.note_warnings(&solver);
-            Ok(Optimum { history, motion })
+            let inputs = solver.inputs().clone();
+            Ok(Optimum { history, motion, inputs })
         })
     }
 

@@ -12,6 +12,7 @@ mod files;
 mod jacobians;
 #[path = "../../tests/scenes/mechanisms.rs"]
 mod mechanisms;
+mod player;
 mod plot;
 #[path = "../../tests/scenes/resolved.rs"]
 mod resolved;
@@ -38,7 +39,7 @@ use table::{Row, Verdict};
 
 /// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
 ///
-/// Each figure is written as SVG, PNG and CSV, the numbers as summary.json. The exit status is 1 if a claim
+/// Each figure is written as SVG, PNG and CSV, the numbers as summary.json, the motion as swing-up.html. The exit status is 1 if a claim
 /// that must hold does not or something could not be computed, written or printed, and 2 if the arguments are wrong.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
@@ -72,11 +73,14 @@ enum Part {
     Fig6,
     /// Adjoint against complex step
     Timing,
+    /// The swing-up as a page to be played (swing-up.html) and as a moving picture (swing-up.svg)
+    Player,
 }
 
 impl Part {
     /// Everything in section 4 of the paper.
-    const PAPER: [Part; 7] = [Part::Fig1, Part::Fig2, Part::Fig3, Part::Fig4, Part::Fig5, Part::Fig6, Part::Timing];
+    const PAPER: [Part; 8] =
+        [Part::Fig1, Part::Fig2, Part::Fig3, Part::Fig4, Part::Fig5, Part::Fig6, Part::Timing, Part::Player];
 
     fn make(self, experiment: &Experiment, folder: &Path) -> Result<Vec<Row>, Error> {
         match self {
@@ -87,6 +91,7 @@ impl Part {
             Part::Fig5 => fig5::draw(experiment, &folder.join("fig5")),
             Part::Fig6 => fig6::draw(experiment, &folder.join("fig6")),
             Part::Timing => Ok(timing::claims(experiment.timing()?)),
+            Part::Player => player::write(experiment, folder).map(|()| Vec::new()),
         }
     }
 }

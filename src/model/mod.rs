@@ -2,9 +2,14 @@
 
 pub mod element;
 mod expressions;
+mod frame;
 mod handle;
 mod param;
+mod sketch;
 
+pub(crate) use frame::Owner;
+pub use frame::{Frame, Point};
 pub use handle::{Control, Coordinate, Design, Multiplier, Output};
 pub(crate) use handle::{Handle, SceneTag};
 pub use param::Param;
+pub(crate) use sketch::{Drawn, Shape, Sketch};

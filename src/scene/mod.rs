@@ -12,7 +12,7 @@ use std::collections::HashSet;
 use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
-use crate::model::{Control, Coordinate, Design, Handle, Multiplier, Param, SceneTag};
+use crate::model::{Control, Coordinate, Design, Drawn, Frame, Handle, Multiplier, Param, Point, SceneTag, Shape};
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{AnyBatch, Applied, Batch, Holonomic, Jet, Kinetic, Parts, PlacedElement, Potential};
 use crate::{Error, System};
@@ -303,6 +303,15 @@ impl Scene {
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
         self.parts.positive.push((param, what));
+    }
+
+    /// Notes how a part is drawn.
+    pub(crate) fn draw(&mut self, name: &str, shape: Shape, a: Point, b: Point) {
+        self.parts.sketch.drawn.push(Drawn { name: name.to_string(), shape, a, b });
+    }
+
+    pub(crate) fn draw_body(&mut self, name: &str, frame: Frame) {
+        self.parts.sketch.bodies.push((name.to_string(), frame));
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: [Param; 3]) {

@@ -7,7 +7,7 @@ use crate::forward::rank::mass_matrix;
 use crate::motion::column;
 use crate::scene::planar::Point;
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Inputs, Settings, Solver, Start, System, Trajectory};
+use crate::{Error, Inputs, Param, Settings, Solver, Start, System, Trajectory};
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -195,10 +195,20 @@ impl<'s> Mechanics<'s> {
         [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
     }
 
+    /// q.
+    pub(crate) fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// The value of a parameter.
+    pub(crate) fn parameter(&self, param: Param) -> f64 {
+        self.system.parameters().value_of(param, &self.design)
+    }
+
     /// x, y and φ of a point's frame, its place there, and sine and cosine of φ.
     fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
         let place = point.frame().place(|q| self.q[q.index()]);
-        let at = point.at().map(|param| self.system.parameters().value_of(param, &self.design));
+        let at = point.at().map(|param| self.parameter(param));
         (place, at, place[2].sin_cos())
     }
 

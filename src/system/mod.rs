@@ -59,7 +59,7 @@ pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::Param;
+use crate::model::{Param, Sketch};
 use crate::number::Fingerprint;
 use crate::number::Real;
 use crate::number::take_look;
@@ -96,6 +96,7 @@ pub struct System {
     design: Vec<f64>,
     parameters: Parameters,
     positive: Vec<(Param, String)>,
+    sketch: Sketch,
     /// Identifies the formulas that were compiled.
     fingerprint: u64,
 }
@@ -163,6 +164,7 @@ impl System {
             design,
             parameters,
             positive,
+            sketch: scene.sketch,
             fingerprint,
         })
     }
@@ -378,6 +380,11 @@ impl System {
     pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
         let unknown = self.unknown_name(breakdown.unknown);
         Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
+    }
+
+    /// What can be drawn.
+    pub(crate) fn sketch(&self) -> &Sketch {
+        &self.sketch
     }
 
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {

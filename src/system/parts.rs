@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::batch::AnyBatch;
 use super::cost::AnyCosts;
-use crate::model::Param;
+use crate::model::{Param, Sketch};
 use crate::program::Graph;
 
 /// A mechanism as a list of named parts.
@@ -24,6 +24,7 @@ pub(crate) struct Parts {
     pub(crate) constraints: Vec<(String, usize)>,
     pub(crate) equations: usize,
     pub(crate) gravity: [Option<Param>; 3],
+    pub(crate) sketch: Sketch,
     pub(crate) batches: Vec<Box<dyn AnyBatch>>,
     pub(crate) costs: Vec<Box<dyn AnyCosts>>,
     /// Parameters with a range of values that make sense, and their descriptions.

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use crate::model::{Frame, Owner, Point};
 use crate::{Coordinate, KineticEnergy, Param, PotentialEnergy, Scalar, Scene};
 
 /// A planar rigid body of a scene.
@@ -18,25 +19,6 @@ pub struct Particle {
     pub coordinates: [Coordinate; 2],
 }
 
-/// A frame of reference: a body's own, one that goes with a particle and does not turn, or the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame(pub(super) Owner);
-
-/// Whose frame it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Owner {
-    Ground,
-    Body([Coordinate; 3]),
-    Particle([Coordinate; 2]),
-}
-
-/// A point of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    pub(super) frame: Frame,
-    pub(super) at: [Param; 2],
-}
-
 impl From<Body> for Frame {
     fn from(body: Body) -> Frame {
         Frame(Owner::Body(body.coordinates))
@@ -46,42 +28,6 @@ impl From<Body> for Frame {
 impl From<Particle> for Frame {
     fn from(particle: Particle) -> Frame {
         Frame(Owner::Particle(particle.coordinates))
-    }
-}
-
-impl Frame {
-    /// The coordinates of its body; none for the ground and for particles.
-    pub fn coordinates(self) -> Option<[Coordinate; 3]> {
-        match self.0 {
-            Owner::Body(coordinates) => Some(coordinates),
-            Owner::Ground | Owner::Particle(_) => None,
-        }
-    }
-
-    /// x, y and φ of its origin, of which the ground and particles lack some, as `of` gives them for coordinates.
-    pub(crate) fn place(self, of: impl Fn(Coordinate) -> f64) -> [f64; 3] {
-        match self.0 {
-            Owner::Ground => [0.0; 3],
-            Owner::Body(q) => q.map(of),
-            Owner::Particle([x, y]) => [of(x), of(y), 0.0],
-        }
-    }
-
-    /// The point (x, y) of the frame, m.
-    pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
-        Point { frame: self, at: [x.into(), y.into()] }
-    }
-}
-
-impl Point {
-    /// What it is fixed to.
-    pub fn frame(self) -> Frame {
-        self.frame
-    }
-
-    /// Its place there, m.
-    pub(crate) fn at(self) -> [Param; 2] {
-        self.at
     }
 }
 
@@ -147,7 +93,9 @@ impl Scene {
             [q[0], q[1]],
             [mass, Param::gravity(0), Param::gravity(1)],
         );
-        Body { coordinates: q }
+        let body = Body { coordinates: q };
+        self.draw_body(name, body.into());
+        body
     }
 
     /// Adds a particle with mass (kg) and initial position (x, y). It has no angle: hinges, distances,
@@ -159,7 +107,9 @@ impl Scene {
         self.require_positive(mass, format!("the mass of `{name}`"));
         self.kinetic_energy(name, PointMass, q, [mass]);
         self.potential_energy(&format!("weight of {name}"), Weight, q, [mass, Param::gravity(0), Param::gravity(1)]);
-        Particle { coordinates: q }
+        let particle = Particle { coordinates: q };
+        self.draw_body(name, particle.into());
+        particle
     }
 
     /// The point of a body, or of the ground, that is at (x, y) of the inertial frame in the initial position.

@@ -2,11 +2,11 @@
 
 use nalgebra::SVector;
 
-use super::body::{Frame, Point};
 use super::forces::torque;
 use super::geometry::{Link, turned};
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
+use crate::model::{Frame, Point, Shape};
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ (c_x d_x² + c_y d_y² + c_φ (φ_b − φ_a)²), d from the point of a to that of b in the frame of a; b = [s_a, s_b, c_x, c_y, c_φ].
@@ -80,6 +80,7 @@ impl Force<6, 0, 9> for Contact {
 impl Scene {
     /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against turning (N m/rad), and three damping constants.
     pub fn bushing(&mut self, name: &str, a: Point, b: Point, stiffness: [Param; 3], damping: [Param; 3]) {
+        self.draw(name, Shape::Spring, a, b);
         let frames = (a.frame, b.frame);
         let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
         if !is_zero(&stiffness) {
@@ -131,8 +132,10 @@ impl Scene {
     /// The force is as smooth as δ^(3/2): steps must resolve the time of a contact, or the gradient is that of a motion which jumps over it
     /// ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement) says so). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
+        let normal = normal.into();
+        self.draw(name, Shape::Ground { normal }, a, b);
         self.require_positive(law[3], format!("the friction speed of `{name}`"));
-        let parameters = points(a, b, [normal.into(), law[0], law[1], law[2], law[3]]);
+        let parameters = points(a, b, [normal, law[0], law[1], law[2], law[3]]);
         self.between_force(name, Contact, (a.frame, b.frame), [], parameters);
     }
 }

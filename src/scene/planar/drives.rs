@@ -2,11 +2,12 @@
 
 use nalgebra::SVector;
 
-use super::body::{Body, Owner, Point};
+use super::body::Body;
 use super::geometry::{Link, rotated, turned};
 use super::joints::{axis, padded, points, points_and};
 use super::motion::Motion;
 use crate::model::element::ForcePoint;
+use crate::model::{Owner, Point, Shape};
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
 /// A motion may have so many parameters where points stand beside them.
@@ -92,6 +93,7 @@ impl Scene {
     where
         F: Motion<P>,
     {
+        self.draw(name, Shape::Cylinder, a, b);
         self.joint(name, DrivenDistance(motion), (a.frame, b.frame), points_and(a, b, [], parameters))
     }
 
@@ -107,13 +109,16 @@ impl Scene {
     where
         F: Motion<P>,
     {
-        self.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis.into()], parameters))
+        let axis = axis.into();
+        self.draw(name, Shape::Slider { axis }, a, b);
+        self.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis], parameters))
     }
 
     /// Adds a force (N) along the line between two points, driven by a control and positive where it pushes them apart: a hydraulic cylinder.
     ///
     /// The points must not coincide: the direction of the force would be undefined.
     pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
+        self.draw(name, Shape::Cylinder, a, b);
         self.force_of_points(name, TwoPointActuator, (a.frame, b.frame), [force], points(a, b, []));
     }
 

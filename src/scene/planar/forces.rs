@@ -4,7 +4,6 @@
 
 use nalgebra::SVector;
 
-use super::body::{Frame, Owner, Point};
 use super::geometry::{Link, turned};
 use super::ground::{
     BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
@@ -12,6 +11,7 @@ use super::ground::{
 };
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
+use crate::model::{Frame, Owner, Point, Shape};
 use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
@@ -112,6 +112,7 @@ impl Scene {
         damping: impl Into<Param>,
     ) {
         let (stiffness, damping) = (stiffness.into(), damping.into());
+        self.draw(name, Shape::Spring, a, b);
         let spring = points(a, b, [stiffness, free_length.into()]);
         if stiffness.constant() != Some(0.0) {
             self.potential_of_points(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring);
@@ -154,12 +155,16 @@ impl Scene {
 
     /// Adds a force (N) on `b` along the axis of `a` (rad, in a's frame), driven by a control.
     pub fn actuator(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, force: Control) {
-        self.between_force(name, Actuator, (a.frame, b.frame), [force], points(a, b, [axis.into()]));
+        let axis = axis.into();
+        self.draw(name, Shape::Force { axis, control: force }, a, b);
+        self.between_force(name, Actuator, (a.frame, b.frame), [force], points(a, b, [axis]));
     }
 
     /// Adds a torque (N m) on `b` and its reaction on `a`, driven by a control.
     pub fn torque_actuator(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, torque: Control) {
-        self.between_force(name, TorqueActuator, (a.into(), b.into()), [torque], []);
+        let (a, b) = (a.into(), b.into());
+        self.draw(name, Shape::Torque { control: torque }, a.at(0.0, 0.0), b.at(0.0, 0.0));
+        self.between_force(name, TorqueActuator, (a, b), [torque], []);
     }
 
     pub(super) fn between_potential<E, const P: usize>(

@@ -2,9 +2,10 @@
 
 use nalgebra::SVector;
 
-use super::body::{Body, Point};
+use super::body::Body;
 use super::geometry::{Link, rotated};
 use super::joints::points_and;
+use crate::model::{Point, Shape};
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// Two wheels that roll on each other: Φ = r_a φ_a + r_b φ_b − c; b = [r_a, r_b, c].
@@ -62,6 +63,9 @@ impl Scene {
         radius_b: impl Into<Param>,
     ) -> [Multiplier; 1] {
         let (radius_a, radius_b, q) = (radius_a.into(), radius_b.into(), [a.coordinates[2], b.coordinates[2]]);
+        for (body, radius) in [(a, radius_a), (b, radius_b)] {
+            self.draw(name, Shape::Wheel { radius }, body.at(0.0, 0.0), body.at(0.0, 0.0));
+        }
         let offset = radius_a * self.initial(q[0]) + radius_b * self.initial(q[1]);
         self.constraint(name, Gear, q, [radius_a, radius_b, offset])
     }
@@ -78,6 +82,7 @@ impl Scene {
         let (axis, radius): (Param, Param) = (axis.into(), radius.into());
         let q = [rack.coordinates[0], rack.coordinates[1], pinion.coordinates[2]];
         let [x, y, phi] = q.map(|q| self.initial(q));
+        self.draw(name, Shape::Wheel { radius }, pinion.at(0.0, 0.0), pinion.at(0.0, 0.0));
         let offset = axis.cos() * x + axis.sin() * y - radius * phi;
         self.constraint(name, Rack, q, [axis, radius, offset])
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::body::Owner;
+use crate::model::Owner;
 use crate::model::element::ForcePoint;
 use crate::{Constraint, Error, Force, PotentialEnergy, Scalar, Scene};
 

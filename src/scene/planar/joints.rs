@@ -2,13 +2,13 @@
 
 use nalgebra::SVector;
 
-use super::body::{Frame, Owner, Point};
 use super::geometry::{Link, rotated, turned};
 use super::ground::{
     BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
     between_any,
 };
 use super::motion::Motion;
+use crate::model::{Frame, Owner, Point, Shape};
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
@@ -74,6 +74,7 @@ pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
 impl Scene {
     /// Adds a hinge between two points.
     pub fn revolute(&mut self, name: &str, a: Point, b: Point) -> [Multiplier; 2] {
+        self.draw(name, Shape::Hinge, a, b);
         self.joint_of_points(name, Revolute, (a.frame, b.frame), points(a, b, []))
     }
 
@@ -86,17 +87,21 @@ impl Scene {
         b: Point,
         angle: impl Into<Param>,
     ) -> [Multiplier; 2] {
-        self.joint(name, Prismatic, (a.frame, b.frame), points(a, b, [axis.into(), angle.into()]))
+        let axis = axis.into();
+        self.draw(name, Shape::Slider { axis }, a, b);
+        self.joint(name, Prismatic, (a.frame, b.frame), points(a, b, [axis, angle.into()]))
     }
 
     /// Adds a rigid connection of two points at a relative angle (rad).
     pub fn weld(&mut self, name: &str, a: Point, b: Point, angle: impl Into<Param>) -> [Multiplier; 3] {
+        self.draw(name, Shape::Weld, a, b);
         self.joint(name, Weld, (a.frame, b.frame), points(a, b, [angle.into()]))
     }
 
     /// Adds a massless rod of a given length (m) between two points.
     pub fn distance(&mut self, name: &str, a: Point, b: Point, length: impl Into<Param>) -> [Multiplier; 1] {
         let length = length.into();
+        self.draw(name, Shape::Rod, a, b);
         self.require_positive(length, format!("the length of `{name}`"));
         self.joint_of_points(name, Distance, (a.frame, b.frame), points(a, b, [length]))
     }

@@ -30,7 +30,8 @@ mod motion;
 #[cfg(test)]
 mod tests;
 
-pub use body::{Body, Frame, Particle, Point, PointMass, RigidBody, Weight};
+pub use crate::model::{Frame, Point};
+pub use body::{Body, Particle, PointMass, RigidBody, Weight};
 pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSliding};
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};

@@ -1,0 +1,260 @@
+//! [`Figure`]: the shapes of a scene in the frames of its bodies, and where these frames go.
+
+use crate::model::{Drawn, Frame, Owner, Point, Shape};
+use crate::{Coordinate, Mechanics, System};
+
+/// A length of the largest side of what is seen.
+const UNIT: f64 = 0.012;
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Figure {
+    pub(super) bodies: Vec<Piece>,
+    /// The marks of joints, each in one frame.
+    pub(super) marks: Vec<Mark>,
+    /// What goes from one point to another.
+    pub(super) links: Vec<Link>,
+    pub(super) arrows: Vec<Arrow>,
+    /// Left, bottom, width and height of what is seen, m.
+    pub(super) view: [f64; 4],
+    /// The length that marks are drawn with, m.
+    pub(super) unit: f64,
+    pub(super) frames: usize,
+}
+
+/// A body: its outline in its own frame, and x, y, φ at every frame of time.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) name: String,
+    pub(super) outline: Outline,
+    pub(super) poses: Vec<[f64; 3]>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Outline {
+    /// The convex hull of what is fixed to it.
+    Hull(Vec<[f64; 2]>),
+    /// A carriage around a point, turned by an angle.
+    Carriage([f64; 2], f64),
+    Disc,
+}
+
+/// A point of a body, or of the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub(super) body: Option<usize>,
+    pub(super) at: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Mark {
+    pub(super) kind: MarkKind,
+    pub(super) place: Place,
+    pub(super) name: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum MarkKind {
+    Hinge,
+    /// With an angle, rad.
+    Rail(f64),
+    Weld,
+    /// The surface of a half-plane with its outer normal, rad.
+    Surface(f64),
+    /// With a radius, m.
+    Wheel(f64),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) kind: LinkKind,
+    pub(super) ends: [Place; 2],
+    pub(super) name: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LinkKind {
+    Rod,
+    Spring,
+    Cylinder,
+}
+
+/// A force at a point, along an axis of another frame, or a torque; in parts of the largest of the motion.
+#[derive(Clone, Debug)]
+pub(super) struct Arrow {
+    pub(super) place: Place,
+    /// The frame of the axis and its angle there; none for a torque.
+    pub(super) axis: Option<(Option<usize>, f64)>,
+    pub(super) values: Vec<f64>,
+    pub(super) name: String,
+}
+
+impl Figure {
+    pub(super) fn new(system: &System, states: &[Mechanics], controls: &[Vec<f64>]) -> Self {
+        let sketch = system.sketch();
+        let first = &states[0];
+        let owners: Vec<Owner> = sketch.bodies.iter().map(|(_, frame)| frame.owner()).collect();
+        let index = |frame: Frame| owners.iter().position(|owner| *owner == frame.owner());
+        let place = |point: Point| Place { body: index(point.frame()), at: point.at().map(|x| first.parameter(x)) };
+        let poses = |frame: Frame| states.iter().map(|at| frame.place(|q: Coordinate| at.q()[q.index()])).collect();
+        let bodies = sketch.bodies.iter().enumerate().map(|(body, (name, frame))| Piece {
+            name: name.clone(),
+            outline: outline(body, &sketch.drawn, &place, first),
+            poses: poses(*frame),
+        });
+        let mut figure = Figure {
+            bodies: bodies.collect(),
+            marks: Vec::new(),
+            links: Vec::new(),
+            arrows: Vec::new(),
+            view: [0.0; 4],
+            unit: 0.0,
+            frames: states.len(),
+        };
+        sketch.drawn.iter().for_each(|drawn| figure.add(drawn, &place, (first, controls)));
+        figure.look();
+        figure
+    }
+
+    fn add(&mut self, drawn: &Drawn, place: &dyn Fn(Point) -> Place, (first, controls): (&Mechanics, &[Vec<f64>])) {
+        let (a, b, name) = (place(drawn.a), place(drawn.b), drawn.name.clone());
+        let number = |x| first.parameter(x);
+        let mut mark = |kind, place| self.marks.push(Mark { kind, place, name: name.clone() });
+        match drawn.shape {
+            Shape::Hinge => mark(MarkKind::Hinge, a),
+            Shape::Weld => mark(MarkKind::Weld, a),
+            Shape::Slider { axis } => mark(MarkKind::Rail(number(axis)), a),
+            Shape::Ground { normal } => mark(MarkKind::Surface(number(normal)), a),
+            Shape::Wheel { radius } => mark(MarkKind::Wheel(number(radius).abs()), b),
+            Shape::Rod => self.links.push(Link { kind: LinkKind::Rod, ends: [a, b], name }),
+            Shape::Spring => self.links.push(Link { kind: LinkKind::Spring, ends: [a, b], name }),
+            Shape::Cylinder => self.links.push(Link { kind: LinkKind::Cylinder, ends: [a, b], name }),
+            Shape::Force { axis, control } => {
+                let values = shares(&controls[control.index()]);
+                self.arrows.push(Arrow { place: b, axis: Some((a.body, number(axis))), values, name });
+            }
+            Shape::Torque { control } => {
+                let values = shares(&controls[control.index()]);
+                self.arrows.push(Arrow { place: b, axis: None, values, name });
+            }
+        }
+    }
+
+    /// Where a point is at a frame of time.
+    pub(super) fn position(&self, place: Place, frame: usize) -> [f64; 2] {
+        let [x, y, phi] = place.body.map_or([0.0; 3], |body| self.bodies[body].poses[frame]);
+        let ([along, across], (sin, cos)) = (place.at, phi.sin_cos());
+        [x + cos * along - sin * across, y + sin * along + cos * across]
+    }
+
+    /// Finds what is seen: all bodies and marks all the time, with a margin.
+    fn look(&mut self) {
+        let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let mut see = |point: [f64; 2]| {
+            for k in 0..2 {
+                corners[0][k] = corners[0][k].min(point[k]);
+                corners[1][k] = corners[1][k].max(point[k]);
+            }
+        };
+        for frame in 0..self.frames {
+            for (body, piece) in self.bodies.iter().enumerate() {
+                let points = if let Outline::Hull(points) = &piece.outline { points.as_slice() } else { &[[0.0; 2]] };
+                points.iter().for_each(|&at| see(self.position(Place { body: Some(body), at }, frame)));
+            }
+            for place in self.marks.iter().map(|mark| mark.place).chain(self.links.iter().flat_map(|link| link.ends)) {
+                see(self.position(place, frame));
+            }
+        }
+        for mark in &self.marks {
+            if let MarkKind::Wheel(radius) = mark.kind {
+                let [x, y] = self.position(mark.place, 0);
+                [-radius, radius].into_iter().for_each(|r| see([x + r, y + r]));
+            }
+        }
+        let [[left, bottom], [right, top]] = corners;
+        let (width, height) = (right - left, top - bottom);
+        let size = if width.max(height) > 0.0 { width.max(height) } else { 1.0 };
+        let (width, height) = if width.is_finite() { (width, height) } else { (1.0, 1.0) };
+        let [left, bottom] = if left.is_finite() { [left, bottom] } else { [0.0; 2] };
+        let margin = 0.08 * size;
+        // No flatter than 1 to 4, so that marks have room.
+        let (wide, high) = ((width + 2.0 * margin).max(0.25 * size), (height + 2.0 * margin).max(0.25 * size));
+        self.view = [left + 0.5 * (width - wide), bottom + 0.5 * (height - high), wide, high];
+        self.unit = UNIT * size;
+    }
+}
+
+/// Values in parts of the largest; zeros if there is none.
+fn shares(values: &[f64]) -> Vec<f64> {
+    let largest = values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    values.iter().map(|x| if largest > 0.0 { x / largest } else { 0.0 }).collect()
+}
+
+/// The shape of a body, from what is fixed to it.
+fn outline(body: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: &Mechanics) -> Outline {
+    let mut points = vec![[0.0; 2]];
+    let mut carriage = None;
+    for part in drawn {
+        if matches!(part.shape, Shape::Torque { .. } | Shape::Wheel { .. }) {
+            continue;
+        }
+        for (which, point) in
+            [part.a, part.b].into_iter().map(place).enumerate().filter(|(_, point)| point.body == Some(body))
+        {
+            if let (1, Shape::Slider { axis }) = (which, part.shape) {
+                carriage = carriage.or(Some((point.at, first.parameter(axis))));
+            }
+            points.push(point.at);
+        }
+    }
+    let mut hull = hull(points);
+    if let [p, q] = hull[..]
+        && [p, q].contains(&[0.0; 2])
+    {
+        // Held at one point: taken for a rod with its centre in the middle.
+        let end = if p == [0.0; 2] { q } else { p };
+        hull = vec![end.map(|x| -x), end];
+    }
+    match carriage {
+        _ if hull.len() > 1 => Outline::Hull(hull),
+        Some((at, angle)) => Outline::Carriage(at, angle),
+        None => Outline::Disc,
+    }
+}
+
+/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    points.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) <= 1e-9 * a[0].hypot(a[1]));
+    if points.len() < 3 {
+        return points;
+    }
+    let turns = |[o, a, b]: [[f64; 2]; 3]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let chain = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for point in points {
+            while chain.len() > 1 && turns([chain[chain.len() - 2], chain[chain.len() - 1], point]) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut corners = chain(&mut points.iter().copied());
+    corners.extend(chain(&mut points.iter().rev().copied()));
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hull;
+
+    #[test]
+    fn the_hull_of_some_points_has_their_corners() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert_eq!(hull([square.as_slice(), &[[0.5, 0.5], [0.5, 0.0], [1.0, 1.0]]].concat()), square);
+        assert_eq!(hull(vec![[1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]]), [[-1.0, 0.0], [1.0, 0.0]]);
+        assert_eq!(hull(vec![[2.0, 3.0]; 3]), [[2.0, 3.0]]);
+    }
+}

@@ -1,0 +1,130 @@
+//! A motion as a picture that moves: one HTML page, or SVG.
+//!
+//! Drawn is what the scene knows of its planar bodies and of what joins them: hinges, sliders, rods, springs, cylinders, wheels, contacts; controls
+//! as arrows. Elements of one's own have no place in the plane and are not drawn.
+
+mod figure;
+mod page;
+mod text;
+mod vector;
+
+use std::io;
+use std::path::Path;
+
+use crate::motion::column;
+use crate::{Error, Inputs, Mechanics, System, Trajectory};
+use figure::Figure;
+
+/// More frames than these are not shown: nodes are left out evenly.
+const MOST_FRAMES: usize = 1500;
+/// So many controls are plotted by themselves.
+const MOST_PLOTS: usize = 4;
+
+/// A motion that can be written as a page or as a picture.
+///
+/// ```
+/// use hamiltonian_adjoint::{Animation, Grid, Inputs, Settings, Solver, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+/// inputs.controls.fill(10.0);
+/// let mut solver = Solver::new(&system, Settings::default());
+/// let motion = solver.simulate(&inputs)?.clone();
+/// let animation = Animation::new(&system, solver.inputs(), &motion)?.title("A cart with three links");
+/// let page = animation.html();
+/// assert!(page.starts_with("<!doctype html>") && page.len() < 300_000);
+/// // animation.write_html("cart.html")? writes it.
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Animation {
+    title: String,
+    /// The nodes that are shown, and their times, s.
+    nodes: Vec<usize>,
+    times: Vec<f64>,
+    figure: Figure,
+    plots: Vec<Plot>,
+}
+
+/// A quantity over time.
+#[derive(Clone, Debug)]
+struct Plot {
+    name: String,
+    unit: String,
+    values: Vec<f64>,
+}
+
+impl Animation {
+    /// Of the nodes that were computed; `inputs` are those of the motion, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    ///
+    /// # Errors
+    /// Inputs that do not belong to the motion; a motion without nodes; coordinates that are not finite.
+    pub fn new(system: &System, inputs: &Inputs, motion: &Trajectory) -> Result<Self, Error> {
+        motion.check_fits(system, inputs)?;
+        if motion.computed == 0 {
+            return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: 0 });
+        }
+        let every = motion.computed.div_ceil(MOST_FRAMES);
+        let mut nodes: Vec<usize> = (0..motion.computed).step_by(every).collect();
+        if nodes.last() != Some(&(motion.computed - 1)) {
+            nodes.push(motion.computed - 1);
+        }
+        let states = nodes.iter().map(|&node| Mechanics::at_node(system, inputs, motion, node));
+        let states = states.collect::<Result<Vec<Mechanics>, Error>>()?;
+        let controls: Vec<Vec<f64>> = Vec::from_iter(
+            (0..system.k()).map(|k| nodes.iter().map(|&node| column(&inputs.controls, node)[k]).collect::<Vec<f64>>()),
+        );
+        let figure = Figure::new(system, &states, &controls);
+        let of_control =
+            |k: usize| Plot { name: system.control_name(k).to_string(), unit: String::new(), values: controls[k].clone() };
+        let mut plots: Vec<Plot> = (0..system.k().min(MOST_PLOTS)).map(of_control).collect();
+        let energy = states.iter().map(Mechanics::energy).collect();
+        plots.push(Plot { name: "energy".into(), unit: "J".into(), values: energy });
+        let times = nodes.iter().map(|&node| motion.times[node]).collect();
+        Ok(Animation { title: "Motion".into(), nodes, times, figure, plots })
+    }
+
+    /// With a title.
+    pub fn title(mut self, title: &str) -> Self {
+        self.title = title.to_string();
+        self
+    }
+
+    /// With a plot of a quantity, one value for each node of the motion; values that are not finite leave gaps.
+    ///
+    /// # Errors
+    /// Fewer values than nodes.
+    pub fn plot(mut self, name: &str, unit: &str, values: &[f64]) -> Result<Self, Error> {
+        let expected = self.nodes.last().map_or(0, |last| last + 1);
+        if values.len() < expected {
+            return Err(Error::Size { what: "values of a plot (one for each node)", expected, found: values.len() });
+        }
+        let values = self.nodes.iter().map(|&node| values[node]).collect();
+        self.plots.push(Plot { name: name.to_string(), unit: unit.to_string(), values });
+        Ok(self)
+    }
+
+    /// The motion as one page that needs nothing else: a player with a slider, speeds, trails and plots.
+    pub fn html(&self) -> String {
+        page::html(self)
+    }
+
+    /// A still at the node that is shown last before a time, as SVG.
+    pub fn svg(&self, time: f64) -> String {
+        let frame = self.times.iter().rposition(|t| *t <= time).unwrap_or(0);
+        vector::still(&self.figure, frame, &self.title)
+    }
+
+    /// The motion as an SVG that moves by itself, again and again.
+    pub fn animated_svg(&self) -> String {
+        vector::animated(&self.figure, &self.times, &self.title)
+    }
+
+    /// Writes the page; a file that is there stays as it is unless all was written.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        text::write_whole(path.as_ref(), &self.html())
+    }
+}

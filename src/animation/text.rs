@@ -1,0 +1,109 @@
+//! Text for files: escaped names, short numbers, files that are written whole.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Text inside HTML or SVG, in attributes too.
+pub(super) fn escaped(text: &str) -> String {
+    let mut all = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => all.push_str("&amp;"),
+            '<' => all.push_str("&lt;"),
+            '>' => all.push_str("&gt;"),
+            '"' => all.push_str("&quot;"),
+            '\'' => all.push_str("&#39;"),
+            // No characters of XML.
+            c if c.is_control() => all.push(' '),
+            c => all.push(c),
+        }
+    }
+    all
+}
+
+/// A string of JSON that may stand inside a `<script>`.
+pub(super) fn quoted(text: &str) -> String {
+    let mut all = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => all.extend(['\\', c]),
+            c if c.is_control() || "<>&\u{2028}\u{2029}".contains(c) => all.push_str(&format!("\\u{:04x}", u32::from(c))),
+            c => all.push(c),
+        }
+    }
+    all.push('"');
+    all
+}
+
+/// How many digits behind the point distinguish a thousandth part of a size, and a few more.
+pub(super) fn digits(size: f64) -> usize {
+    if size > 0.0 && size.is_finite() { (4.0 - size.log10().floor()).clamp(0.0, 12.0) as usize } else { 4 }
+}
+
+/// A number with so many digits, without zeros at its end.
+pub(super) fn number(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if short == "-0" { "0".into() } else { short.to_string() }
+}
+
+/// A list of numbers as JSON; those that are not finite are null.
+pub(super) fn list(values: &[f64]) -> String {
+    let size = values.iter().filter(|x| x.is_finite()).fold(0.0f64, |size, x| size.max(x.abs()));
+    let digits = digits(size);
+    let item = |x: &f64| if x.is_finite() { number(*x, digits) } else { "null".into() };
+    format!("[{}]", values.iter().map(item).collect::<Vec<_>>().join(","))
+}
+
+/// Writes a file beside the wanted one and moves it there.
+pub(super) fn write_whole(path: &Path, text: &str) -> io::Result<()> {
+    let mut name = path.file_name().ok_or_else(|| io::Error::other("the path has no file name"))?.to_os_string();
+    name.push(format!(".{}.part", std::process::id()));
+    let part = path.with_file_name(name);
+    let written = fs::File::create(&part).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    });
+    let moved = written.and_then(|()| fs::rename(&part, path));
+    if moved.is_err() {
+        // What is left of it is of no use.
+        fs::remove_file(&part).ok();
+    }
+    moved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_leave_their_places() {
+        let name = "</script><b a='\"'>\u{0}&\\";
+        assert_eq!(escaped(name), "&lt;/script&gt;&lt;b a=&#39;&quot;&#39;&gt; &amp;\\");
+        let json = quoted(name);
+        assert!(!json.contains('<') && !json.contains('\u{0}'));
+        assert_eq!(serde_json::from_str::<String>(&json).expect("a string"), name);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(-0.00001, 3), "0");
+        assert_eq!(number(120.0, 2), "120");
+        assert_eq!(list(&[1.25, f64::NAN, -3.0]), "[1.25,null,-3]");
+        assert_eq!((digits(1.0), digits(250.0), digits(0.0)), (4, 2, 4));
+    }
+
+    #[test]
+    fn a_file_is_written_whole_or_not_at_all() {
+        let folder = std::env::temp_dir().join(format!("whole-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("page.html");
+        write_whole(&path, "first").expect("a file");
+        write_whole(&path, "second").expect("a file");
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "second");
+        assert!(write_whole(&folder.join("missing").join("page.html"), "x").is_err());
+        assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1, "nothing is left behind");
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+}

@@ -1,0 +1,63 @@
+//! Frames of planar bodies, of particles and of the ground, and points of them.
+
+use super::{Coordinate, Param};
+
+/// A frame of reference: a body's own, one that goes with a particle and does not turn, or the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame(pub(crate) Owner);
+
+/// Whose frame it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Owner {
+    Ground,
+    Body([Coordinate; 3]),
+    Particle([Coordinate; 2]),
+}
+
+/// A point of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    pub(crate) frame: Frame,
+    pub(crate) at: [Param; 2],
+}
+
+impl Frame {
+    /// Whose frame it is.
+    pub(crate) fn owner(self) -> Owner {
+        self.0
+    }
+
+    /// The coordinates of its body; none for the ground and for particles.
+    pub fn coordinates(self) -> Option<[Coordinate; 3]> {
+        match self.0 {
+            Owner::Body(coordinates) => Some(coordinates),
+            Owner::Ground | Owner::Particle(_) => None,
+        }
+    }
+
+    /// x, y and φ of its origin, of which the ground and particles lack some, as `of` gives them for coordinates.
+    pub(crate) fn place(self, of: impl Fn(Coordinate) -> f64) -> [f64; 3] {
+        match self.0 {
+            Owner::Ground => [0.0; 3],
+            Owner::Body(q) => q.map(of),
+            Owner::Particle([x, y]) => [of(x), of(y), 0.0],
+        }
+    }
+
+    /// The point (x, y) of the frame, m.
+    pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
+        Point { frame: self, at: [x.into(), y.into()] }
+    }
+}
+
+impl Point {
+    /// What it is fixed to.
+    pub fn frame(self) -> Frame {
+        self.frame
+    }
+
+    /// Its place there, m.
+    pub(crate) fn at(self) -> [Param; 2] {
+        self.at
+    }
+}

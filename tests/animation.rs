@@ -1,0 +1,204 @@
+//! Pages and pictures of motions: what is in them, and what happens in a browser.
+
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Animation, Error, Grid, Inputs, Scene, Settings, Solver, Start, System, Trajectory};
+use serde_json::Value;
+use std::process::Command;
+
+fn moved(system: &System, inputs: &Inputs) -> (Inputs, Trajectory) {
+    let mut solver = Solver::new(system, Settings::default());
+    let motion = solver.simulate(inputs).expect("a motion").clone();
+    (solver.inputs().clone(), motion)
+}
+
+fn cart(steps: usize) -> (System, Inputs, Trajectory) {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
+    inputs.controls.fill(10.0);
+    let (inputs, motion) = moved(&system, &inputs);
+    (system, inputs, motion)
+}
+
+/// One of every part that is drawn.
+fn everything() -> Scene {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let boom = scene.body("boom", 30.0, 10.0, [1.0, 0.6, 0.3]);
+    let arm = scene.body("arm", 15.0, 4.0, [2.6, 0.6, -0.7]);
+    scene.revolute("foot", Body::GROUND.at(0.0, 0.0), boom.at(-1.1, 0.0));
+    scene.revolute("elbow", boom.at(1.0, 0.1), arm.at(-0.9, 0.0));
+    let [force, torque] = ["force", "torque"].map(|name| scene.control(name));
+    scene.two_point_actuator("cylinder", Body::GROUND.at(0.6, -0.3), boom.at(0.2, 0.0), force);
+    scene.actuator("pull", Body::GROUND.at(0.0, 0.0), 0.0, arm.at(0.9, 0.0), force);
+    scene.spring_damper("spring", boom.at(0.0, 0.2), arm.at(-0.2, 0.1), 900.0, 1.2, 20.0);
+    scene.torque_actuator("motor", boom, arm, torque);
+    let law = [1e5.into(), 0.3.into(), 0.3.into(), 0.1.into()];
+    scene.contact("floor", Body::GROUND.at(0.0, -0.8), std::f64::consts::FRAC_PI_2, arm.at(0.9, 0.0), law);
+    let load = scene.particle("load", 5.0, [3.4, -0.2]);
+    scene.distance("rope", arm.at(0.9, 0.0), load.point(), 0.6);
+    let wheels = [("wheel", 0.0), ("second wheel", 0.5)].map(|(name, y)| {
+        let wheel = scene.body(name, 1.0, 0.1, [-0.8, y, 0.0]);
+        scene.revolute(&format!("axle of {name}"), Body::GROUND.at(-0.8, y), wheel.at(0.0, 0.0));
+        wheel
+    });
+    scene.gear("gear", wheels[0], 0.3, wheels[1], 0.2);
+    let plate = scene.body("plate", 1.0, 0.1, [-0.8, 0.9, 0.0]);
+    scene.weld("glue", wheels[1].at(0.0, 0.1), plate.at(0.0, 0.0), 0.0);
+    let slide = scene.body("slide", 1.0, 0.1, [0.0, 1.5, 0.0]);
+    scene.prismatic("rail", Body::GROUND.at(0.0, 1.5), 0.0, slide.at(0.0, 0.0), 0.0);
+    scene
+}
+
+fn page_of_everything() -> String {
+    let system = everything().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.005));
+    inputs.start = Start::assembled(&system);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 30.0 * (0.1 * i as f64).sin());
+    let (inputs, motion) = moved(&system, &inputs);
+    let animation = Animation::new(&system, &inputs, &motion).expect("an animation").title("All parts");
+    assert_balanced(&animation.svg(0.2));
+    assert_balanced(&animation.animated_svg());
+    animation.html()
+}
+
+fn data(page: &str) -> Value {
+    let begin = page.find("id=\"data\">").expect("data") + "id=\"data\">".len();
+    let end = begin + page[begin..].find("</script>").expect("an end");
+    serde_json::from_str(&page[begin..end]).expect("JSON")
+}
+
+/// Every tag is closed in its order, and nothing is open at the end.
+fn assert_balanced(svg: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for tag in svg.split('<').skip(1) {
+        let (inside, _) = tag.split_once('>').expect("a closed tag");
+        let name = inside.trim_start_matches('/').split([' ', '/']).next().unwrap_or_default();
+        if inside.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "in {inside}");
+        } else if !inside.ends_with('/') {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+#[test]
+fn the_page_holds_the_motion_of_every_body_and_is_small() {
+    let (system, inputs, motion) = cart(100);
+    let speeds: Vec<f64> = motion.v.row(0).iter().copied().collect();
+    let animation = Animation::new(&system, &inputs, &motion).expect("an animation");
+    let page = animation.plot("speed", "m/s", &speeds).expect("a plot").html();
+    assert!(page.len() < 60_000, "{} bytes", page.len());
+    assert!(
+        !page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org/2000/svg").count()
+    );
+    let data = data(&page);
+    assert_eq!(data["times"].as_array().expect("times").len(), 101);
+    let bodies: Vec<bool> = data["bodies"].as_array().expect("flags").iter().map(|flag| flag == true).collect();
+    assert_eq!(bodies.iter().filter(|is_body| **is_body).count(), 4);
+    for node in [0, 37, 100] {
+        for body in 0..4 {
+            for k in 0..3 {
+                let shown = data["poses"][body][k][node].as_f64().expect("a number");
+                assert!((shown - motion.q[(3 * body + k, node)]).abs() < 1e-3, "body {body} at node {node}");
+            }
+        }
+    }
+    let names: Vec<&str> =
+        data["plots"].as_array().expect("plots").iter().map(|plot| plot["name"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["force on the cart", "energy", "speed"]);
+    assert_balanced(&Animation::new(&system, &inputs, &motion).expect("an animation").animated_svg());
+}
+
+#[test]
+fn all_parts_are_drawn() {
+    let page = page_of_everything();
+    for name in ["boom", "foot", "cylinder", "pull", "spring", "motor", "floor", "load", "rope", "gear", "glue", "rail"] {
+        assert!(page.contains(&format!("<title>{name}</title>")), "{name}");
+    }
+}
+
+#[test]
+fn names_of_strangers_stay_names() {
+    let name = "</script><script>alert('\"1\"')</script>";
+    let mut scene = Scene::new();
+    let body = scene.body(name, 1.0, 0.1, [0.0; 3]);
+    let force = scene.control(&format!("{name}!"));
+    scene.actuator(&format!("{name}?"), Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.3, 0.0), force);
+    let system = scene.compile().expect("a scene");
+    let (inputs, motion) = moved(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.1)));
+    let animation = Animation::new(&system, &inputs, &motion).expect("an animation").title("{{data}} & <b>");
+    let page = animation.html();
+    assert_eq!(page.matches("<script").count(), 2, "those of the page");
+    assert!(!page.contains("<script>alert"));
+    assert_eq!(data(&page)["plots"][0]["name"], format!("{name}!"));
+    assert!(page.contains("<title>{{data}} &amp; &lt;b&gt;</title>"));
+    assert_balanced(&animation.svg(0.0));
+}
+
+#[test]
+fn long_motions_are_thinned_and_short_ones_shown() {
+    let (system, inputs, motion) = cart(4000);
+    let page = Animation::new(&system, &inputs, &motion).expect("an animation").html();
+    let shown = data(&page)["times"].as_array().expect("times").len();
+    assert!((1000..=1501).contains(&shown), "{shown}");
+    assert!(page.len() < 300_000, "{} bytes", page.len());
+    assert_eq!(data(&page)["times"][shown - 1].as_f64().map(|t| (t - 2.0).abs() < 1e-3), Some(true));
+    let (system, inputs, motion) = cart(1);
+    assert_eq!(
+        data(&Animation::new(&system, &inputs, &motion).expect("an animation").html())["times"]
+            .as_array()
+            .expect("times")
+            .len(),
+        2
+    );
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let (system, inputs, motion) = cart(10);
+    let animation = Animation::new(&system, &inputs, &motion).expect("an animation");
+    assert!(matches!(animation.plot("short", "m", &[0.0; 3]), Err(Error::Size { expected: 11, found: 3, .. })));
+    let (_, other, _) = cart(5);
+    assert!(Animation::new(&system, &other, &motion).is_err());
+    let none = Trajectory { computed: 0, ..motion };
+    assert!(matches!(Animation::new(&system, &inputs, &none), Err(Error::Incomplete { .. })));
+}
+
+/// Run it with `cargo test --test animation -- --ignored` where a program `chromium` is.
+#[test]
+#[ignore = "needs Chromium"]
+fn a_browser_plays_the_page_without_errors() {
+    let watch = "<head><script>window.problems = []; window.onerror = text => { window.problems.push(text); };</script>";
+    let act = "<script>
+        const seen = () => [...document.querySelectorAll('g.moving')].map(g => g.getAttribute('transform')).join();
+        const before = seen(), slider = document.getElementById('slider');
+        slider.value = 500; slider.dispatchEvent(new Event('input'));
+        const middle = seen(), time = document.getElementById('time').textContent;
+        document.getElementById('play').click();
+        const playing = document.getElementById('play').textContent;
+        document.title = JSON.stringify({ problems: window.problems, moved: before !== middle, time, playing, bad: middle.includes('NaN') });
+        </script></body>";
+    let page = page_of_everything().replacen("<head>", watch, 1).replacen("</body>", act, 1);
+    let folder = std::env::temp_dir().join(format!("browser-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("page.html");
+    std::fs::write(&file, page).expect("a file");
+    let quiet =
+        ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--dump-dom"];
+    let browser = Command::new("chromium")
+        .args(quiet)
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg(format!("file://{}", file.display()))
+        .output()
+        .expect("Chromium");
+    let dom = String::from_utf8_lossy(&browser.stdout).into_owned();
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
+    let told: Value = serde_json::from_str(&title.replace("&quot;", "\"")).expect("JSON");
+    assert_eq!(told["problems"], Value::Array(Vec::new()), "{told}");
+    assert_eq!((&told["moved"], &told["bad"]), (&Value::Bool(true), &Value::Bool(false)), "{told}");
+    assert_eq!((told["time"].as_str(), told["playing"].as_str()), (Some("t = 0.250 s"), Some("Pause")), "{told}");
+    std::fs::remove_dir_all(&folder).ok();
+}
