@@ -193,6 +193,15 @@ pub enum Error {
         /// The last of them, in m or rad.
         correction: f64,
     },
+    /// A file that does not say what it should.
+    File {
+        /// What kind of file: inputs, a table.
+        kind: &'static str,
+        /// Where: line and column, or the name of an entry.
+        place: String,
+        /// What is wrong there.
+        problem: String,
+    },
     /// A cost depends on the λ of a constraint whose reaction others may take over.
     UndeterminedReaction {
         /// The constraint equation.
@@ -407,6 +416,7 @@ impl fmt::Display for Error {
                  already, a smaller `Settings::drift_bound`",
                 seconds(*time)
             ),
+            Error::File { kind, place, problem } => write!(f, "{kind}, {place}: {problem}"),
             Error::UndeterminedReaction { equation, time } => write!(
                 f,
                 "a cost depends on the λ of {equation}, which is not determined at t = {} s: other constraints hold the same points, and may \

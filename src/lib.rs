@@ -81,6 +81,8 @@ mod adjoint;
 mod animation;
 pub mod check;
 mod error;
+#[cfg(feature = "files")]
+mod files;
 mod forward;
 mod linear;
 mod memory;
@@ -100,6 +102,8 @@ mod warning;
 pub use adjoint::{AdjointVariables, Gradient};
 pub use animation::Animation;
 pub use error::Error;
+#[cfg(feature = "files")]
+pub use files::Table;
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,
     PotentialEnergy, Sum,

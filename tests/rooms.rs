@@ -24,6 +24,7 @@ const ROOMS: &[&str] = &[
     "paper_system",
     "solver",
     "check",
+    "files",
     "animation",
     "lib",
 ];

@@ -34,6 +34,11 @@ impl SceneTag {
         handle.scene == self.0
     }
 
+    /// The number of the scene.
+    pub(crate) fn number(&self) -> u64 {
+        self.0
+    }
+
     /// Whether an expression is one of this scene's.
     pub(crate) fn noted(&self, expression: &Expression) -> bool {
         expression.scene == self.0
@@ -52,6 +57,11 @@ impl Drop for SceneTag {
 }
 
 impl Handle {
+    /// That of a scene with a number.
+    pub(crate) fn of(scene: u64, index: usize) -> Self {
+        Handle { scene, index }
+    }
+
     pub(crate) fn scene(&self) -> u64 {
         self.scene
     }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::motion::column;
 use crate::number::Real;
-use crate::{Coordinate, Error, System, memory};
+use crate::{Control, Coordinate, Error, System, memory};
 
 /// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,6 +225,16 @@ impl Inputs {
             controls: DMatrix::zeros(system.k(), grid.nodes()),
             design: system.design_values(),
             grid,
+        }
+    }
+
+    /// Sets a control at all nodes to a function of time: a measured or wanted signal, u(t).
+    ///
+    /// # Panics
+    /// If the system has no such control.
+    pub fn set_control(&mut self, control: Control, signal: impl Fn(f64) -> f64) {
+        for (node, t) in self.grid.times().into_iter().enumerate() {
+            self.controls[(control.index(), node)] = signal(t);
         }
     }
 

@@ -230,6 +230,7 @@ impl Scene {
             return Err(problem);
         }
         self.check_names()?;
+        self.parts.scene = self.tag.number();
         self.parts.expressions = self.tag.take_expressions();
         System::compile(self.parts, without_programs)
     }

@@ -59,7 +59,7 @@ pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::{Param, Sketch};
+use crate::model::{Coordinate, Handle, Param, Sketch};
 use crate::number::Fingerprint;
 use crate::number::Real;
 use crate::number::take_look;
@@ -97,6 +97,8 @@ pub struct System {
     parameters: Parameters,
     positive: Vec<(Param, String)>,
     sketch: Sketch,
+    /// The number of the scene.
+    scene: u64,
     /// Identifies the formulas that were compiled.
     fingerprint: u64,
 }
@@ -165,6 +167,7 @@ impl System {
             parameters,
             positive,
             sketch: scene.sketch,
+            scene: scene.scene,
             fingerprint,
         })
     }
@@ -218,6 +221,15 @@ impl System {
     /// If `i` is not less than [`n`](Self::n).
     pub fn coordinate_name(&self, i: usize) -> &str {
         &self.names.coordinates[i]
+    }
+
+    /// The handle of a coordinate, as the scene gave it.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n`](Self::n).
+    pub fn coordinate(&self, i: usize) -> Coordinate {
+        assert!(i < self.n, "there are {} coordinates, and no {i}", self.n);
+        Coordinate(Handle::of(self.scene, i))
     }
 
     /// The name of a constraint equation: its constraint's and its number there.

@@ -10,6 +10,8 @@ use crate::program::Graph;
 /// A mechanism as a list of named parts.
 #[derive(Default)]
 pub(crate) struct Parts {
+    /// The number of the scene.
+    pub(crate) scene: u64,
     pub(crate) coordinates: Vec<String>,
     /// The coordinates of each named group (a body), as ranges.
     pub(crate) groups: Vec<(String, Range<usize>)>,

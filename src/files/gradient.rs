@@ -1,0 +1,63 @@
+//! [`Gradient`] to JSON: as inputs, each value by its name.
+
+use serde::Serialize;
+
+use super::inputs::{by_controls, by_coordinates, designs};
+use super::names::Named;
+use crate::{Error, Gradient, Start, System};
+
+#[derive(Serialize)]
+struct File {
+    format: &'static str,
+    version: u32,
+    /// J.
+    value: f64,
+    /// dJ/du at all nodes.
+    controls: Named<Vec<f64>>,
+    design: Named<f64>,
+    /// What the motion started with, dJ/dq₀, and dJ/dv₀ or dJ/dp*₀.
+    start: &'static str,
+    q0: Named<f64>,
+    rate0: Named<f64>,
+    steps: Vec<f64>,
+    warnings: Vec<String>,
+}
+
+impl Gradient {
+    /// As JSON, every derivative by the name of its input.
+    ///
+    /// # Errors
+    /// A gradient of another system.
+    pub fn to_json(&self, system: &System) -> Result<String, Error> {
+        let sizes = [
+            ("dJ/dq₀", system.n(), self.start.q().len()),
+            ("dJ/du: rows (channels)", system.k(), self.controls.nrows()),
+            ("dJ/db", system.designs(), self.design.len()),
+        ];
+        if let Some((what, expected, found)) = sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            return Err(Error::Size { what, expected, found });
+        }
+        let file = File {
+            format: "hamiltonian-adjoint gradient",
+            version: 1,
+            value: self.value,
+            controls: by_controls(system, &self.controls),
+            design: Named::new(designs(system), self.design.iter().copied()),
+            start: match self.start {
+                Start::Velocity { .. } => "velocity",
+                Start::Momentum { .. } => "momentum",
+                Start::Assembled { .. } => "assembled",
+            },
+            q0: by_coordinates(system, self.start.q()),
+            rate0: by_coordinates(system, self.start.rate()),
+            steps: self.steps.clone(),
+            warnings: self.warnings.iter().map(ToString::to_string).collect(),
+        };
+        let problem = |error: serde_json::Error| Error::File {
+            kind: "gradient",
+            place: "the whole".into(),
+            problem: error.to_string(),
+        };
+        serde_json::to_string_pretty(&file).map_err(problem)
+    }
+}

@@ -1,0 +1,75 @@
+//! Lists of numbers by their names.
+
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::fmt;
+use std::marker::PhantomData;
+
+use crate::Error;
+
+/// Values by their names, in the order of the scene or of the file; a name may stand there once.
+#[derive(Clone, Debug)]
+pub(super) struct Named<T>(pub(super) Vec<(String, T)>);
+
+impl<T> Named<T> {
+    pub(super) fn new<'a>(names: impl Iterator<Item = &'a str>, values: impl Iterator<Item = T>) -> Self {
+        Named(names.map(str::to_string).zip(values).collect())
+    }
+
+    /// The values in the order of these names.
+    ///
+    /// # Errors
+    /// A name that is missing, and one that the system does not have.
+    pub(super) fn in_order<'a>(mut self, part: &str, names: impl Iterator<Item = &'a str>) -> Result<Vec<T>, Error> {
+        let wrong = |name: &str, problem: &str| Error::File {
+            kind: "inputs",
+            place: format!("`{part}`"),
+            problem: format!("{problem} `{name}`"),
+        };
+        let mut values = Vec::new();
+        for name in names {
+            let at = self.0.iter().position(|(known, _)| known == name);
+            values.push(self.0.swap_remove(at.ok_or_else(|| wrong(name, "there is no value for"))?).1);
+        }
+        match self.0.first() {
+            Some((name, _)) => Err(wrong(name, "the system has nothing called")),
+            None => Ok(values),
+        }
+    }
+}
+
+impl<T: Serialize> Serialize for Named<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        self.0.iter().try_for_each(|(name, value)| map.serialize_entry(name, value))?;
+        map.end()
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor<T>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>> de::Visitor<'de> for Visitor<T> {
+            type Value = Named<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("values by their names")
+            }
+
+            fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<Named<T>, A::Error> {
+                let mut all: Vec<(String, T)> = Vec::new();
+                let mut known = std::collections::HashSet::new();
+                while let Some((name, value)) = map.next_entry::<String, T>()? {
+                    if !known.insert(name.clone()) {
+                        return Err(de::Error::custom(format!("`{name}` stands here twice")));
+                    }
+                    all.push((name, value));
+                }
+                Ok(Named(all))
+            }
+        }
+
+        deserializer.deserialize_map(Visitor(PhantomData))
+    }
+}

@@ -1,0 +1,135 @@
+//! [`Table`]: measured or wanted signals over time, from CSV.
+
+use crate::Error;
+
+/// Columns of numbers over time, with gaps.
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, Scene, Table, planar::Body};
+///
+/// let table = Table::from_csv("t [s],force [N],x [m]\n0,1.5,0\n0.1,2.5,\n0.3,0.5,0.2\n")?;
+/// let force = table.column("force")?;
+/// assert!((table.value(force, 0.2) - 1.5).abs() < 1e-15);
+/// // A gap is bridged.
+/// assert!((table.value(table.column("x")?, 0.15) - 0.1).abs() < 1e-15);
+///
+/// let mut scene = Scene::new();
+/// let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+/// let push = scene.control("push");
+/// scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), push);
+/// // A control that no element has is a reference that costs can follow.
+/// let reference = scene.control("wanted x");
+/// let system = scene.compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.01));
+/// inputs.set_control(push, |t| table.value(force, t));
+/// inputs.set_control(reference, |t| 0.5 * t);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The names in the header, that of the time first left out, with their units.
+    pub names: Vec<String>,
+    /// The times of the rows, s, each later than the one before.
+    pub times: Vec<f64>,
+    /// The values of each column; none where a cell is empty.
+    pub columns: Vec<Vec<Option<f64>>>,
+}
+
+impl Table {
+    /// From CSV with a header; the first column is the time in s.
+    ///
+    /// # Errors
+    /// No header, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
+    pub fn from_csv(text: &str) -> Result<Self, Error> {
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|error| problem(&error))?.clone();
+        let names: Vec<String> = header.iter().skip(1).map(str::to_string).collect();
+        if names.is_empty() {
+            return Err(wrong(1, "the header has no column besides the time"));
+        }
+        if let Some((k, name)) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
+            return Err(wrong(1, &format!("columns {} and an earlier one are both called `{name}`", k + 2)));
+        }
+        let mut table = Table { columns: vec![Vec::new(); names.len()], times: Vec::new(), names };
+        for record in reader.records() {
+            let record = record.map_err(|error| problem(&error))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            table.add(&record, line)?;
+        }
+        if table.times.is_empty() {
+            return Err(wrong(2, "there are no rows"));
+        }
+        let is_empty = |column: &Vec<Option<f64>>| column.iter().all(Option::is_none);
+        match table.columns.iter().position(is_empty) {
+            Some(k) => Err(wrong(1, &format!("column `{}` has no values", table.names[k]))),
+            None => Ok(table),
+        }
+    }
+
+    fn add(&mut self, record: &csv::StringRecord, line: u64) -> Result<(), Error> {
+        let number = |cell: &str, k: usize| match cell.parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => {
+                // Not more of it than a message can show.
+                let cell: String = cell.chars().take(20).collect();
+                Err(wrong(line, &format!("column {}: `{cell}` is no finite number", k + 1)))
+            }
+        };
+        let t = number(&record[0], 0)?;
+        if self.times.last().is_some_and(|last| *last >= t) {
+            return Err(wrong(line, &format!("the time {t} s is not later than that of the row before")));
+        }
+        self.times.push(t);
+        for (k, column) in self.columns.iter_mut().enumerate() {
+            let cell = &record[k + 1];
+            column.push(if cell.is_empty() { None } else { Some(number(cell, k + 1)?) });
+        }
+        Ok(())
+    }
+
+    /// The number of a column, by its name with or without the unit.
+    ///
+    /// # Errors
+    /// A name that no column has; the error lists those there are.
+    pub fn column(&self, name: &str) -> Result<usize, Error> {
+        let bare = |full: &str| full.split_once('[').map_or(full, |(name, _)| name).trim().to_string();
+        let found = self.names.iter().position(|known| known == name);
+        let found = found.or_else(|| self.names.iter().position(|known| bare(known) == name));
+        found.ok_or_else(|| Error::File {
+            kind: "a table",
+            place: "the header".into(),
+            problem: format!("there is no column `{name}` among {}", self.names.join(", ")),
+        })
+    }
+
+    /// The value of a column at a time, linear between rows that have one; before the first and behind the last it is theirs.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    pub fn value(&self, column: usize, t: f64) -> f64 {
+        let values = &self.columns[column];
+        let known = |i: usize| values[i].map(|x| (self.times[i], x));
+        let next = self.times.partition_point(|time| *time < t);
+        let before = (0..next).rev().find_map(known);
+        let after = (next..values.len()).find_map(known);
+        match (before, after) {
+            (Some((t0, x0)), Some((t1, x1))) => x0 + (x1 - x0) * ((t - t0) / (t1 - t0)),
+            (Some((_, x)), None) | (None, Some((_, x))) => x,
+            (None, None) => f64::NAN,
+        }
+    }
+}
+
+fn problem(error: &csv::Error) -> Error {
+    let line = error.position().map_or(1, csv::Position::line);
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            wrong(line, &format!("{len} cells where the header has {expected_len}"))
+        }
+        _ => wrong(line, &error.to_string()),
+    }
+}
+
+fn wrong(line: u64, problem: &str) -> Error {
+    Error::File { kind: "a table", place: format!("line {line}"), problem: problem.to_string() }
+}

@@ -1,0 +1,145 @@
+//! Inputs, gradients and motions as files: whole round trips, and files of strangers. `cargo test --features files --test files`.
+#![cfg(feature = "files")]
+
+mod common;
+
+use common::assert_says;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Solver, Start, Sum, System, Table, gradient};
+use nalgebra::DVector;
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn cart() -> System {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    let target = cart.scene.design("target <angle>", 0.3);
+    cart.scene.cost("aim", AngleError, Sum::Terminal, [cart.links[1].coordinates[2]], [], [], [target.into()]);
+    cart.scene.compile().expect("a scene")
+}
+
+fn lively(system: &System) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::new(0.1, vec![0.1, 0.2, 1.0 / 3.0]));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (i as f64).sqrt() / 3.0);
+    inputs
+}
+
+#[test]
+fn inputs_come_back_to_the_last_bit() {
+    let system = cart();
+    let plain = lively(&system);
+    let q = system.initial_coordinates();
+    let mut momentum = plain.clone();
+    momentum.start = Start::Momentum { q: q.clone(), p_star: DVector::from_fn(q.len(), |i, _| 0.1 / (1.0 + i as f64)) };
+    let mut assembled = plain.clone();
+    assembled.start = Start::assembled(&system).hold(&[system.coordinate(2), system.coordinate(5)]);
+    for inputs in [plain, momentum, assembled] {
+        let json = inputs.to_json(&system).expect("a file");
+        let back = Inputs::from_json(&system, &json).expect("the same");
+        assert_eq!(back, inputs);
+        assert_eq!(back.to_json(&system).expect("a file"), json);
+    }
+}
+
+#[test]
+fn gradients_and_motions_are_written_by_name() {
+    let system = cart();
+    let inputs = lively(&system);
+    let gradient = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+    let json: Value = serde_json::from_str(&gradient.to_json(&system).expect("a file")).expect("JSON");
+    assert_eq!(json["value"].as_f64(), Some(gradient.value));
+    assert_eq!(json["design"]["target <angle>"].as_f64(), Some(gradient.design[0]));
+    assert_eq!(json["controls"]["force on the cart"][2].as_f64(), Some(gradient.controls[(0, 2)]));
+
+    let mut solver = Solver::new(&system, Settings::default());
+    let motion = solver.simulate(&inputs).expect("a motion").clone();
+    let csv = motion.to_csv(&system, solver.inputs()).expect("a file");
+    let table = Table::from_csv(&csv).expect("a table");
+    assert_eq!((table.times.len(), table.columns.len()), (4, 3 * system.n() + system.m() + system.k()));
+    assert_eq!(table.names[0], "cart.x [m]");
+    let angle = table
+        .column("p* of link 1.φ")
+        .or_else(|_| table.column(&format!("p* of {}", system.coordinate_name(5))))
+        .expect("a column");
+    assert!(table.names[angle].ends_with("[N m s]"), "{}", table.names[angle]);
+    for i in 0..4 {
+        assert_eq!(table.columns[0][i], Some(motion.q[(0, i)]), "to the last bit");
+        assert_eq!(table.columns[angle][i], Some(motion.p_star[(5, i)]));
+    }
+}
+
+#[test]
+fn names_that_are_formulas_are_made_harmless() {
+    let mut scene = Scene::new();
+    let body = scene.body("=cmd()", 1.0, 0.1, [0.0; 3]);
+    let force = scene.control("@SUM(1,\"2\")\n");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.0), force);
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.1));
+    let mut solver = Solver::new(&system, Settings::default());
+    let motion = solver.simulate(&inputs).expect("a motion").clone();
+    let csv = motion.to_csv(&system, &inputs).expect("a file");
+    let table = Table::from_csv(&csv).expect("a table");
+    assert!(table.names.iter().all(|name| !name.starts_with(['=', '@', '+', '-'])), "{:?}", table.names);
+    assert!(table.names.iter().any(|name| name.contains("\"2\"")), "quotes come back: {:?}", table.names);
+    let json = inputs.to_json(&system).expect("a file");
+    assert_eq!(Inputs::from_json(&system, &json).expect("the same"), inputs);
+}
+
+#[test]
+fn what_is_wrong_in_inputs_is_named_with_its_place() {
+    let system = cart();
+    let json = lively(&system).to_json(&system).expect("a file");
+    let read = |json: &str| Inputs::from_json(&system, json).expect_err("a wrong file");
+    assert_says(&read(&json.replacen("\"steps\"", "\"step\"", 1)), &["line 6", "column", "unknown field `step`"]);
+    assert_says(&read(&json[..json.len() / 2]), &["line", "column", "EOF"]);
+    assert_says(&read(&json.replacen("\"cart.x\"", "\"cart.z\"", 1)), &["start.q", "no value for `cart.x`"]);
+    assert_says(&read(&json.replacen("\"cart.y\": 0.0", "\"cart.x\": 0.0", 1)), &["`cart.x` stands here twice"]);
+    assert_says(&read(&json.replacen("\"version\": 1", "\"version\": 2", 1)), &["version 2", "expected", "version 1"]);
+    assert_says(&read(&json.replacen("\"stages\": 1", "\"stages\": 0", 1)), &["Grid::stages"]);
+    let mut short: Value = serde_json::from_str(&json).expect("JSON");
+    short["controls"]["force on the cart"].as_array_mut().expect("a list").pop();
+    assert_says(&read(&short.to_string()), &["force on the cart", "3 values for 4 nodes"]);
+    short["controls"]["force on the cart"] = serde_json::json!([1, 2, null, 4]);
+    assert!(matches!(read(&short.to_string()), Error::File { .. }));
+}
+
+#[test]
+fn what_is_wrong_in_a_table_is_named_with_its_line() {
+    let read = |csv: &str| Table::from_csv(csv).expect_err("a wrong table");
+    assert_says(&read(""), &["line 1", "no column"]);
+    assert_says(&read("t,x\n"), &["no rows"]);
+    assert_says(&read("t,x\n0,1\n1,one\n"), &["line 3", "column 2", "`one`"]);
+    assert_says(&read("t,x\n0,1\n1\n"), &["line 3", "1 cells", "has 2"]);
+    assert_says(&read("t,x\n0,1\n0,2\n"), &["line 3", "not later"]);
+    assert_says(&read("t,x\n0,inf\n"), &["line 2", "no finite number"]);
+    assert_says(&read("t,x,x\n0,1,2\n"), &["`x`"]);
+    assert_says(&read("t,x,y\n0,1,\n"), &["`y` has no values"]);
+    let table = Table::from_csv("t [s], x [m]\n1,2\n2,4\n").expect("a table");
+    assert_eq!([0.0, 1.25, 9.0].map(|t| table.value(0, t)), [2.0, 2.5, 4.0]);
+    assert_says(&table.column("z").expect_err("no column"), &["`z`", "x [m]"]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Files that were cut, doubled or changed somewhere: an answer or an error, and never a panic.
+    #[test]
+    fn broken_files_are_refused_or_read(at in 0.0..1.0f64, len in 0..40usize, with in "[ -~\\n]{0,6}") {
+        let system = cart();
+        let inputs = lively(&system).to_json(&system).expect("a file");
+        let table = "t [s],x [m],y\n0,1.5,2\n0.5,,3\n1,\"2\",1e3\n".to_string();
+        for (k, text) in [inputs, table].into_iter().enumerate() {
+            let from = (at * text.len() as f64) as usize;
+            let to = (from + len).min(text.len());
+            let broken = format!("{}{with}{}", text.get(..from).unwrap_or(""), text.get(to..).unwrap_or(""));
+            if k == 0 {
+                if let Ok(inputs) = Inputs::from_json(&system, &broken) {
+                    prop_assert!(inputs.to_json(&system).is_ok());
+                }
+            } else if let Ok(table) = Table::from_csv(&broken) {
+                prop_assert!((0..table.columns.len()).all(|k| table.value(k, 0.3).is_finite()));
+            }
+        }
+    }
+}
