@@ -193,6 +193,13 @@ pub enum Error {
         /// The last of them, in m or rad.
         correction: f64,
     },
+    /// Stopped by whoever was told of the progress.
+    Interrupted {
+        /// The nodes that were done.
+        done: usize,
+        /// All nodes.
+        of: usize,
+    },
     /// A file that does not say what it should.
     File {
         /// What kind of file: inputs, a table.
@@ -416,6 +423,7 @@ impl fmt::Display for Error {
                  already, a smaller `Settings::drift_bound`",
                 seconds(*time)
             ),
+            Error::Interrupted { done, of } => write!(f, "stopped when asked to, after {done} of {of} nodes"),
             Error::File { kind, place, problem } => write!(f, "{kind}, {place}: {problem}"),
             Error::UndeterminedReaction { equation, time } => write!(
                 f,

@@ -109,7 +109,7 @@ pub use model::element::{
     PotentialEnergy, Sum,
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
-pub use motion::{Composition, Grid, Held, Inputs, Report, Stages, Start, Trajectory};
+pub use motion::{Composition, Grid, Held, Inputs, Progress, Report, Stages, Start, Task, Trajectory};
 pub use number::{Arithmetic, Cx, Real, Scalar};
 pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;

@@ -24,7 +24,7 @@ use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
-use crate::motion::{Report, column_mut};
+use crate::motion::{Report, Task, Watch, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint, carried_part};
@@ -115,14 +115,14 @@ impl AdjointSweep {
         settings: &Settings,
         factors: Option<&[f64]>,
     ) -> Result<&Gradient, Error> {
-        let ForwardSweep { motion, stepper, monitor, .. } = forward;
+        let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
         self.begin(system, motion, &stepper.newton, settings);
         if let Some(factors) = factors {
             self.cost.factors.copy_from_slice(factors);
         }
-        self.back(system, motion, &mut stepper.newton, 0..nodes)?;
+        self.back(system, motion, &mut stepper.newton, (0..nodes, watch))?;
         self.finish(system, &monitor.report)
     }
 
@@ -132,9 +132,13 @@ impl AdjointSweep {
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
-        nodes: Range<usize>,
+        (nodes, watch): (Range<usize>, &mut Watch),
     ) -> Result<(), Error> {
-        nodes.rev().try_for_each(|node| self.visit(system, motion, newton, node))
+        for node in nodes.rev() {
+            self.visit(system, motion, newton, node)?;
+            watch.tell(Task::Gradient, motion.nodes() - node, motion.nodes())?;
+        }
+        Ok(())
     }
 
     /// Refuses sums that overflowed, and says how far the gradient can be trusted.

@@ -30,7 +30,7 @@ use nalgebra::DMatrix;
 
 use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
-use crate::motion::{Report, column, column_mut};
+use crate::motion::{Report, Task, Watch, column, column_mut};
 use crate::node::Predictor;
 use crate::node::{StepFailure, Unknowns};
 use crate::number::largest;
@@ -51,6 +51,7 @@ pub(crate) struct ForwardSweep {
     pub(crate) stepper: Stepper,
     pub(crate) monitor: Monitor,
     pub(crate) restarting: Restarting,
+    pub(crate) watch: Watch,
     /// The dependent constraints of the last start that had any.
     pub(crate) relaxed: Option<Relaxed>,
 }
@@ -63,6 +64,7 @@ impl ForwardSweep {
             stepper: Stepper::new(system, scheme),
             monitor: Monitor::new(m),
             restarting: Restarting::new(n, m),
+            watch: Watch::default(),
             relaxed: None,
         }
     }
@@ -75,6 +77,7 @@ impl ForwardSweep {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
+        self.watch.begin();
         settings.check()?;
         inputs.check(system)?;
         if self.motion.trajectory.times.len() != room {
@@ -169,6 +172,7 @@ impl ForwardSweep {
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;
+            self.watch.tell(Task::Simulation, node, self.motion.nodes())?;
         }
         Ok(true)
     }

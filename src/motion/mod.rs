@@ -2,6 +2,7 @@
 
 mod composition;
 mod inputs;
+mod progress;
 mod refinement;
 mod report;
 mod stages;
@@ -9,6 +10,8 @@ mod trajectory;
 
 pub use composition::Composition;
 pub use inputs::{Grid, Held, Inputs, Start};
+pub(crate) use progress::Watch;
+pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use stages::Stages;

@@ -13,12 +13,14 @@
 //! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
 //! that is known then, and taken once more.
 
+use std::ops::ControlFlow;
+
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::Gradient;
 use crate::forward::restart::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::Refinement;
-use crate::motion::{Report, Trajectory, column_mut};
+use crate::motion::{Progress, Report, Trajectory, Watch, column_mut};
 use crate::{Error, Inputs, Settings, System};
 
 /// With more levels than this the work would no longer be worth the memory that is saved.
@@ -145,6 +147,7 @@ impl<'s> LongSolver<'s> {
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
         self.sweep.begin(self.system, &self.forward.motion, &self.forward.stepper.newton, &self.settings);
+        self.forward.watch.turn();
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
         let mut to = self.forward.motion.nodes() - 1;
         for from in starts.into_iter().rev().chain([0]) {
@@ -153,6 +156,12 @@ impl<'s> LongSolver<'s> {
             to = from;
         }
         self.sweep.finish(self.system, &self.forward.monitor.report)
+    }
+
+    /// Tells of the progress of every motion and gradient from now on, as [`Solver::watch`](crate::Solver::watch) does; parts of a motion that are computed again
+    /// on the way back are not told.
+    pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
+        self.forward.watch = Watch::new(callback);
     }
 
     /// The inputs of the last motion, on the grid that was taken.
@@ -293,8 +302,8 @@ impl<'s> LongSolver<'s> {
         self.forward.advance(self.system, &self.settings, to + 1)?;
         debug_assert!(self.forward.reached() > to, "known steps are taken again");
         let last = if from == 0 { 0 } else { from + 1 };
-        let ForwardSweep { motion, stepper, .. } = &mut self.forward;
-        self.sweep.back(self.system, motion, &mut stepper.newton, last..to + 1)
+        let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
+        self.sweep.back(self.system, motion, &mut stepper.newton, (last..to + 1, watch))
     }
 
     /// One more level of checkpoints between two nodes.

@@ -18,8 +18,10 @@ use nalgebra::DVector;
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::{ForwardSweep, Motion};
+use std::ops::ControlFlow;
+
 use crate::motion::Refinement;
-use crate::motion::Report;
+use crate::motion::{Progress, Report, Watch};
 use crate::system::factors_of;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
@@ -128,6 +130,29 @@ impl<'s> Solver<'s> {
         inputs.check(self.system)?;
         self.forward.take(self.system, inputs, &self.settings)?;
         Ok(self.forward.motion.inputs.clone())
+    }
+
+    /// Tells of the progress of every motion and gradient from now on, some hundred times each; what answers `Break` stops it with
+    /// [`Error::Interrupted`], and the nodes before remain in [`trajectory`](Self::trajectory).
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Progress, Settings, Solver, Task, scenes::CartPendulum};
+    /// use std::ops::ControlFlow;
+    ///
+    /// let system = CartPendulum::default().scene().compile()?;
+    /// let inputs = Inputs::at_rest(&system, Grid::uniform(1000, 0.002));
+    /// let mut solver = Solver::new(&system, Settings::default());
+    /// solver.watch(|Progress { task, done, of }| {
+    ///     if task == Task::Simulation {
+    ///         eprint!("\r{} %", 100 * done / of);
+    ///     }
+    ///     ControlFlow::Continue(())
+    /// });
+    /// solver.simulate(&inputs)?;
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
+        self.forward.watch = Watch::new(callback);
     }
 
     /// The last motion, as far as it was computed.

@@ -1,0 +1,94 @@
+//! Progress: told some hundred times, in order, and stopped when asked to.
+
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Progress, Settings, Solver, System, Task};
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
+
+fn cart() -> (System, Inputs) {
+    let system = CartPendulum::with_links(1).scene().compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(1000, 0.002));
+    (system, inputs)
+}
+
+type Told = Arc<Mutex<Vec<Progress>>>;
+
+fn note(told: &Told) -> impl FnMut(Progress) -> ControlFlow<()> + Send + 'static {
+    let told = told.clone();
+    move |progress| {
+        told.lock().expect("nobody panics").push(progress);
+        ControlFlow::Continue(())
+    }
+}
+
+fn of(told: &Told, task: Task) -> Vec<usize> {
+    told.lock()
+        .expect("nobody panics")
+        .iter()
+        .filter(|progress| progress.task == task)
+        .map(|progress| progress.done)
+        .collect()
+}
+
+#[test]
+fn every_task_is_told_of_in_order_and_to_its_end() {
+    let (system, inputs) = cart();
+    let told = Told::default();
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.watch(note(&told));
+    for _ in 0..2 {
+        told.lock().expect("nobody panics").clear();
+        solver.simulate(&inputs).expect("a motion");
+        solver.gradient().expect("a gradient");
+        for task in [Task::Simulation, Task::Gradient] {
+            let done = of(&told, task);
+            assert!((80..=120).contains(&done.len()), "{} times", done.len());
+            assert!(done.is_sorted() && done.last().is_some_and(|last| *last >= 990), "{done:?}");
+        }
+        assert_eq!(of(&told, Task::Gradient).last(), Some(&1001));
+    }
+}
+
+#[test]
+fn long_motions_are_told_of_once() {
+    let (system, inputs) = cart();
+    let told = Told::default();
+    let mut solver = LongSolver::new(&system, Settings::default(), 150_000);
+    solver.watch(note(&told));
+    let ours = solver.gradient(&inputs).expect("a gradient").clone();
+    for task in [Task::Simulation, Task::Gradient] {
+        let done = of(&told, task);
+        assert!(!done.is_empty() && done.is_sorted(), "{task:?}: {done:?}");
+    }
+    let mut quiet = Solver::new(&system, Settings::default());
+    quiet.simulate(&inputs).expect("a motion");
+    assert_eq!(quiet.gradient().expect("a gradient"), &ours);
+}
+
+#[test]
+fn what_is_stopped_keeps_what_was_computed_and_can_go_on() {
+    let (system, inputs) = cart();
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut whole = Solver::new(&system, Settings::default());
+    whole.simulate(&inputs).expect("a motion");
+    for until in [300, 2000] {
+        solver.watch(move |progress| {
+            if progress.done >= until || progress.task == Task::Gradient {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        let motion = solver.simulate(&inputs);
+        if until == 300 {
+            assert!(matches!(motion, Err(Error::Interrupted { done: 300..320, of: 1001 })), "{motion:?}");
+            let computed = solver.trajectory().computed;
+            assert!((300..330).contains(&computed));
+            assert_eq!(solver.trajectory().q.column(computed - 1), whole.trajectory().q.column(computed - 1));
+        } else {
+            assert!(matches!(solver.gradient(), Err(Error::Interrupted { .. })));
+        }
+    }
+    solver.watch(|_| ControlFlow::Continue(()));
+    assert_eq!(solver.gradient().expect("a gradient"), whole.gradient().expect("a gradient"));
+}
