@@ -102,7 +102,7 @@ fn a_thing_that_a_scene_lacks_costs_nothing() {
         ("control", &[(0, links), (0, links)]),
         ("ten more controls", &[(0, links); 3]),
         ("design variables", &[(0, links); 4]),
-        ("running cost", &[(0, links); 3]),
+        ("running cost", &[(0, links); 4]),
         ("time", &[(0, links), (1, links), (1, links)]),
     ];
     let all = pairs::all();
@@ -132,6 +132,7 @@ fn the_sweep_back_evaluates_costs_where_they_count_and_elements_for_inputs_that_
         ("running cost", "without", end, 0),
         ("running cost", "of u", end + NODES, 0),
         ("running cost", "of all angles", end + end * NODES, 0),
+        ("running cost", "of all accelerations", end + end * NODES, 0),
         ("design variables", "unused", end, 0),
         ("design variables", "one stiffness", end, each),
         // The inertia and the weight of every link.

@@ -1,6 +1,6 @@
 //! How well a motion keeps its constraints: Φ, dΦ/dt and d²Φ/dt².
 
-use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, Scheme, Settings, Start, System, Trajectory};
+use hamiltonian_adjoint::{Error, Inputs, Mechanics, Scheme, System, Trajectory};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
@@ -17,7 +17,7 @@ pub struct Violations {
 
 impl Violations {
     pub fn of(system: &System, inputs: &Inputs, motion: &Trajectory) -> Result<Self, Error> {
-        let at_start = consistent_acceleration(system, inputs, motion, 0)?;
+        let (at_start, _) = Mechanics::at_node(system, inputs, motion, 0)?.accelerations()?;
         let accelerations = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &at_start);
         Ok(Violations {
             position: norms(&motion.phi(system, inputs)?),
@@ -40,25 +40,6 @@ fn by_trapezoidal_rule(steps: &[f64], v: &DMatrix<f64>, at_start: &DVector<f64>)
     a
 }
 
-/// dv/dt at node `i`, where (1a, 1c) define v as a function of q and p*: its derivative along (v, ṗ*).
-fn consistent_acceleration(system: &System, inputs: &Inputs, motion: &Trajectory, i: usize) -> Result<DVector<f64>, Error> {
-    let column = |matrix: &DMatrix<f64>| matrix.column(i).into_owned();
-    let along = |x: &DMatrix<f64>, rate: &DMatrix<f64>| x.column(i).zip_map(&rate.column(i), Dual64::new);
-    let real = Inputs {
-        grid: Grid::new(motion.times[i], Vec::new()),
-        start: Start::Momentum { q: column(&motion.q), p_star: column(&motion.p_star) },
-        controls: inputs.controls.columns(i, 1).into_owned(),
-        design: inputs.design.clone(),
-    };
-    let mut lifted = real.lift::<Dual64>();
-    lifted.grid.start.eps = 1.0;
-    lifted.start = Start::Momentum { q: along(&motion.q, &motion.v), p_star: along(&motion.p_star, &motion.p_star_dot) };
-    // The position constraints hold to the order of the scheme only.
-    let settings = Settings { position_tolerance: f64::INFINITY, ..Settings::default() };
-    let mut solver = LiftedSolver::new(system, &real, settings)?;
-    Ok(solver.simulate(&lifted)?.v.column(0).map(|v| v.eps))
-}
-
 /// d²Φ/dt² = Φ_q a + (dΦ/dt)_q v + …, the derivative of dΦ/dt along the motion.
 fn phi_ddot(system: &System, inputs: &Inputs, motion: &Trajectory, a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     let along = Trajectory {
@@ -79,6 +60,7 @@ fn norms(equations: &DMatrix<f64>) -> Vec<f64> {
 mod tests {
     use super::*;
     use hamiltonian_adjoint::scenes::CartPendulum;
+    use hamiltonian_adjoint::{Grid, Settings};
 
     /// The motion of the paper's starting iteration.
     fn motion(system: &System) -> (Inputs, Trajectory) {
@@ -92,8 +74,9 @@ mod tests {
     fn consistent_accelerations_keep_the_constraints() {
         let system = CartPendulum::default().scene().compile().unwrap();
         let (inputs, motion) = motion(&system);
-        let columns: Vec<DVector<f64>> =
-            (0..=100).map(|i| consistent_acceleration(&system, &inputs, &motion, i).unwrap()).collect();
+        let columns: Vec<DVector<f64>> = (0..=100)
+            .map(|i| Mechanics::at_node(&system, &inputs, &motion, i).unwrap().accelerations().unwrap().0)
+            .collect();
         let a = DMatrix::from_columns(&columns);
         assert!(norms(&phi_ddot(&system, &inputs, &motion, &a).expect("motion")).iter().all(|norm| *norm < 1e-10));
         let rule = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &columns[0]);

@@ -2,6 +2,7 @@
 
 #[path = "../../tests/scenes/assembly.rs"]
 mod assembly;
+mod assumptions;
 #[path = "../../tests/scenes/by_hand.rs"]
 mod by_hand;
 mod constraints;
@@ -107,6 +108,7 @@ enum Command {
     },
     WorkPrecision(work_precision::Options),
     Stress(stress::Options),
+    Assumptions(assumptions::Options),
 }
 
 fn main() -> ExitCode {
@@ -130,6 +132,7 @@ fn start() -> Result<bool, Error> {
         Some(Command::Jacobians { out }) => compare_equations(out.as_deref()),
         Some(Command::WorkPrecision(options)) => work_precision::run(options),
         Some(Command::Stress(options)) => stress::run(options),
+        Some(Command::Assumptions(options)) => assumptions::run(options, &cli.settings),
         None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     }
 }

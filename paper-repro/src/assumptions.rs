@@ -1,0 +1,203 @@
+//! `assumptions`: what the paper leaves open is varied, and what each choice reproduces of the paper's numbers is told.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use hamiltonian_adjoint::{Error as MotionError, Inputs, Settings as SolverSettings, Solver, System};
+use serde_json::{Value, json};
+
+use crate::error::Error;
+use crate::files;
+use crate::plot::{Axis, Chart, Place, Series, Style, colour};
+use crate::settings::Settings;
+use crate::statistics::median;
+use crate::steepest_descent::{self, ControlObjective, LineSearch};
+use crate::table::Table;
+
+/// Varies what the paper leaves open, and tells which of its numbers each choice reproduces
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Folder for the files [default: paper-repro/out]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+/// J₀ read from the axis of Fig. 3, and how closely it can be read.
+const START: (f64, f64) = (15.0, 0.5);
+/// When the gradients of Fig. 6 differ most, which is where they vanish, and when the cart is furthest right, s; both to two nodes.
+const VANISHES: f64 = 0.52;
+const RIGHTMOST: f64 = 1.26;
+const NEAR: f64 = 0.04;
+/// Where Φ generally is.
+const DRIFT: std::ops::RangeInclusive<f64> = 1e-5..=1e-4;
+/// What counts as close to zero after the paper's iterations.
+const ZERO: f64 = 1e-3;
+const ITERATIONS: usize = 300;
+/// So many rows are printed; all are in the files.
+const SHOWN: usize = 12;
+
+/// m; a link of 1 m has about J = m l²/12 for 1 kg, one of 1.58 m for 0.4 kg.
+const LENGTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.25, 1.58];
+const FIRST_STEPS: [f64; 3] = [50.0, 500.0, 2000.0];
+const SHORTEN: [f64; 2] = [0.5, 0.8];
+
+/// What one mechanism does under the starting force.
+struct Start {
+    cost: f64,
+    /// Where dJ/du is smallest, s.
+    vanishes: f64,
+    /// The median of ‖Φ‖∞.
+    drift: f64,
+}
+
+/// Where one descent ends.
+struct End {
+    cost: f64,
+    iterations: usize,
+    /// s.
+    rightmost: f64,
+}
+
+pub fn run(options: &Options, usual: &Settings) -> Result<bool, Error> {
+    let folder = files::folder(options.out.as_deref())?;
+    draw(usual, &folder.join("assumptions"))?;
+    let (mut rows, mut all) = (Vec::new(), Vec::new());
+    for length in LENGTHS {
+        for friction_joint in 0..usual.links {
+            let settings = Settings { length, friction_joint, ..usual.clone() };
+            let system = settings.example().scene().compile()?;
+            let inputs = settings.inputs(&system);
+            let start = start(&system, &inputs)?;
+            for first in FIRST_STEPS {
+                for shorten in SHORTEN {
+                    let search = LineSearch { first, shorten, ..settings.line_search() };
+                    let end = descend(&system, &inputs, &search)?;
+                    rows.push(row(&settings, &search, &start, &end));
+                    all.push(record(&settings, &search, &start, &end));
+                }
+            }
+        }
+    }
+    rows.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let best = rows.first().map_or(0, |(count, _)| *count);
+    let heads = vec!["Agree", "l [m], joint", "α, ρ", "J₀", "dJ/du = 0 [s]", "Φ", "J at the end", "Rightmost [s]"];
+    let table = Table { heads, rows: rows.into_iter().map(|(_, cells)| cells).collect() };
+    let summary = format!(
+        "{} choices; at most {best} of the paper's five numbers agree (marked ✓): J₀ = {} ± {}, the gradient vanishes at {VANISHES} s and the cart is \
+         furthest right at {RIGHTMOST} s (± {NEAR}), the median of Φ is between {:.0e} and {:.0e}, J < {ZERO:.0e} within {ITERATIONS} iterations. \
+         l: link length; joint: that with friction; α, ρ: first step of the line search, and by what it is shortened. All of these are assumed.",
+        table.rows.len(),
+        START.0,
+        START.1,
+        DRIFT.start(),
+        DRIFT.end(),
+    );
+    files::write(&folder.join("assumptions.md"), format!("# Assumptions\n\n{summary}\n\n{}", table.markdown()))?;
+    files::write_json(&folder.join("assumptions.json"), &json!(all))?;
+    let best = Table { heads: table.heads.clone(), rows: table.rows.iter().take(SHOWN).cloned().collect() };
+    let place = folder.display();
+    files::print(&format!(
+        "{}\n{summary}\nThese are the first {SHOWN}; assumptions.md, assumptions.json and the figure are in {place}\n",
+        best.text()
+    ))?;
+    Ok(true)
+}
+
+fn start(system: &System, inputs: &Inputs) -> Result<Start, MotionError> {
+    let mut solver = Solver::new(system, SolverSettings::default());
+    let motion = solver.simulate(inputs)?;
+    let phi = motion.phi(system, inputs)?;
+    let drift = median(&phi.column_iter().map(|column| column.amax()).collect::<Vec<f64>>());
+    let times = motion.times.clone();
+    let gradient = solver.gradient()?;
+    // The last nodes hardly act any more: their derivatives vanish in any case.
+    let inner = &gradient.controls.as_slice()[1..times.len() * 9 / 10];
+    let smallest = inner.iter().map(|x| x.abs()).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i + 1);
+    Ok(Start { cost: gradient.value, vanishes: times[smallest], drift })
+}
+
+fn descend(system: &System, inputs: &Inputs, search: &LineSearch) -> Result<End, MotionError> {
+    let mut solver = Solver::new(system, SolverSettings::default());
+    let mut objective = ControlObjective { solver: &mut solver, inputs: inputs.clone() };
+    let history = steepest_descent::minimise(&mut objective, inputs.controls.clone(), search, ITERATIONS, |_| {})?;
+    let last = &history[history.len() - 1];
+    let inputs = Inputs { controls: last.u.clone(), ..inputs.clone() };
+    let motion = solver.simulate(&inputs)?;
+    let rightmost = motion.times[motion.q.row(0).transpose().imax()];
+    Ok(End { cost: last.cost, iterations: history.len() - 1, rightmost })
+}
+
+/// Whether J₀, the zero of the gradient, Φ, the end and the right-most position are those of the paper.
+fn agreements(start: &Start, end: &End) -> [bool; 5] {
+    [
+        (start.cost - START.0).abs() <= START.1,
+        (start.vanishes - VANISHES).abs() <= NEAR,
+        DRIFT.contains(&start.drift),
+        end.cost < ZERO,
+        (end.rightmost - RIGHTMOST).abs() <= NEAR,
+    ]
+}
+
+fn row(settings: &Settings, search: &LineSearch, start: &Start, end: &End) -> (usize, Vec<String>) {
+    let agrees = agreements(start, end);
+    let count = agrees.iter().filter(|same| **same).count();
+    let marked = |text: String, same: bool| if same { format!("{text} ✓") } else { text };
+    let cells = vec![
+        format!("{count} of 5"),
+        format!("{}, {}", settings.length, settings.friction_joint),
+        format!("{}, {}", search.first, search.shorten),
+        marked(format!("{:.2}", start.cost), agrees[0]),
+        marked(format!("{:.2}", start.vanishes), agrees[1]),
+        marked(format!("{:.0e}", start.drift), agrees[2]),
+        marked(format!("{:.0e} ({})", end.cost, end.iterations), agrees[3]),
+        marked(format!("{:.2}", end.rightmost), agrees[4]),
+    ];
+    (count, cells)
+}
+
+fn record(settings: &Settings, search: &LineSearch, start: &Start, end: &End) -> Value {
+    let [cost, vanishes, drift, zero, rightmost] = agreements(start, end);
+    json!({
+        "link_length_m": settings.length,
+        "friction_joint": settings.friction_joint,
+        "line_search_alpha": search.first,
+        "line_search_backtrack": search.shorten,
+        "initial_cost": start.cost,
+        "gradient_vanishes_s": start.vanishes,
+        "position_median": start.drift,
+        "final_cost": end.cost,
+        "iterations": end.iterations,
+        "cart_rightmost_time_s": end.rightmost,
+        "agrees": {"initial_cost": cost, "gradient_vanishes": vanishes, "position": drift, "final_cost": zero, "cart_rightmost": rightmost},
+    })
+}
+
+/// J₀ and the zero of its gradient over the link length, with what the paper has.
+fn draw(usual: &Settings, stem: &std::path::Path) -> Result<(), Error> {
+    let lengths: Vec<f64> = (0..=36).map(|k| 0.5 + 1.3 * f64::from(k) / 36.0).collect();
+    let (mut costs, mut zeros) = (Vec::new(), Vec::new());
+    for &length in &lengths {
+        let settings = Settings { length, ..usual.clone() };
+        let system = settings.example().scene().compile()?;
+        let start = start(&system, &settings.inputs(&system))?;
+        costs.push((length, start.cost));
+        zeros.push((length, start.vanishes));
+    }
+    let ends = [lengths[0], lengths[lengths.len() - 1]];
+    let level = |y: f64| ends.map(|x| (x, y)).to_vec();
+    let right = |series: Series| Series { right_axis: true, ..series };
+    let chart = Chart {
+        x: Axis::linear("link length [m], not stated in the paper"),
+        y: Axis::linear("J at u = 10 N [rad²]"),
+        right: Some(Axis::linear("time at which dJ/du vanishes [s]")),
+        legend: Place::UpperMiddle,
+        series: vec![
+            Series::new("J at the start (left axis)", costs, colour::BLUE, Style::Line),
+            Series::new("about 15 in the paper", level(START.0), colour::BLUE, Style::Dashed),
+            right(Series::new("zero of dJ/du (right axis)", zeros, colour::RED, Style::Circles)),
+            right(Series::new("0.52 s in the paper", level(VANISHES), colour::RED, Style::Dashed)),
+        ],
+        ..Chart::default()
+    };
+    chart.save(stem)
+}
