@@ -126,10 +126,25 @@ pub use nalgebra;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-#[cfg(doctest)]
-#[doc = include_str!("../docs/programs.md")]
-struct Programs;
+/// The guides, which stand in the folder `docs`, too.
+#[cfg(any(doc, doctest))]
+#[allow(rustdoc::broken_intra_doc_links)]
+pub mod guide {
+    #[doc = include_str!("../docs/tutorial.md")]
+    pub mod tutorial {}
 
-#[cfg(doctest)]
-#[doc = include_str!("../docs/parameters-and-starts.md")]
-struct ParametersAndStarts;
+    #[doc = include_str!("../docs/parameters-and-starts.md")]
+    pub mod parameters_and_starts {}
+
+    #[doc = include_str!("../docs/programs.md")]
+    pub mod programs {}
+
+    #[doc = include_str!("../docs/checking-derivatives.md")]
+    pub mod checking_derivatives {}
+
+    #[doc = include_str!("../docs/long-and-hard-motions.md")]
+    pub mod long_and_hard_motions {}
+
+    #[doc = include_str!("../docs/paper-equations.md")]
+    pub mod paper_equations {}
+}

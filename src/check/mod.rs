@@ -11,6 +11,8 @@
 //! | the Jacobian or the values of any other function | [`function`] |
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
 //!
+//! With the feature `files`, derivatives may come from a program in any other language: `Pipe`.
+//!
 //! Each compares at random points over decades of magnitude, and where the formula bends near them, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
 //! Errors are relative to the sizes of their row and column at the point, so units do not matter. Which check sees what, and what none of
@@ -28,6 +30,8 @@ mod function;
 mod gradient;
 mod matrix;
 mod oracle;
+#[cfg(feature = "files")]
+mod pipe;
 mod place;
 mod point;
 mod random;
@@ -44,6 +48,8 @@ pub use formula::Function;
 pub use function::{FunctionCheck, function};
 pub use gradient::{DirectionReport, GradientCheck, GradientReport, Identity, Part, Remainder, Taylor, gradient};
 pub use matrix::Matrix;
+#[cfg(feature = "files")]
+pub use pipe::Pipe;
 pub use point::Point;
 pub use random::Random;
 pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
