@@ -9,7 +9,6 @@
 //! since λ does not depend on σ: what σ adds to 𝓛_q is what it adds to D 𝓛_v. For an adjoint (c, e) of these equations the derivatives of
 //! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
 
-use num_dual::HyperDual64;
 use std::sync::Arc;
 
 use super::acceleration_kernels::{AccelerationKernels, AccelerationOf};
@@ -17,6 +16,8 @@ use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
 use super::cost::CostRows;
 use super::element::Element;
 use super::formula::{Component, Formula};
+use super::jet::{Hyper, hyper, hyper_parts};
+use super::plain::HyperPoint;
 use super::point::Layout;
 use super::view::NodeView;
 use crate::System;
@@ -169,50 +170,38 @@ impl Target {
 ///
 /// By the plain formulas: what lifted numbers need.
 pub(crate) struct AccelerationTangent {
-    q: Vec<HyperDual64>,
-    v: Vec<HyperDual64>,
-    sigma: Vec<HyperDual64>,
-    u: Vec<HyperDual64>,
-    design: Vec<HyperDual64>,
-    sums: Sums<HyperDual64>,
+    sums: Sums<Hyper>,
 }
 
 impl AccelerationTangent {
     pub(crate) fn new(system: &System) -> Self {
-        let zeros = |len| vec![HyperDual64::from(0.0); len];
-        AccelerationTangent {
-            q: zeros(system.n()),
-            v: zeros(system.n()),
-            sigma: zeros(system.m()),
-            u: zeros(system.k()),
-            design: zeros(system.parameters().len()),
-            sums: Sums::new(system.n(), system.m()),
-        }
+        AccelerationTangent { sums: Sums::new(system.n(), system.m()) }
     }
 
     /// At a state and along the direction that `direction` holds in the same places.
     pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, direction: &NodeView<f64>, result: &mut Pair) {
-        let load = |into: &mut [HyperDual64], parts: [&[f64]; 2], rates: [&[f64]; 2]| {
-            for (i, x) in into.iter_mut().enumerate() {
-                let rate = |k: usize| rates[k].get(i).copied().unwrap_or(0.0);
-                *x = HyperDual64::new(parts[0][i], parts[1][i], rate(0), rate(1));
-            }
+        // Values and derivatives along the direction, and rates along the motion of both.
+        let list = |[x, along]: [&[f64]; 2], [rate, rate_along]: [&[f64]; 2]| {
+            let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+            let number = |i: usize| hyper(x[i], of(along, i), of(rate, i), of(rate_along, i));
+            (0..x.len()).map(number).collect::<Vec<Hyper>>()
         };
-        load(&mut self.q, [at.q, direction.q], [at.v, direction.v]);
-        load(&mut self.v, [at.v, direction.v], [at.v_dot, &[]]);
         let none = vec![0.0; at.lambda.len()];
-        load(&mut self.sigma, [&none, &none], [at.lambda, &[]]);
-        load(&mut self.u, [at.u, direction.u], [&[], &[]]);
-        load(&mut self.design, [at.design, direction.design], [&[], &[]]);
-        let t = HyperDual64::new(at.t, direction.t, 1.0, 0.0);
-        let view = NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, t, &self.design));
+        let point = HyperPoint {
+            q: list([at.q, direction.q], [at.v, direction.v]),
+            v: list([at.v, direction.v], [at.v_dot, &[]]),
+            sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),
+            u: list([at.u, direction.u], [&[], &[]]),
+            t: hyper(at.t, direction.t, 1.0, 0.0),
+            design: list([at.design, direction.design], [&[], &[]]),
+        };
         self.sums.clear();
         for batch in system.batches() {
-            let batch: &dyn PlainBatch<HyperDual64> = batch.as_ref();
-            batch.add(&view, &mut self.sums);
+            let batch: &dyn PlainBatch<Hyper> = batch.as_ref();
+            batch.add(&point.view(), &mut self.sums);
         }
         let forces = self.sums.force().iter().zip(self.sums.l_v());
-        result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = force.eps1 - l_v.eps1eps2);
-        result.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(x, phi_dot)| *x = -phi_dot.eps1eps2);
+        result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
+        result.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! What does not depend on the type stands in a scene's list of [elements](super::element).
 
-use num_dual::{Dual64, HyperDual64};
+use num_dual::Dual64;
 use std::any::Any;
 
 use super::blame::Suspect;
@@ -10,7 +10,7 @@ use super::constants::Entry;
 use super::cost::CostRows;
 use super::element::Recordings;
 use super::item::PlacedElement;
-use super::jet::{ElementKind, Jet, Local, Number};
+use super::jet::{ElementKind, Hyper, Jet, Local, Number};
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
@@ -157,7 +157,7 @@ pub trait PlainBatch<R: Number>: Send + Sync {
 }
 
 /// A batch in real numbers: what depends on the types of its formulas, element by element.
-pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Dual64> + PlainBatch<HyperDual64> + Any {
+pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Hyper> + Any {
     /// What kind of element it holds.
     fn kind(&self) -> ElementKind;
     /// Takes the parameters of all elements through `resolve`.

@@ -9,7 +9,7 @@ use super::blame::Argument;
 use super::constants::Entry;
 use super::element::Element;
 use super::formula::Formula;
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, slope};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, hyper, hyper_parts, slope};
 use super::shape::{Place, Shape};
 use super::view::NodeView;
 use crate::model::Param;
@@ -186,8 +186,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// That sum and its rate.
     pub fn along(&self, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
-        let sum = self.pair(&self.jet.first(&self.local(at), &self.b(at.design)), with);
-        [sum.re, sum.eps]
+        let dual = |x: Dual64| hyper(x.re, x.eps, 0.0, 0.0);
+        let local: Local<Dual64, N, M, K> = self.local(at);
+        let local = Local {
+            q: local.q.map(dual),
+            v: local.v.map(dual),
+            sigma: local.sigma.map(dual),
+            u: local.u.map(dual),
+            t: dual(local.t),
+        };
+        let sum = self.pair(&self.jet.first(&local, &self.b(at.design).map(dual)), with);
+        let [value, rate, ..] = hyper_parts(&sum);
+        [value, rate]
     }
 
     /// The first input with respect to which the derivatives are not finite.

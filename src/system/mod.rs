@@ -71,7 +71,7 @@ use element::{Element, Recordings};
 use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
-use plain::{plain, plain_costs};
+use plain::{add_sums, plain_costs, write_phi};
 use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -413,17 +413,14 @@ impl System {
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.
     pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        for batch in &self.batches {
-            plain::<R>(batch.as_ref()).add(at, sums);
-        }
+        add_sums(self.batches.iter().map(AsRef::as_ref), at, sums);
     }
 
     /// What the kinetic energies alone contribute: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        for batch in self.batches.iter().filter(|batch| batch.kind() == ElementKind::Kinetic) {
-            plain::<R>(batch.as_ref()).add(at, sums);
-        }
+        let kinetic = self.batches.iter().filter(|batch| batch.kind() == ElementKind::Kinetic);
+        add_sums(kinetic.map(AsRef::as_ref), at, sums);
     }
 
     /// T and V.
@@ -434,9 +431,7 @@ impl System {
 
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
-        for batch in &self.batches {
-            plain::<R>(batch.as_ref()).phi(at, phi);
-        }
+        write_phi(self.batches.iter().map(AsRef::as_ref), at, phi);
     }
 
     /// The weighted sum of all costs at one node, with the factors of J and of the outputs.

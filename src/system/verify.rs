@@ -1,13 +1,12 @@
 //! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
 
 use nalgebra::SVector;
-use num_dual::Dual64;
 
 use super::batch::Covector;
 use super::block::BlockEntry;
 use super::formula::{Component, Formula, InputOf};
 use super::item::PlacedElement;
-use super::jet::{FirstDerivatives, Jet, Local, Slope, slope};
+use super::jet::{FirstDerivatives, Hyper, Jet, Local, Slope, hyper, hyper_parts, slope};
 use super::shape::Place;
 use super::view::NodeView;
 
@@ -99,18 +98,20 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for the rates above.
     fn along_rates(&self, at: &Local<f64, N, M, K>, b: &SVector<f64, P>, with: &Covector) -> [f64; 2] {
-        let moving = Local {
-            q: SVector::from_fn(|i, _| Dual64::new(at.q[i], with.d[i])),
-            v: SVector::from_fn(|i, _| Dual64::new(at.v[i], with.c[i])),
-            sigma: SVector::from_fn(|j, _| Dual64::new(at.sigma[j], with.e[j])),
-            u: at.u.map(|u| Dual64::new(u, 0.37)),
-            t: Dual64::new(at.t, 1.3),
+        let moving = |x: f64, rate: f64| hyper(x, rate, 0.0, 0.0);
+        let point = Local {
+            q: SVector::from_fn(|i, _| moving(at.q[i], with.d[i])),
+            v: SVector::from_fn(|i, _| moving(at.v[i], with.c[i])),
+            sigma: SVector::from_fn(|j, _| moving(at.sigma[j], with.e[j])),
+            u: at.u.map(|u| moving(u, 0.37)),
+            t: moving(at.t, 1.3),
         };
-        let first = self.jet.first(&moving, &b.map(Dual64::from));
-        let dot = |x: &[Dual64], y: &[f64]| x.iter().zip(y).map(|(x, y)| *x * *y).sum::<Dual64>();
+        let first = self.jet.first(&point, &b.map(|b| hyper(b, 0.0, 0.0, 0.0)));
+        let dot = |x: &[Hyper], y: &[f64]| x.iter().zip(y).map(|(x, y)| *x * *y).sum::<Hyper>();
         let sum =
             dot(first.l_v.as_slice(), with.c) + dot(first.force.as_slice(), with.d) + dot(first.phi_dot.as_slice(), with.e);
-        [sum.re, sum.eps]
+        let [value, rate, ..] = hyper_parts(&sum);
+        [value, rate]
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one of the element's own inputs.

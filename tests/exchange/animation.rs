@@ -167,7 +167,7 @@ fn what_does_not_fit_is_refused() {
     assert!(matches!(Animation::new(&system, &inputs, &none), Err(Error::Incomplete { .. })));
 }
 
-/// Run it with `cargo test --test animation -- --ignored` where a program `chromium` is.
+/// Run it with `cargo test --test exchange -- --ignored` where a program `chromium` is.
 #[test]
 #[ignore = "needs Chromium"]
 fn a_browser_plays_the_page_without_errors() {

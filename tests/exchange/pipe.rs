@@ -1,9 +1,5 @@
-//! Derivatives from programs in other languages. `cargo test --features files --test pipe`.
-#![cfg(feature = "files")]
-
-mod common;
-
-use common::assert_says;
+//! Derivatives from programs in other languages.
+use crate::common::assert_says;
 use hamiltonian_adjoint::Scalar;
 use hamiltonian_adjoint::check::{self, Pipe};
 use hamiltonian_adjoint::planar::Distance;

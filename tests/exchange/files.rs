@@ -1,9 +1,5 @@
-//! Inputs, gradients and motions as files: whole round trips, and files of strangers. `cargo test --features files --test files`.
-#![cfg(feature = "files")]
-
-mod common;
-
-use common::assert_says;
+//! Inputs, gradients and motions as files: whole round trips, and files of strangers.
+use crate::common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Solver, Start, Sum, System, Table, gradient};

@@ -1,14 +1,12 @@
 //! Costs that couple nodes, and costs on lists: rates of controls, many coordinates, references given by time.
 
-mod common;
-
-use common::largest;
-use hamiltonian_adjoint::check::{self, Input};
+use super::error;
+use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Cx, Gradient, Grid, Inputs, LiftedSolver, ListCost, ListPoint, LongSolver, Scalar, Scheme,
-    Settings, Solver, Start, Sum, System, gradient,
+    Composition, Cost, CostPoint, Grid, Inputs, ListCost, ListPoint, LongSolver, Scalar, Scheme, Settings, Solver, Start,
+    Sum, System, gradient,
 };
 use nalgebra::SVector;
 
@@ -54,24 +52,6 @@ fn lively(system: &System, grid: Grid) -> Inputs {
     inputs.start = Start::assembled(system);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 4.0 * (0.9 * i as f64).cos());
     inputs
-}
-
-fn list(all: &[Input], gradient: &Gradient) -> Vec<f64> {
-    all.iter().map(|input| input.in_gradient(gradient)).collect()
-}
-
-fn error(system: &System, inputs: &Inputs, settings: Settings) -> f64 {
-    let all = Input::all(inputs);
-    let ours = list(&all, &gradient(system, inputs, settings).expect("a gradient"));
-    let mut lifted = LiftedSolver::<Cx>::new(system, inputs, settings).expect("a motion");
-    let reference: Vec<f64> = Vec::from_iter(all.iter().map(|input| {
-        let mut moved = inputs.lift::<Cx>();
-        *input.of(&mut moved) += Cx::new(0.0, 1e-30);
-        lifted.simulate(&moved).expect("the same motion");
-        lifted.cost().expect("a cost").0.im / 1e-30
-    }));
-    let differences: Vec<f64> = ours.iter().zip(&reference).map(|(a, b)| a - b).collect();
-    largest(&differences) / largest(&reference)
 }
 
 fn jerk(sums: &[Sum]) -> System {

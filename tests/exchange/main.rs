@@ -1,0 +1,11 @@
+//! What goes out and comes in: pages, files, programs in other languages, progress. Files and programs want `--features files`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod animation;
+#[cfg(feature = "files")]
+mod files;
+#[cfg(feature = "files")]
+mod pipe;
+mod progress;
