@@ -349,7 +349,7 @@ impl<'a> PaperSystem<'a> {
                 t: Dual64::from_re(self.trajectory.times[i]),
                 design: &design,
             };
-            let value = costs.at(self.system, &at, &weights).map_or(f64::NAN, |value| value.part(1));
+            let value = costs.at(self.system, &at, &weights, i).map_or(f64::NAN, |value| value.part(1));
             which(&mut arguments)[k].eps = 0.0;
             value
         })

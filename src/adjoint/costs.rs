@@ -73,15 +73,15 @@ impl AdjointSweep {
         if system.has_control_rates() {
             control_rates(&motion.inputs, node, &mut self.cost_node.u_dot);
         }
-        self.cost_node.evaluate(system, at, weights, &mut self.cost)?;
+        let given = self.refinement.given_step(node);
+        self.cost_node.evaluate(system, (at, given), weights, &mut self.cost)?;
         self.report.cost_evaluations += self.cost.evaluations;
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
         self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
         self.time += self.cost.time;
         if !self.cost.is_finite() {
-            let node = self.refinement.given_step(node);
-            return Err(system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, node));
+            return Err(system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given));
         }
         if system.has_control_rates() {
             self.add_control_rates(motion, node.max(1));
@@ -125,14 +125,14 @@ impl CostNode {
     fn evaluate(
         &mut self,
         system: &System,
-        at: &NodeView<f64>,
+        (at, node): (&NodeView<f64>, usize),
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
         let uses = system.cost_uses(weights, &rows.factors).accelerations;
         if uses > Depends::Never {
             let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-            if let Err(error) = accelerations.evaluate(system, at) {
+            if let Err(error) = accelerations.evaluate(system, at, node) {
                 if uses == Depends::Always {
                     return Err(error);
                 }

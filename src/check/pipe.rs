@@ -1,8 +1,8 @@
 //! [`Pipe`]: derivatives from a program in any language, one line of JSON in, one line out.
 
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
@@ -13,6 +13,9 @@ use serde_json::{Map, Value, json};
 use super::point::Point;
 use crate::Error;
 
+/// A program that is about to end is waited for so often, and so long each time.
+const MOST_WAITS: usize = 200;
+const WAIT: Duration = Duration::from_millis(10);
 /// A line of more bytes than this is no answer.
 const MOST_BYTES: usize = 10_000_000;
 
@@ -124,11 +127,27 @@ impl Talk {
         let input = self.questions.as_mut().ok_or("it has no input")?;
         let sent = writeln!(input, "{question}").and_then(|()| input.flush());
         sent.map_err(|error| format!("it does not listen any more: {error}"))?;
-        let line = self.answers.recv_timeout(self.patience).map_err(|_| match self.program.try_wait() {
-            Ok(Some(status)) => format!("it ended with {status}"),
-            _ => format!("no answer within {} s; does it flush its output?", self.patience.as_secs()),
+        let line = self.answers.recv_timeout(self.patience).map_err(|error| match error {
+            RecvTimeoutError::Timeout => {
+                format!("no answer within {} s; does it flush its output?", self.patience.as_secs())
+            }
+            RecvTimeoutError::Disconnected => match self.status() {
+                Some(status) => format!("it ended with {status}"),
+                None => "it closed its output".into(),
+            },
         })??;
         matrix(&line)
+    }
+
+    /// How it ended, if it does soon.
+    fn status(&mut self) -> Option<ExitStatus> {
+        for _ in 0..MOST_WAITS {
+            if let Ok(Some(status)) = self.program.try_wait() {
+                return Some(status);
+            }
+            thread::sleep(WAIT);
+        }
+        None
     }
 }
 
@@ -136,14 +155,10 @@ impl Drop for Talk {
     fn drop(&mut self) {
         // At the end of its input a program ends by itself, or is ended.
         self.questions = None;
-        for _ in 0..20 {
-            if matches!(self.program.try_wait(), Ok(Some(_))) {
-                return;
-            }
-            thread::sleep(Duration::from_millis(10));
+        if self.status().is_none() {
+            self.program.kill().ok();
+            self.program.wait().ok();
         }
-        self.program.kill().ok();
-        self.program.wait().ok();
     }
 }
 

@@ -58,11 +58,11 @@ impl Accelerations {
         Ok(())
     }
 
-    /// Finds v̇ and λ.
+    /// Finds v̇ and λ at a node, or at a stage of the step into it.
     ///
     /// # Errors
     /// A singular mass matrix or configuration; forces that are not finite.
-    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
+    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, node: usize) -> Result<(), Error> {
         if !self.is_ready {
             self.prepare(system, at)?;
         }
@@ -72,9 +72,9 @@ impl Accelerations {
         }
         if !all_finite(&state.right.v) || !all_finite(&state.right.sigma) {
             let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
-            return Err(system.find_not_finite(&at.without_momenta(), 0).unwrap_or(unknown));
+            return Err(system.find_not_finite(&at.without_momenta(), node).unwrap_or(unknown));
         }
-        state.factor(system, at)?;
+        state.factor(system, at, node)?;
         state.solve(system, x);
         Ok(())
     }
@@ -121,9 +121,9 @@ impl Accelerations {
     ///
     /// # Errors
     /// As [`evaluate`](Self::evaluate).
-    pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>) -> Result<[Vec<R>; 2], Error> {
+    pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
         let real = Parts::of(at, 0);
-        self.evaluate(system, &real.view())?;
+        self.evaluate(system, &real.view(), node)?;
         let Accelerations { state, x, adjoint, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
@@ -158,9 +158,9 @@ impl State {
         State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
     }
 
-    fn factor(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
+    fn factor(&mut self, system: &System, at: &NodeView<f64>, node: usize) -> Result<(), Error> {
         let at = without_sigma(at, &self.zeros);
-        let pivot = factor_state(system, &mut self.newton, &at, &mut Report::default())?;
+        let pivot = factor_state(system, &mut self.newton, (&at, node), &mut Report::default())?;
         let is_compliant = self.newton.evaluation.has_compliance();
         self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
         Ok(())

@@ -21,17 +21,23 @@ impl<'a> CostSum<'a> {
         CostSum { refinement, factors: factors_of(which, system.outputs()), accelerations: None }
     }
 
-    /// The sum of all costs at a node or stage.
+    /// The sum of all costs at a node, or at a stage of the step into it.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
-    pub(crate) fn at<R: Real>(&mut self, system: &System, at: &NodeView<R>, weights: &Weights<R>) -> Result<R, Error> {
+    pub(crate) fn at<R: Real>(
+        &mut self,
+        system: &System,
+        at: &NodeView<R>,
+        weights: &Weights<R>,
+        node: usize,
+    ) -> Result<R, Error> {
         let CostUse { accelerations: uses, .. } = system.cost_uses(weights, &self.factors);
         if uses == Depends::Never {
             return Ok(system.cost(at, weights, &self.factors));
         }
         let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        let [v_dot, lambda] = match accelerations.lift(system, at) {
+        let [v_dot, lambda] = match accelerations.lift(system, at, self.refinement.given_step(node)) {
             Ok(lifted) => lifted,
             // Whether it matters, the value will tell.
             Err(_) if uses == Depends::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
@@ -99,12 +105,12 @@ impl<R: Real> Trajectory<R> {
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
-                sum += costs.at(system, &at, &weights)?;
+                sum += costs.at(system, &at, &weights, i)?;
             }
         }
         let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
         let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
-        Ok(sum + costs.at(system, &at, &weights)?)
+        Ok(sum + costs.at(system, &at, &weights, i)?)
     }
 
     /// Which cost of a node is not finite.
@@ -118,7 +124,7 @@ impl<R: Real> Trajectory<R> {
         let t = at.t.part(0);
         let at = NodeView::of_equations([&q, &v, &sigma], (&u, t, &design));
         let mut accelerations = Accelerations::new(system);
-        if accelerations.evaluate(system, &at).is_err() {
+        if accelerations.evaluate(system, &at, node).is_err() {
             accelerations.forget();
         }
         let at = accelerations.with(NodeView { p_star: &p_star, p_star_dot: &p_star_dot, u_dot: &u_dot, ..at });

@@ -108,7 +108,7 @@ impl Assembler<'_> {
     /// Factors K(0) at a point.
     pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], given: Given) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
-        factor_state(self.system, self.newton, &given.at(q, v, &zeros), self.report)?;
+        factor_state(self.system, self.newton, (&given.at(q, v, &zeros), 0), self.report)?;
         Bordered::new(self.system, self.newton, held)
     }
 
@@ -199,7 +199,7 @@ impl Assembler<'_> {
 pub(crate) fn factor_state(
     system: &System,
     newton: &mut Newton,
-    at: &NodeView<f64>,
+    (at, node): (&NodeView<f64>, usize),
     report: &mut Report,
 ) -> Result<f64, Error> {
     let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
@@ -214,8 +214,8 @@ pub(crate) fn factor_state(
     }
     report.factorisations += own.factorisations;
     factored.map(|()| own.worst_pivot).map_err(|breakdown| {
-        let cause = system.find_not_finite(at, 0).or_else(|| Scaled::at(system, at)?.explain(system, at.t));
-        cause.unwrap_or_else(|| system.singular_step(&breakdown, 0, at.t))
+        let cause = system.find_not_finite(at, node).or_else(|| Scaled::at(system, at)?.explain(system, at.t));
+        cause.unwrap_or_else(|| system.singular_step(&breakdown, node, at.t))
     })
 }
 
