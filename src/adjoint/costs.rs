@@ -129,7 +129,7 @@ impl CostNode {
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let uses = system.cost_uses(weights, &rows.factors).accelerations;
+        let uses = system.use_of_accelerations(weights, &rows.factors);
         if uses > Depends::Never {
             let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
             if let Err(error) = accelerations.evaluate(system, at, node) {

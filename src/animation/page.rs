@@ -2,7 +2,7 @@
 
 use super::Animation;
 use super::text::{escaped, list, quoted};
-use super::vector::{groups, opened, poses};
+use super::vector::{COLOURS, groups, opened, poses};
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -16,11 +16,15 @@ pub(super) fn html(animation: &Animation) -> String {
     );
     let poses = groups.iter().map(poses).collect::<Vec<_>>().join(",\n");
     let bodies = groups.iter().map(|group| group.is_body.to_string()).collect::<Vec<_>>().join(",");
+    let colours = COLOURS.map(quoted).join(",");
     let plots = plots.iter().map(|plot| {
         format!("{{\"name\":{},\"unit\":{},\"values\":{}}}", quoted(&plot.name), quoted(&plot.unit), list(&plot.values))
     });
     let plots = plots.collect::<Vec<_>>().join(",\n");
-    let data = format!("{{\"times\":{},\n\"poses\":[{poses}],\n\"bodies\":[{bodies}],\n\"plots\":[{plots}]}}", list(times));
+    let data = format!(
+        "{{\"times\":{},\n\"poses\":[{poses}],\n\"bodies\":[{bodies}],\n\"colours\":[{colours}],\n\"plots\":[{plots}]}}",
+        list(times)
+    );
     let places = [("{{title}}", escaped(title)), ("{{picture}}", picture), ("{{data}}", data)];
     // Each place is filled once, from the end, so that what is put in is not looked through.
     let mut page = TEMPLATE.to_string();

@@ -6,7 +6,7 @@ use super::figure::{Arrow, Figure, Link, LinkKind, Mark, MarkKind, Outline, Piec
 use super::text::{digits, escaped, list, number};
 
 /// The colours of bodies, one after the other.
-const COLOURS: [&str; 6] = ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#76b7b2", "#e15759"];
+pub(super) const COLOURS: [&str; 6] = ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#76b7b2", "#e15759"];
 const INK: &str = "#333";
 /// Pictures that move by themselves have at most so many frames.
 const MOST_KEYS: usize = 150;

@@ -11,7 +11,7 @@ use super::assembly::factor_state;
 use crate::motion::Report;
 use crate::node::Newton;
 use crate::number::{Real, all_finite, largest};
-use crate::system::{AccelerationEquations, AccelerationTangent, CostRows, Covector, NodeView, Pair, StateRows};
+use crate::system::{AccelerationEquations, CostRows, Covector, NodeView, Pair, StateRows, acceleration_tangent};
 use crate::{Error, System};
 
 /// Solutions with a K(0) that has compliances are corrected so often, and once …
@@ -127,9 +127,8 @@ impl Accelerations {
         let Accelerations { state, x, adjoint, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
-        let mut tangent = AccelerationTangent::new(system);
         for part in 1..R::PARTS {
-            tangent.evaluate(system, &here, &Parts::of(at, part).view(), &mut state.right);
+            acceleration_tangent(system, &here, &Parts::of(at, part).view(), &mut state.right);
             state.solve(system, adjoint);
             for (all, own) in lifted.iter_mut().zip([&adjoint.v, &adjoint.sigma]) {
                 all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(part, *own));
@@ -197,7 +196,7 @@ fn without_sigma<'a>(at: &NodeView<'a, f64>, zeros: &'a Pair) -> NodeView<'a, f6
 }
 
 /// One part of all numbers of a state.
-struct Parts {
+pub(super) struct Parts {
     q: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
@@ -207,13 +206,13 @@ struct Parts {
 }
 
 impl Parts {
-    fn of<R: Real>(at: &NodeView<R>, part: usize) -> Self {
+    pub(super) fn of<R: Real>(at: &NodeView<R>, part: usize) -> Self {
         let list = |x: &[R]| x.iter().map(|x| x.part(part)).collect::<Vec<f64>>();
         let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(list);
         Parts { q, v, sigma, u, t: at.t.part(part), design }
     }
 
-    fn view(&self) -> NodeView<'_, f64> {
+    pub(super) fn view(&self) -> NodeView<'_, f64> {
         NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design))
     }
 }

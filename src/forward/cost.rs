@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 
-use super::accelerations::Accelerations;
+use super::accelerations::{Accelerations, Parts};
 use crate::motion::Refinement;
 use crate::number::Real;
-use crate::system::{CostRows, CostUse, Depends, NodeView, Weights, factors_of};
+use crate::system::{CostRows, Depends, NodeView, Weights, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
@@ -32,7 +32,7 @@ impl<'a> CostSum<'a> {
         weights: &Weights<R>,
         node: usize,
     ) -> Result<R, Error> {
-        let CostUse { accelerations: uses, .. } = system.cost_uses(weights, &self.factors);
+        let uses = system.use_of_accelerations(weights, &self.factors);
         if uses == Depends::Never {
             return Ok(system.cost(at, weights, &self.factors));
         }
@@ -119,10 +119,9 @@ impl<R: Real> Trajectory<R> {
         let (at, mut u_dot) = (self.at((inputs, design), node), vec![R::zero(); system.k()]);
         control_rates(inputs, node, &mut u_dot);
         let u_dot = real(&u_dot);
-        let [q, v, p_star, p_star_dot] = [at.q, at.v, at.p_star, at.p_star_dot].map(real);
-        let [sigma, u, design, steps] = [at.sigma, at.u, at.design, &inputs.grid.steps].map(real);
-        let t = at.t.part(0);
-        let at = NodeView::of_equations([&q, &v, &sigma], (&u, t, &design));
+        let [p_star, p_star_dot, steps] = [at.p_star, at.p_star_dot, &inputs.grid.steps].map(real);
+        let state = Parts::of(&at, 0);
+        let at = state.view();
         let mut accelerations = Accelerations::new(system);
         if accelerations.evaluate(system, &at, node).is_err() {
             accelerations.forget();

@@ -12,6 +12,7 @@
 use std::sync::Arc;
 
 use super::acceleration_kernels::{AccelerationKernels, AccelerationOf};
+use super::assembly::{Input, by_formula, input};
 use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
 use super::cost::CostRows;
 use super::element::Element;
@@ -41,9 +42,7 @@ struct Group {
 enum Target {
     Coordinate(usize),
     Velocity(usize),
-    Control(usize),
-    Design(usize),
-    Time,
+    Input(Input),
 }
 
 /// The equations of accelerations and reactions of a scene.
@@ -61,7 +60,7 @@ impl AccelerationEquations {
         let (n, m, k) = (system.n(), system.m(), system.k());
         let layout = Layout { n, m, k };
         let (mut groups, mut dual, mut registers) = (Vec::new(), Vec::new(), Registers::default());
-        for (formula, members) in super::assembly::by_formula(elements) {
+        for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
             match AccelerationKernels::new(&formula, &bound) {
@@ -147,10 +146,9 @@ impl Target {
         match of {
             AccelerationOf::Coordinate(i) => (Target::Coordinate(element.q[i]), 1.0),
             AccelerationOf::Velocity(i) => (Target::Velocity(element.q[i]), 1.0),
-            AccelerationOf::Control(k) => (Target::Control(element.u[k]), 1.0),
-            AccelerationOf::Time => (Target::Time, 1.0),
-            AccelerationOf::Constant(p) => {
-                element.b[p].bound().map_or((Target::Time, 0.0), |(design, factor)| (Target::Design(design), factor))
+            AccelerationOf::Input(of) => {
+                let (input, factor) = input(element, of);
+                (Target::Input(input), factor)
             }
         }
     }
@@ -159,49 +157,38 @@ impl Target {
         match self {
             Target::Coordinate(i) => rows.q[i] += x,
             Target::Velocity(i) => rows.v[i] += x,
-            Target::Control(k) => rows.u[k] += x,
-            Target::Design(p) => rows.design[p] += x,
-            Target::Time => rows.time += x,
+            Target::Input(Input::Control(k)) => rows.u[k] += x,
+            Target::Input(Input::Design(p)) => rows.design[p] += x,
+            Target::Input(Input::Time) => rows.time += x,
         }
     }
 }
 
-/// The derivatives of f and g at fixed v̇ and λ along a direction of q, v, u, t and parameters: ε₁ goes along that direction, ε₂ along the motion.
+/// The derivatives of f and g at a state, at fixed v̇ and λ, along the direction of q, v, u, t and parameters that `direction` holds in the same places.
 ///
-/// By the plain formulas: what lifted numbers need.
-pub(crate) struct AccelerationTangent {
-    sums: Sums<Hyper>,
-}
-
-impl AccelerationTangent {
-    pub(crate) fn new(system: &System) -> Self {
-        AccelerationTangent { sums: Sums::new(system.n(), system.m()) }
+/// By the plain formulas, which is what lifted numbers need: ε₁ goes along the direction, ε₂ along the motion.
+pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, direction: &NodeView<f64>, result: &mut Pair) {
+    // Values and derivatives along the direction, and rates along the motion of both.
+    let list = |[x, along]: [&[f64]; 2], [rate, rate_along]: [&[f64]; 2]| {
+        let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+        let number = |i: usize| hyper(x[i], of(along, i), of(rate, i), of(rate_along, i));
+        (0..x.len()).map(number).collect::<Vec<Hyper>>()
+    };
+    let none = vec![0.0; at.lambda.len()];
+    let point = HyperPoint {
+        q: list([at.q, direction.q], [at.v, direction.v]),
+        v: list([at.v, direction.v], [at.v_dot, &[]]),
+        sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),
+        u: list([at.u, direction.u], [&[], &[]]),
+        t: hyper(at.t, direction.t, 1.0, 0.0),
+        design: list([at.design, direction.design], [&[], &[]]),
+    };
+    let mut sums = Sums::new(system.n(), system.m());
+    for batch in system.batches() {
+        let batch: &dyn PlainBatch<Hyper> = batch.as_ref();
+        batch.add(&point.view(), &mut sums);
     }
-
-    /// At a state and along the direction that `direction` holds in the same places.
-    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, direction: &NodeView<f64>, result: &mut Pair) {
-        // Values and derivatives along the direction, and rates along the motion of both.
-        let list = |[x, along]: [&[f64]; 2], [rate, rate_along]: [&[f64]; 2]| {
-            let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-            let number = |i: usize| hyper(x[i], of(along, i), of(rate, i), of(rate_along, i));
-            (0..x.len()).map(number).collect::<Vec<Hyper>>()
-        };
-        let none = vec![0.0; at.lambda.len()];
-        let point = HyperPoint {
-            q: list([at.q, direction.q], [at.v, direction.v]),
-            v: list([at.v, direction.v], [at.v_dot, &[]]),
-            sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),
-            u: list([at.u, direction.u], [&[], &[]]),
-            t: hyper(at.t, direction.t, 1.0, 0.0),
-            design: list([at.design, direction.design], [&[], &[]]),
-        };
-        self.sums.clear();
-        for batch in system.batches() {
-            let batch: &dyn PlainBatch<Hyper> = batch.as_ref();
-            batch.add(&point.view(), &mut self.sums);
-        }
-        let forces = self.sums.force().iter().zip(self.sums.l_v());
-        result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
-        result.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);
-    }
+    let forces = sums.force().iter().zip(sums.l_v());
+    result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
+    result.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);
 }

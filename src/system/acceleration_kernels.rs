@@ -7,8 +7,8 @@
 //!   potential  f = −V_q               constraint  f = −Φ_qᵀ λ,   g = −D (dΦ/dt)
 //! ```
 
-use super::derivatives::{Derivatives, sum_of_products};
-use super::formula::{Component, Formula};
+use super::derivatives::{Derivatives, input_node, sum_of_products};
+use super::formula::{Component, Formula, InputOf};
 use super::jet::ElementKind;
 use super::shape::Shape;
 use crate::program::{Graph, Kernel, Node};
@@ -18,9 +18,7 @@ use crate::program::{Graph, Kernel, Node};
 pub enum AccelerationOf {
     Coordinate(usize),
     Velocity(usize),
-    Control(usize),
-    Constant(usize),
-    Time,
+    Input(InputOf),
 }
 
 /// The programs.
@@ -100,8 +98,8 @@ fn arguments(graph: &mut Graph, shape: Shape, bound: &[bool]) -> (Vec<Accelerati
     let mut all: Vec<(AccelerationOf, Node)> =
         (0..shape.n).map(|i| (AccelerationOf::Coordinate(i), graph.input(i))).collect();
     all.extend((0..shape.n).map(|i| (AccelerationOf::Velocity(i), graph.input(shape.v() + i))));
-    all.extend((0..shape.k).map(|k| (AccelerationOf::Control(k), graph.input(shape.u() + k))));
-    all.extend((0..shape.p).filter(|&p| bound[p]).map(|p| (AccelerationOf::Constant(p), graph.parameter(p))));
-    all.push((AccelerationOf::Time, graph.input(shape.t())));
+    let constants = (0..shape.p).filter(|&p| bound[p]).map(InputOf::Constant);
+    let inputs = (0..shape.k).map(InputOf::Control).chain(constants).chain([InputOf::Time]);
+    all.extend(inputs.map(|of| (AccelerationOf::Input(of), input_node(graph, shape, of))));
     all.into_iter().unzip()
 }

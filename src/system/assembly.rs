@@ -43,7 +43,7 @@ struct BendingGroup {
 
 /// An input of a motion.
 #[derive(Clone, Copy, Debug)]
-enum Input {
+pub(super) enum Input {
     Control(usize),
     Design(usize),
     Time,
@@ -344,7 +344,7 @@ pub(super) fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)
 }
 
 /// The input of a motion, and by which factor an element's own is a multiple of it.
-fn input(element: &Element, of: InputOf) -> (Input, f64) {
+pub(super) fn input(element: &Element, of: InputOf) -> (Input, f64) {
     match of {
         InputOf::Control(k) => (Input::Control(element.u[k]), 1.0),
         InputOf::Time => (Input::Time, 1.0),

@@ -220,9 +220,9 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 
 /// Costs in real numbers, with derivatives.
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
-    /// Resolves the parameters of every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
     /// Takes the parameters of all costs through `resolve`.
     fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
+    /// Records every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
     fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
     /// Takes over design variables, and formulas as they are now if they are `changed`; counts costs whose programs do not hold any more.
     fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize;

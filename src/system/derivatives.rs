@@ -170,14 +170,7 @@ impl Derivatives {
         let mut of: Vec<InputOf> = controls.map(InputOf::Control).collect();
         of.extend((0..shape.p).filter(|&p| bound[p]).map(InputOf::Constant));
         of.extend(timed.then_some(InputOf::Time));
-        let arguments: Vec<Node> = of
-            .iter()
-            .map(|of| match of {
-                InputOf::Control(k) => graph.input(shape.u() + k),
-                InputOf::Constant(p) => graph.parameter(*p),
-                InputOf::Time => graph.input(shape.t()),
-            })
-            .collect();
+        let arguments: Vec<Node> = of.iter().map(|of| input_node(graph, shape, *of)).collect();
         let sum = self.weighted(graph, shape);
         let slopes = graph.reverse(&sum, &arguments);
         of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip()
@@ -210,4 +203,13 @@ pub(super) fn sum_of_products(graph: &mut Graph, x: &[Node], y: &[Node], z: Node
         let product = graph.multiply(*x, *y);
         graph.add(sum, product)
     })
+}
+
+/// An input of an element as a node.
+pub(super) fn input_node(graph: &mut Graph, shape: Shape, of: InputOf) -> Node {
+    match of {
+        InputOf::Control(k) => graph.input(shape.u() + k),
+        InputOf::Constant(p) => graph.parameter(p),
+        InputOf::Time => graph.input(shape.t()),
+    }
 }

@@ -39,13 +39,14 @@ mod view;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
-pub(crate) use acceleration::{AccelerationEquations, AccelerationTangent};
+pub(crate) use acceleration::{AccelerationEquations, acceleration_tangent};
 pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostRows, CostUse, Depends, GivenWeights, Weights, factors_of};
+use cost::CostUse;
+pub(crate) use cost::{AnyCosts, CostRows, Depends, GivenWeights, Weights, factors_of};
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_shape::CostShape;
 pub(crate) use energy::{Kinetic, Potential};
@@ -59,6 +60,7 @@ pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
 use crate::linear::{Breakdown, Symbolic};
+use crate::model::element::Sum;
 use crate::model::{Coordinate, Handle, Param, Sketch};
 use crate::number::Fingerprint;
 use crate::number::Real;
@@ -86,7 +88,7 @@ pub struct System {
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     integral: bool,
-    control_rates: bool,
+    uses: CostUse,
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
@@ -144,7 +146,7 @@ impl System {
         let running = costs.iter().any(|costs| costs.is_running());
         let integral = costs.iter().any(|costs| costs.has_integral());
         let every = vec![1.0; 1 + names.outputs.len()];
-        let control_rates = costs.iter().any(|costs| costs.uses(&|_| true, &every).control_rates > Depends::Never);
+        let uses = uses_of(&costs, &|_| true, &every);
         let (initial, positive) = (scene.initial, scene.positive);
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -156,7 +158,7 @@ impl System {
             costs,
             running,
             integral,
-            control_rates,
+            uses,
             symbolic,
             positions,
             sines,
@@ -320,7 +322,7 @@ impl System {
 
     /// Whether any cost may depend on rates of controls, which couple nodes.
     pub(crate) fn has_control_rates(&self) -> bool {
-        self.control_rates
+        self.uses.control_rates > Depends::Never
     }
 
     /// Where the unknowns of a step stand in the solver's order.
@@ -440,11 +442,14 @@ impl System {
         values.fold(R::zero(), |sum, value| sum + value)
     }
 
-    /// What is needed by the costs that are summed with these weights.
-    pub(crate) fn cost_uses<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> CostUse {
+    /// Whether the costs that are summed with these weights depend on v̇ or λ.
+    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> Depends {
+        if self.uses.accelerations == Depends::Never {
+            return Depends::Never;
+        }
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        self.costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(&is_summed, factors)))
+        uses_of(&self.costs, &is_summed, factors).accelerations
     }
 
     /// Identifies the formulas as they are now.
@@ -521,6 +526,11 @@ impl std::fmt::Debug for System {
         let (n, m, k) = (self.n, self.m, self.k);
         f.debug_struct("System").field("n", &n).field("m", &m).field("k", &k).finish_non_exhaustive()
     }
+}
+
+/// What is needed by the costs that are summed.
+fn uses_of(costs: &[Box<dyn AnyCosts>], is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
+    costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(is_summed, factors)))
 }
 
 fn fingerprint(batches: &[Box<dyn AnyBatch>], costs: &[Box<dyn AnyCosts>]) -> u64 {
