@@ -103,7 +103,7 @@ pub use adjoint::{AdjointVariables, Gradient};
 pub use animation::Animation;
 pub use error::Error;
 #[cfg(feature = "files")]
-pub use files::Table;
+pub use files::{SceneFile, Table};
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,
     PotentialEnergy, Sum,

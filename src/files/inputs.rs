@@ -119,7 +119,7 @@ impl Inputs {
                 format!("this is `{}`, version {}; expected `{FORMAT}`, version {VERSION}", file.format, file.version);
             return Err(wrong("`format`", &found));
         }
-        let state = |part: &str, x: Named<f64>| x.in_order(part, coordinates(system)).map(DVector::from_vec);
+        let state = |part: &str, x: Named<f64>| x.in_order("inputs", part, coordinates(system)).map(DVector::from_vec);
         let start = match file.start {
             StartPart::Velocity { q, v } => Start::Velocity { q: state("start.q", q)?, v: state("start.v", v)? },
             StartPart::Momentum { q, p_star } => {
@@ -135,7 +135,7 @@ impl Inputs {
             },
         };
         let grid = Grid { start: file.grid.start, steps: file.grid.steps, stages: file.grid.stages };
-        let rows = file.controls.in_order("controls", controls(system))?;
+        let rows = file.controls.in_order("inputs", "controls", controls(system))?;
         let nodes = grid.nodes();
         for (row, name) in rows.iter().zip(controls(system)) {
             if row.len() != nodes {
@@ -144,7 +144,7 @@ impl Inputs {
             }
         }
         let controls = DMatrix::from_fn(rows.len(), nodes, |k, i| rows[k][i]);
-        let design = DVector::from_vec(file.design.in_order("design", designs(system))?);
+        let design = DVector::from_vec(file.design.in_order("inputs", "design", designs(system))?);
         let inputs = Inputs { grid, start, controls, design };
         inputs.check(system)?;
         Ok(inputs)

@@ -5,7 +5,10 @@
 mod gradient;
 mod inputs;
 mod names;
+mod report;
+mod scene;
 mod table;
 mod trajectory;
 
+pub use scene::SceneFile;
 pub use table::Table;

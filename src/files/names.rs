@@ -20,9 +20,14 @@ impl<T> Named<T> {
     ///
     /// # Errors
     /// A name that is missing, and one that the system does not have.
-    pub(super) fn in_order<'a>(mut self, part: &str, names: impl Iterator<Item = &'a str>) -> Result<Vec<T>, Error> {
+    pub(super) fn in_order<'a>(
+        mut self,
+        kind: &'static str,
+        part: &str,
+        names: impl Iterator<Item = &'a str>,
+    ) -> Result<Vec<T>, Error> {
         let wrong = |name: &str, problem: &str| Error::File {
-            kind: "inputs",
+            kind,
             place: format!("`{part}`"),
             problem: format!("{problem} `{name}`"),
         };

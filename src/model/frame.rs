@@ -44,6 +44,11 @@ impl Frame {
         }
     }
 
+    /// Its origin.
+    pub(crate) fn origin(self) -> Point {
+        Point { frame: self, at: [0.0.into(), 0.0.into()] }
+    }
+
     /// The point (x, y) of the frame, m.
     pub fn at(self, x: impl Into<Param>, y: impl Into<Param>) -> Point {
         Point { frame: self, at: [x.into(), y.into()] }

@@ -1,5 +1,8 @@
 //! Physical constants of elements: numbers, multiples of a design variable, or expressions of several.
 
+#[cfg(feature = "files")]
+mod text;
+
 use num_traits::Zero;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

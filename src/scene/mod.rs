@@ -4,6 +4,7 @@
 
 mod costs;
 pub mod planar;
+pub(crate) mod ready;
 pub mod scenes;
 
 use std::any::Any;
@@ -16,6 +17,7 @@ use crate::model::{Control, Coordinate, Design, Drawn, Frame, Handle, Multiplier
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{AnyBatch, Applied, Batch, Holonomic, Jet, Kinetic, Parts, PlacedElement, Potential};
 use crate::{Error, System};
+use ready::{Added, Recipe};
 
 /// A mechanism under construction.
 ///
@@ -53,6 +55,7 @@ pub struct Scene {
     parts: Parts,
     elements: Vec<String>,
     costs_named: Vec<String>,
+    recipe: Recipe,
     /// The first thing found wrong, reported by `compile`.
     problem: Option<Error>,
 }
@@ -67,16 +70,24 @@ impl Scene {
     ///
     /// The coordinates of a group are eliminated together in the linear solves; list together what is coupled closely.
     pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
+        let first = self.coordinate_group(group, &names);
+        std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
+    }
+
+    /// The number of the first.
+    pub(crate) fn coordinate_group(&mut self, group: &str, names: &[&str]) -> usize {
+        self.recipe.note(group, || Added::Coordinates(names.iter().map(|name| name.to_string()).collect()));
         let first = self.parts.coordinates.len();
         self.parts.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
-        self.parts.initial.resize(first + N, 0.0);
-        self.parts.groups.push((group.to_string(), first..first + N));
-        std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
+        self.parts.initial.resize(first + names.len(), 0.0);
+        self.parts.groups.push((group.to_string(), first..first + names.len()));
+        first
     }
 
     /// Sets the value that a coordinate has in [`System::initial_coordinates`].
     pub fn place(&mut self, coordinate: Coordinate, value: f64) {
         if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
+            self.recipe.note("", || Added::Place(coordinate, value));
             self.parts.initial[coordinate.0.index] = value;
         }
     }
@@ -88,12 +99,14 @@ impl Scene {
 
     /// Adds a control channel.
     pub fn control(&mut self, name: &str) -> Control {
+        self.recipe.note(name, || Added::Control);
         self.parts.controls.push(name.to_string());
         Control(self.tag.handle(self.parts.controls.len() - 1))
     }
 
     /// Adds a design variable with its value; bind it by giving it in place of a number.
     pub fn design(&mut self, name: &str, value: f64) -> Design {
+        self.recipe.note(name, || Added::Design(value));
         self.parts.designs.push((name.to_string(), value));
         Design(self.tag.handle(self.parts.designs.len() - 1))
     }
@@ -246,6 +259,7 @@ impl Scene {
     ) where
         J: Jet<N, M, K, P>,
     {
+        self.recipe.note_element(name);
         self.elements.push(name.to_string());
         let known = self.check(name, "coordinate", q.map(|q| q.0))
             & self.check(name, "control", u.map(|u| u.0))
@@ -317,6 +331,7 @@ impl Scene {
 
     pub(crate) fn set_gravity(&mut self, gravity: [Param; 3]) {
         if self.check_params("gravity", &gravity) {
+            self.recipe.note("gravity", || Added::Gravity([gravity[0], gravity[1]]));
             self.parts.gravity = gravity.map(Some);
         }
     }

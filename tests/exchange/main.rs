@@ -9,3 +9,5 @@ mod files;
 #[cfg(feature = "files")]
 mod pipe;
 mod progress;
+#[cfg(feature = "files")]
+mod scenes;

@@ -11,8 +11,9 @@ use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (violations, times) = (experiment.violations()?, experiment.times());
+    // Node 0 is where the motion was put: nothing was integrated yet.
     let series = |name: &str, values: &[f64], colour| {
-        Series::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, Style::Line)
+        Series::new(name, times.iter().copied().zip(values.iter().copied()).skip(1).collect(), colour, Style::Line)
     };
     let chart = Chart {
         x: Axis::linear("time t [s]"),

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::KINK;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Axis, Chart, Place, Series, Style, colour};
+use crate::plot::{Axis, Chart, Place, Series, Style, colour, scientific};
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
@@ -20,6 +21,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         y: Axis::linear("force on the cart F [N]"),
         legend: Place::UpperRight,
         series: series.collect(),
+        note: Some(((times[1], optimum.end().u[1]), KINK)),
         ..Chart::default()
     };
     chart.save(stem)?;
@@ -36,7 +38,7 @@ fn snapshots(optimum: &Optimum) -> Vec<usize> {
 }
 
 fn cost(value: f64) -> String {
-    if value < 1e-3 { format!("{value:.0e}") } else { format!("{value:.3}") }
+    if value < 1e-3 { scientific(value) } else { format!("{value:.3}") }
 }
 
 fn claims(optimum: &Optimum) -> Vec<Row> {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::KINK;
 use crate::error::Error;
 use crate::experiment::{Experiment, Gradients};
 use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
@@ -19,6 +20,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
             series("adjoint", &gradients.adjoint, colour::BLUE, Style::Line),
         ],
         legend: Place::UpperLeft,
+        note: Some(((times[0], gradients.adjoint[0]), KINK)),
         size: (700.0, 290.0),
         ..Chart::default()
     };
@@ -26,6 +28,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         x: Axis::linear("time t_i [s]"),
         y: Axis::log("|difference| [rad²/N]", 1e-20),
         series: vec![series("|difference|", &gradients.differences(), colour::BLACK, Style::Line)],
+        note: None,
         ..above.clone()
     };
     Panels { charts: vec![above, below], columns: 1 }.save(stem)?;

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, SeriesAnno, SeriesLabelPosition};
-use plotters::element::{Circle, Cross, DashedPathElement, DynElement, EmptyElement, IntoDynElement, PathElement};
-use plotters::style::{BLACK, Color, FontStyle, RGBColor, ShapeStyle, WHITE};
+use plotters::element::{Circle, Cross, DashedPathElement, DynElement, EmptyElement, IntoDynElement, PathElement, Text};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{BLACK, Color, FontStyle, IntoTextStyle, RGBColor, ShapeStyle, WHITE};
 
 use super::page::{self, Area, LARGE, SMALL, font, units};
 use super::ruler::Ruler;
@@ -34,6 +35,8 @@ pub struct Series {
     pub style: Style,
     /// Whether its y is that of the right axis.
     pub right_axis: bool,
+    /// Whether the legend has it.
+    pub listed: bool,
 }
 
 /// A chart of series.
@@ -48,6 +51,8 @@ pub struct Chart {
     /// Where the names are, if there are several; at the top they stand above the data, the axis being longer by their height.
     pub legend: SeriesLabelPosition,
     pub series: Vec<Series>,
+    /// Words on the right of a point of the left axis.
+    pub note: Option<(Point, &'static str)>,
     /// Width and height in points.
     pub size: (f64, f64),
 }
@@ -61,6 +66,7 @@ impl Default for Chart {
             right: None,
             legend: SeriesLabelPosition::UpperRight,
             series: Vec::new(),
+            note: None,
             size: (700.0, 450.0),
         }
     }
@@ -93,11 +99,17 @@ const RADIUS: f64 = 3.25;
 impl Chart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
-        page::save(stem, self.size, &csv::series(&self.x.label, &self.columns()), |area| self.draw(area))
+        page::save(stem, self.size, &csv::series([&self.x.label, &self.y.label], &self.columns()), |area| self.draw(area))
     }
 
-    fn columns(&self) -> Vec<(&str, &[Point])> {
-        self.series.iter().map(|series| (series.name.as_str(), series.points.as_slice())).collect()
+    /// The data of each series, under its name and the label of its axis.
+    fn columns(&self) -> Vec<(String, &[Point])> {
+        let named = |series: &Series| {
+            let right = self.right.as_ref().filter(|_| series.right_axis);
+            format!("{}: {}", series.name, right.unwrap_or(&self.y).label)
+        };
+        let with_data = self.series.iter().filter(|series| !series.points.is_empty());
+        with_data.map(|series| (named(series), series.points.as_slice())).collect()
     }
 
     fn draw(&self, area: &Area) -> Result<(), Error> {
@@ -145,7 +157,14 @@ impl Chart {
                 false => (chart.plotting_area(), y),
             };
             series.elements([x, y], [width, height]).iter().try_for_each(|element| area.draw(element))?;
-            series.name(chart.draw_series([PathElement::new(Vec::new(), BLACK)])?);
+            if series.listed {
+                series.name(chart.draw_series([PathElement::new(Vec::new(), BLACK)])?);
+            }
+        }
+        if let Some((at, words)) = self.note {
+            let style = small.clone().into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
+            let note = EmptyElement::at(at) + Text::new(words, (units(9.0), 0), style);
+            chart.plotting_area().draw(&note)?;
         }
         if self.names() > 1 {
             chart
@@ -184,7 +203,7 @@ impl Chart {
     }
 
     fn names(&self) -> usize {
-        self.series.len()
+        self.series.iter().filter(|series| series.listed).count()
     }
 }
 
@@ -201,7 +220,9 @@ impl Panels {
 
     /// All data, a chart without a title being called by its number.
     fn csv(&self) -> String {
-        let header = csv::line(["panel", "series", "x", "y"].map(str::to_owned));
+        // Panels above others have no label of their own.
+        let label = self.charts.iter().map(|chart| chart.x.label.as_str()).rfind(|label| !label.is_empty());
+        let header = csv::line(["panel", "series", label.unwrap_or("x"), "y"].map(str::to_owned));
         let rows = self.charts.iter().enumerate().map(|(index, chart)| {
             let panel = if chart.title.is_empty() { (index + 1).to_string() } else { chart.title.clone() };
             csv::long(&chart.columns(), Some(&panel))
@@ -216,7 +237,7 @@ type Element<'a, C> = DynElement<'a, SVGBackend<'a>, C>;
 impl Series {
     /// A series of the left axis.
     pub fn new(name: impl Into<String>, points: Vec<Point>, colour: Colour, style: Style) -> Self {
-        Series { name: name.into(), points, colour, style, right_axis: false }
+        Series { name: name.into(), points, colour, style, right_axis: false, listed: true }
     }
 
     /// The line, in pieces where points are missing, and the markers, in a frame of this size in points.

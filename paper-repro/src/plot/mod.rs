@@ -12,6 +12,11 @@ pub use plotters::style::RGBColor as Colour;
 pub use ruler::Axis;
 pub use scene::{Scene, SceneChart, Shape};
 
+/// A small number in one digit, as it is set in print: 10⁻⁴.
+pub fn scientific(value: f64) -> String {
+    ruler::scientific(&format!("{value:.0e}"))
+}
+
 /// A point of the data, x to the right and y up.
 pub type Point = (f64, f64);
 

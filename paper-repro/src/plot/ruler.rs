@@ -121,8 +121,8 @@ impl Ranged for Ruler {
 impl ValueFormatter<f64> for Ruler {
     fn format_ext(&self, value: &f64) -> String {
         match self.floor {
-            Some(floor) if *value <= 1.0001 * floor => format!("≤{value:.0e}"),
-            Some(_) if self.high - self.low > 1.0 => format!("{value:.0e}"),
+            Some(floor) if *value <= 1.0001 * floor => format!("≤ {}", scientific(&format!("{value:.0e}"))),
+            Some(_) if self.high - self.low > 1.0 => scientific(&format!("{value:.0e}")),
             _ => words(*value, self.high - self.low),
         }
     }
@@ -136,7 +136,26 @@ fn words(value: f64, length: f64) -> String {
     let digits = if (1e-3..1e5).contains(&value.abs()) { format!("{value:.6}") } else { format!("{value:.3e}") };
     let (number, exponent) = digits.split_once('e').map_or((digits.as_str(), String::new()), |(x, e)| (x, format!("e{e}")));
     let number = number.trim_end_matches('0').trim_end_matches('.');
-    format!("{number}{exponent}").replacen('-', "−", usize::from(value < 0.0))
+    scientific(&format!("{number}{exponent}"))
+}
+
+/// The number as it is set in print: `1e-4` as 10⁻⁴, `-2e7` as −2·10⁷.
+pub(super) fn scientific(number: &str) -> String {
+    let (mantissa, exponent) = number.split_once('e').unwrap_or((number, ""));
+    let mantissa = mantissa.replace('-', "−");
+    let superscript = |digit: char| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => digit.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or(digit),
+    };
+    let exponent: String = exponent.chars().map(superscript).collect();
+    match (mantissa.as_str(), exponent.is_empty()) {
+        (_, true) => mantissa,
+        ("1", false) => format!("10{exponent}"),
+        (_, false) => format!("{mantissa}·10{exponent}"),
+    }
 }
 
 #[cfg(test)]
@@ -150,17 +169,17 @@ mod tests {
     #[test]
     fn linear_ticks_have_the_digits_of_the_step() {
         assert_eq!(ticks(Ruler::linear(-0.1, 0.35), 5), ["−0.1", "0", "0.1", "0.2", "0.3"]);
-        assert_eq!(ticks(Ruler::linear(0.0, 1.2e-9), 3), ["0", "5e-10", "1e-9"]);
-        assert_eq!(ticks(Ruler::linear(0.0, 3e7), 4), ["0", "1e7", "2e7", "3e7"]);
+        assert_eq!(ticks(Ruler::linear(0.0, 1.2e-9), 3), ["0", "5·10⁻¹⁰", "10⁻⁹"]);
+        assert_eq!(ticks(Ruler::linear(0.0, 3e7), 4), ["0", "10⁷", "2·10⁷", "3·10⁷"]);
     }
 
     #[test]
     fn logarithmic_ticks_are_decades_down_to_the_floor() {
         let ruler = Axis::log("", 1e-18).fit([0.0, -1.0, 1e-4].into_iter(), 0.05);
-        assert_eq!(ticks(ruler, 4), ["≤1e-18", "1e-14", "1e-10", "1e-6"]);
+        assert_eq!(ticks(ruler, 4), ["≤ 10⁻¹⁸", "10⁻¹⁴", "10⁻¹⁰", "10⁻⁶"]);
         assert_eq!(ruler.fraction(0.0), ruler.fraction(1e-18));
         assert_eq!(Axis::log("", 0.0).fit([1.0].into_iter(), 0.0).fraction(0.0), None);
-        assert_eq!(ticks(Axis { range: Some((2e-2, 0.5)), ..Axis::log("", 0.0) }.fit([].into_iter(), 0.0), 9)[0], "2e-2");
+        assert_eq!(ticks(Axis { range: Some((2e-2, 0.5)), ..Axis::log("", 0.0) }.fit([].into_iter(), 0.0), 9)[0], "2·10⁻²");
     }
 
     #[test]

@@ -289,7 +289,8 @@ impl SceneChart {
 
     /// The outlines of all shapes.
     fn csv(&self) -> String {
-        let mut out = csv::line(["panel", "shape", "kind", "x", "y"].map(str::to_owned));
+        let [x, y] = self.labels.unwrap_or(["x [link lengths]", "y [link lengths]"]);
+        let mut out = csv::line(["panel", "shape", "kind", x, y].map(str::to_owned));
         for (panel, scene) in self.scenes.iter().enumerate() {
             let panel = if scene.title.is_empty() { (panel + 1).to_string() } else { scene.title.clone() };
             for (id, shape) in scene.shapes.iter().enumerate() {

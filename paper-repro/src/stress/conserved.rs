@@ -178,8 +178,8 @@ fn energy_over_step() -> Result<Found, Error> {
     };
     let of = |mechanism: &Mechanism, settings: Settings| over(&|steps, dt| energies(mechanism, steps, dt, settings));
     let curves = [
-        ("chain, rebased", of(&chain, rebased(1))?),
-        ("chain, projected", of(&chain, projected())?),
+        ("chain of three, rebased", of(&chain, rebased(1))?),
+        ("chain of three, projected", of(&chain, projected())?),
         ("slider-crank, rebased", of(&crank, rebased(1))?),
         ("slider-crank, projected", of(&crank, projected())?),
         ("double pendulum, M(q)", over(&|steps, dt| minimal_energies(&angles, steps, dt))?),

@@ -131,7 +131,7 @@ fn gradients() -> Result<Found, Error> {
         };
         [1e-5, 1e-4, 1e-3, 0.01, 0.02, 0.05].into_iter().map(at).collect()
     };
-    let curves = [("cart, projected", errors(projected())?), ("cart, rebased", errors(rebased(1))?)];
+    let curves = [("paper's cart, projected", errors(projected())?), ("paper's cart, rebased", errors(rebased(1))?)];
     Ok(Found {
         measures: curves
             .iter()

@@ -160,7 +160,7 @@ fn step_lengths(short: bool) -> Result<Found, Error> {
         })
         .collect::<Result<_, Error>>()?;
     let worst = largest(&points.iter().map(|point| point.1).collect::<Vec<_>>());
-    let curve = Curve { of: Quantity::Gradient, over_time: false, name: "cart, 100 steps or 2 s".into(), points };
+    let curve = Curve { of: Quantity::Gradient, over_time: false, name: "paper's cart, 100 steps or 2 s".into(), points };
     Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve], ..Found::default() })
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::row::{Curve, Quantity};
 use crate::error::Error;
-use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
+use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
 
 /// The size of one of three panels side by side.
 const PANEL: (f64, f64) = (430.0, 480.0);
@@ -12,48 +12,73 @@ const PANEL: (f64, f64) = (430.0, 480.0);
 /// An error that says no more than that a motion is no motion.
 const BEYOND: f64 = 1e2;
 
+const PANELS: [(Quantity, &str, &str); 3] = [
+    (Quantity::Energy, "energy, largest error so far", "relative error"),
+    (Quantity::Drift, "constraints, largest violation so far", "‖Φ‖∞ [m, rad]"),
+    (Quantity::Gradient, "adjoint against complex step", "relative error"),
+];
+
+const TREATMENTS: [(&str, Style); 3] =
+    [("as integrated", Style::LineAndCircles), ("rebased", Style::Dashed), ("projected", Style::Line)];
+
 /// Draws both figures into the folder.
 pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
+    let mut mechanisms: Vec<&str> = Vec::new();
+    for name in curves.iter().map(mechanism) {
+        if !mechanisms.contains(&name) {
+            mechanisms.push(name);
+        }
+    }
     for (over_time, name, x) in [(true, "stress_over_time", "time [s]"), (false, "stress_over_step", "step length [s]")] {
-        let chart = |(of, title): (Quantity, &str)| {
-            let shown = || curves.iter().filter(|curve| curve.over_time == over_time && curve.of == of);
-            let mut mechanisms: Vec<&str> = shown().map(mechanism).collect();
-            mechanisms.dedup();
-            Chart {
-                title: title.to_owned(),
-                x: Axis::log(x, 0.0),
-                y: Axis::log(if of == Quantity::Drift { "‖Φ‖∞ [m, rad]" } else { "relative error" }, 1e-17),
-                legend: Place::UpperLeft,
-                series: shown().map(|curve| series(curve, &mechanisms)).collect(),
-                size: PANEL,
-                ..Chart::default()
-            }
-        };
-        let titles = [
-            (Quantity::Energy, "energy, largest error so far"),
-            (Quantity::Drift, "constraints, largest violation so far"),
-            (Quantity::Gradient, "adjoint against complex step"),
-        ];
-        let panels = Panels { charts: titles.map(chart).to_vec(), columns: 3 };
-        panels.save(&folder.join(name))?;
+        let shown: Vec<&Curve> = curves.iter().filter(|curve| curve.over_time == over_time).collect();
+        let charts = PANELS.map(|(of, title, y)| Chart {
+            title: title.to_owned(),
+            x: Axis { range: Some(stretch(&shown)), ..Axis::log(x, 0.0) },
+            y: Axis::log(y, 1e-17),
+            legend: Place::UpperLeft,
+            series: series(shown.iter().copied().filter(|curve| curve.of == of), &mechanisms),
+            size: PANEL,
+            ..Chart::default()
+        });
+        Panels { charts: charts.to_vec(), columns: 3 }.save(&folder.join(name))?;
     }
     Ok(())
 }
 
-/// The colour tells the mechanism, the style what is done at nodes; a curve ends where its motion has left all bounds.
-fn series(curve: &Curve, mechanisms: &[&str]) -> Series {
-    let colours = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE, colour::BLACK];
-    let index = mechanisms.iter().position(|name| *name == mechanism(curve)).unwrap_or(0);
-    let style = match curve.name.rsplit_once(", ").map(|(_, how)| how) {
-        Some("rebased") => Style::Dashed,
-        Some("projected") => Style::Line,
-        _ => Style::LineAndCircles,
-    };
-    let points = curve.points.iter().copied().take_while(|(_, y)| *y <= BEYOND).collect();
-    Series::new(&curve.name, points, colours[index % colours.len()], style)
+/// The curves of a panel, behind them what their colours and styles mean.
+fn series<'a>(curves: impl Iterator<Item = &'a Curve>, mechanisms: &[&str]) -> Vec<Series> {
+    const COLOURS: [Colour; 6] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE, colour::BLACK];
+    let (mut known, mut used) = (Vec::new(), Vec::new());
+    let mut all = Vec::new();
+    for curve in curves {
+        let (index, treatment) = (mechanisms.iter().position(|name| *name == mechanism(curve)), treatment(curve));
+        let index = index.unwrap_or(0);
+        known.extend((!known.contains(&index)).then_some(index));
+        used.extend((!used.contains(&treatment)).then_some(treatment));
+        let points = curve.points.iter().copied().take_while(|(_, y)| *y <= BEYOND).collect();
+        let line = Series::new(&curve.name, points, COLOURS[index % COLOURS.len()], TREATMENTS[treatment].1);
+        all.push(Series { listed: false, ..line });
+    }
+    used.sort_unstable();
+    let sample = |name, colour, style| Series::new(name, Vec::new(), colour, style);
+    all.extend(known.iter().map(|index| sample(mechanisms[*index], COLOURS[index % COLOURS.len()], Style::Line)));
+    all.extend(used.iter().map(|index| sample(TREATMENTS[*index].0, colour::GREY, TREATMENTS[*index].1)));
+    all
+}
+
+/// From the least to the greatest time or step of all panels.
+fn stretch(curves: &[&Curve]) -> (f64, f64) {
+    let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).filter(|x| *x > 0.0);
+    values.fold((f64::INFINITY, 0.0), |(least, most), x| (x.min(least), x.max(most)))
 }
 
 /// The name up to the comma.
 fn mechanism(curve: &Curve) -> &str {
     curve.name.split(", ").next().unwrap_or(&curve.name)
+}
+
+/// What is done at nodes, by its place among the treatments: the name behind the comma.
+fn treatment(curve: &Curve) -> usize {
+    let last = curve.name.rsplit(", ").next();
+    TREATMENTS.iter().position(|(name, _)| last == Some(name)).unwrap_or(0)
 }

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use crate::model::{Frame, Owner, Point};
+use crate::scene::ready::Added;
 use crate::{Coordinate, KineticEnergy, Param, PotentialEnergy, Scalar, Scene};
 
 /// A planar rigid body of a scene.
@@ -81,7 +82,20 @@ impl PotentialEnergy<2, 3> for Weight {
 impl Scene {
     /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ).
     pub fn body(&mut self, name: &str, mass: impl Into<Param>, inertia: impl Into<Param>, place: [f64; 3]) -> Body {
-        let (mass, inertia) = (mass.into(), inertia.into());
+        self.add_body(name, [mass.into(), inertia.into()], place)
+    }
+
+    /// Adds a particle with mass (kg) and initial position (x, y). It has no angle: hinges, distances,
+    /// springs, dampers, actuators between points and applied forces go with it, the others do not.
+    pub fn particle(&mut self, name: &str, mass: impl Into<Param>, place: [f64; 2]) -> Particle {
+        self.add_particle(name, mass.into(), place)
+    }
+
+    fn add_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
+        self.noted(name, Added::Body([mass, inertia], place), |scene| scene.elements_of_body(name, [mass, inertia], place))
+    }
+
+    fn elements_of_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
         let q = self.coordinates(name, ["x", "y", "φ"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
         self.require_positive(mass, format!("the mass of `{name}`"));
@@ -98,10 +112,11 @@ impl Scene {
         body
     }
 
-    /// Adds a particle with mass (kg) and initial position (x, y). It has no angle: hinges, distances,
-    /// springs, dampers, actuators between points and applied forces go with it, the others do not.
-    pub fn particle(&mut self, name: &str, mass: impl Into<Param>, place: [f64; 2]) -> Particle {
-        let mass = mass.into();
+    fn add_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
+        self.noted(name, Added::Particle(mass, place), |scene| scene.elements_of_particle(name, mass, place))
+    }
+
+    fn elements_of_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
         let q = self.coordinates(name, ["x", "y"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
         self.require_positive(mass, format!("the mass of `{name}`"));

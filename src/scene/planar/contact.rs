@@ -7,6 +7,7 @@ use super::geometry::{Link, turned};
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
 use crate::model::{Frame, Point, Shape};
+use crate::scene::ready::Kind;
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ (c_x d_x² + c_y d_y² + c_φ (φ_b − φ_a)²), d from the point of a to that of b in the frame of a; b = [s_a, s_b, c_x, c_y, c_φ].
@@ -77,18 +78,48 @@ impl Force<6, 0, 9> for Contact {
     }
 }
 
+pub(super) static BUSHING: Kind = Kind::of_points(
+    "bushing",
+    &["stiffness_x", "stiffness_y", "stiffness_angle", "damping_x", "damping_y", "damping_angle"],
+    |scene, name, part| {
+        let [a, b] = part.both();
+        let (stiffness, damping) = ([0, 1, 2].map(|i| part.number(i)), [3, 4, 5].map(|i| part.number(i)));
+        scene.draw(name, Shape::Spring, a, b);
+        let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
+        if !is_zero(&stiffness) {
+            scene.between_potential(&format!("{name} (spring)"), Bushing, part.frames(), points(a, b, stiffness));
+        }
+        if !is_zero(&damping) {
+            scene.between_force(&format!("{name} (damper)"), BushingDamper, part.frames(), [], points(a, b, damping));
+        }
+    },
+);
+
+pub(super) static COULOMB_FRICTION: Kind = Kind::of_frames("Coulomb friction", &["torque", "speed"], |scene, name, part| {
+    let [torque, speed] = [0, 1].map(|i| part.number(i));
+    scene.require_positive(speed, format!("the speed of `{name}`"));
+    scene.between_force(name, CoulombFriction, part.frames(), [], [torque, speed]);
+});
+
+pub(super) static COULOMB_SLIDING: Kind =
+    Kind::of_points("Coulomb sliding friction", &["axis", "force", "speed"], |scene, name, part| {
+        let ([a, b], numbers) = (part.both(), [0, 1, 2].map(|i| part.number(i)));
+        scene.require_positive(numbers[2], format!("the speed of `{name}`"));
+        scene.between_force(name, CoulombSliding, part.frames(), [], points(a, b, numbers));
+    });
+
+pub(super) static CONTACT: Kind =
+    Kind::of_points("contact", &["normal", "stiffness", "damping", "friction", "speed"], |scene, name, part| {
+        let ([a, b], numbers) = (part.both(), [0, 1, 2, 3, 4].map(|i| part.number(i)));
+        scene.draw(name, Shape::Ground { normal: numbers[0] }, a, b);
+        scene.require_positive(numbers[4], format!("the friction speed of `{name}`"));
+        scene.between_force(name, Contact, part.frames(), [], points(a, b, numbers));
+    });
+
 impl Scene {
     /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against turning (N m/rad), and three damping constants.
     pub fn bushing(&mut self, name: &str, a: Point, b: Point, stiffness: [Param; 3], damping: [Param; 3]) {
-        self.draw(name, Shape::Spring, a, b);
-        let frames = (a.frame, b.frame);
-        let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
-        if !is_zero(&stiffness) {
-            self.between_potential(&format!("{name} (spring)"), Bushing, frames, points(a, b, stiffness));
-        }
-        if !is_zero(&damping) {
-            self.between_force(&format!("{name} (damper)"), BushingDamper, frames, [], points(a, b, damping));
-        }
+        self.ready_between(name, &BUSHING, [a, b], [stiffness, damping].concat());
     }
 
     /// Adds dry friction in a hinge, regularised: a torque of at most `torque` (N m), reached at a few times `speed` (rad/s).
@@ -103,9 +134,8 @@ impl Scene {
         torque: impl Into<Param>,
         speed: impl Into<Param>,
     ) {
-        let speed = speed.into();
-        self.require_positive(speed, format!("the speed of `{name}`"));
-        self.between_force(name, CoulombFriction, (a.into(), b.into()), [], [torque.into(), speed]);
+        let frames = [a.into(), b.into()].map(Frame::origin);
+        self.ready_between(name, &COULOMB_FRICTION, frames, [torque.into(), speed.into()]);
     }
 
     /// Adds dry friction of `b` sliding along the axis of `a` (rad, in a's frame), regularised: at most `force` (N), reached at a few times `speed` (m/s).
@@ -120,10 +150,7 @@ impl Scene {
         force: impl Into<Param>,
         speed: impl Into<Param>,
     ) {
-        let speed = speed.into();
-        self.require_positive(speed, format!("the speed of `{name}`"));
-        let parameters = points(a, b, [axis.into(), force.into(), speed]);
-        self.between_force(name, CoulombSliding, (a.frame, b.frame), [], parameters);
+        self.ready_between(name, &COULOMB_SLIDING, [a, b], [axis.into(), force.into(), speed.into()]);
     }
 
     /// Adds the contact of the point `b` with the half-plane through `a` whose outer `normal` is at an angle (rad) in a's frame.
@@ -132,10 +159,6 @@ impl Scene {
     /// The force is as smooth as δ^(3/2): steps must resolve the time of a contact, or the gradient is that of a motion which jumps over it
     /// ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement) says so). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
-        let normal = normal.into();
-        self.draw(name, Shape::Ground { normal }, a, b);
-        self.require_positive(law[3], format!("the friction speed of `{name}`"));
-        let parameters = points(a, b, [normal, law[0], law[1], law[2], law[3]]);
-        self.between_force(name, Contact, (a.frame, b.frame), [], parameters);
+        self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);
     }
 }

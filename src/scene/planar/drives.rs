@@ -5,9 +5,10 @@ use nalgebra::SVector;
 use super::body::Body;
 use super::geometry::{Link, rotated, turned};
 use super::joints::{axis, padded, points, points_and};
-use super::motion::Motion;
+use super::motion::{Motion, with_motion};
 use crate::model::element::ForcePoint;
-use crate::model::{Owner, Point, Shape};
+use crate::model::{Frame, Owner, Point, Shape};
+use crate::scene::ready::Kind;
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
 /// A motion may have so many parameters where points stand beside them.
@@ -80,6 +81,43 @@ impl<F: Motion<P>, const P: usize> Force<1, 0, P> for AppliedTorque<F> {
     }
 }
 
+pub(super) static DRIVEN_DISTANCE: Kind = Kind::of_points("driven distance", &[], |scene, name, part| {
+    let [a, b] = part.both();
+    with_motion!(part, motion, parameters, scene.driven_distance(name, a, b, motion, parameters));
+})
+.moving();
+
+pub(super) static DRIVEN_SLIDER: Kind = Kind::of_points("driven slider", &["axis"], |scene, name, part| {
+    let ([a, b], axis) = (part.both(), part.number(0));
+    with_motion!(part, motion, parameters, scene.driven_slider(name, (a, axis), b, motion, parameters));
+})
+.moving();
+
+pub(super) static TWO_POINT_ACTUATOR: Kind = Kind::of_points("two-point actuator", &[], |scene, name, part| {
+    let [a, b] = part.both();
+    scene.draw(name, Shape::Cylinder, a, b);
+    scene.force_of_points(name, TwoPointActuator, part.frames(), part.by(), points(a, b, []));
+})
+.driven_by("force");
+
+pub(super) static APPLIED_FORCE: Kind = Kind::of_points("applied force", &["direction"], |scene, name, part| {
+    let (at, direction) = (part.points[0], part.number(0));
+    with_motion!(part, motion, parameters, scene.applied_force(name, at, direction, motion, parameters));
+})
+.at(&["at"])
+.moving();
+
+pub(super) static APPLIED_TORQUE: Kind =
+    Kind::of_frames("applied torque", &[], |scene, name, part| match part.points[0].frame.0 {
+        Owner::Body(coordinates) => {
+            let body = Body { coordinates };
+            with_motion!(part, motion, parameters, scene.applied_torque(name, body, motion, parameters));
+        }
+        _ => scene.report(Error::NoBody { element: name.to_string() }),
+    })
+    .at(&["body"])
+    .moving();
+
 impl Scene {
     /// Adds a prescribed distance f(t; parameters) > 0, m, between two points: a cylinder that follows a programme.
     pub fn driven_distance<F, const P: usize>(
@@ -93,8 +131,12 @@ impl Scene {
     where
         F: Motion<P>,
     {
-        self.draw(name, Shape::Cylinder, a, b);
-        self.joint(name, DrivenDistance(motion), (a.frame, b.frame), points_and(a, b, [], parameters))
+        self.multipliers_of(|scene| {
+            scene.driven(name, &DRIVEN_DISTANCE, [a, b], [], motion, parameters, |scene, motion| {
+                scene.draw(name, Shape::Cylinder, a, b);
+                scene.joint(name, DrivenDistance(motion), (a.frame, b.frame), points_and(a, b, [], parameters));
+            });
+        })
     }
 
     /// Adds a prescribed position f(t; parameters), m, of `b` along the axis of `a` (rad, in a's frame).
@@ -110,16 +152,19 @@ impl Scene {
         F: Motion<P>,
     {
         let axis = axis.into();
-        self.draw(name, Shape::Slider { axis }, a, b);
-        self.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis], parameters))
+        self.multipliers_of(|scene| {
+            scene.driven(name, &DRIVEN_SLIDER, [a, b], [axis], motion, parameters, |scene, motion| {
+                scene.draw(name, Shape::Slider { axis }, a, b);
+                scene.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis], parameters));
+            });
+        })
     }
 
     /// Adds a force (N) along the line between two points, driven by a control and positive where it pushes them apart: a hydraulic cylinder.
     ///
     /// The points must not coincide: the direction of the force would be undefined.
     pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
-        self.draw(name, Shape::Cylinder, a, b);
-        self.force_of_points(name, TwoPointActuator, (a.frame, b.frame), [force], points(a, b, []));
+        self.ready_driven(name, &TWO_POINT_ACTUATOR, [a, b], &[], force);
     }
 
     /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; [`Constant`](super::Constant) for one that does not
@@ -134,12 +179,15 @@ impl Scene {
     ) where
         F: Motion<P>,
     {
-        let b = padded([at.at[0], at.at[1], direction.into()].into_iter().chain(parameters));
-        match at.frame.0 {
-            Owner::Body(q) => self.force(name, AppliedForce(motion), q, [], b),
-            Owner::Particle(q) => self.force(name, AppliedForce(motion), q, [], b),
-            Owner::Ground => self.report(Error::NoBody { element: name.to_string() }),
-        }
+        let direction = direction.into();
+        self.driven(name, &APPLIED_FORCE, [at], [direction], motion, parameters, |scene, motion| {
+            let b = padded([at.at[0], at.at[1], direction].into_iter().chain(parameters));
+            match at.frame.0 {
+                Owner::Body(q) => scene.force(name, AppliedForce(motion), q, [], b),
+                Owner::Particle(q) => scene.force(name, AppliedForce(motion), q, [], b),
+                Owner::Ground => scene.report(Error::NoBody { element: name.to_string() }),
+            }
+        });
     }
 
     /// Adds a torque f(t; parameters), N m, on a body.
@@ -147,6 +195,9 @@ impl Scene {
     where
         F: Motion<P>,
     {
-        self.force(name, AppliedTorque(motion), [body.coordinates[2]], [], parameters);
+        let at = Frame::from(body).origin();
+        self.driven(name, &APPLIED_TORQUE, [at], [], motion, parameters, |scene, motion| {
+            scene.force(name, AppliedTorque(motion), [body.coordinates[2]], [], parameters);
+        });
     }
 }

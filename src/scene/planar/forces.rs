@@ -12,6 +12,7 @@ use super::ground::{
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
 use crate::model::{Frame, Owner, Point, Shape};
+use crate::scene::ready::Kind;
 use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
@@ -98,6 +99,54 @@ pub(super) fn torque<S: Scalar>(torque: S) -> SVector<S, 6> {
     SVector::from([zero, zero, -torque, zero, zero, torque])
 }
 
+pub(super) static SPRING_DAMPER: Kind =
+    Kind::of_points("spring and damper", &["stiffness", "free_length", "damping"], |scene, name, part| {
+        let ([a, b], [stiffness, free_length, damping]) = (part.both(), [0, 1, 2].map(|i| part.number(i)));
+        scene.draw(name, Shape::Spring, a, b);
+        if stiffness.constant() != Some(0.0) {
+            let spring = points(a, b, [stiffness, free_length]);
+            scene.potential_of_points(&format!("{name} (spring)"), LinearSpring, part.frames(), spring);
+        }
+        if damping.constant() != Some(0.0) {
+            scene.force_of_points(&format!("{name} (damper)"), Damper, part.frames(), [], points(a, b, [damping]));
+        }
+    });
+
+pub(super) static TORSIONAL_SPRING_DAMPER: Kind =
+    Kind::of_frames("torsional spring and damper", &["stiffness", "free_angle", "damping"], |scene, name, part| {
+        let [stiffness, free_angle, damping] = [0, 1, 2].map(|i| part.number(i));
+        if stiffness.constant() != Some(0.0) {
+            let spring = [stiffness, free_angle];
+            scene.between_potential(&format!("{name} (spring)"), TorsionalSpring, part.frames(), spring);
+        }
+        if damping.constant() != Some(0.0) {
+            scene.between_force(&format!("{name} (damper)"), JointFriction, part.frames(), [], [damping]);
+        }
+    });
+
+pub(super) static JOINT_FRICTION: Kind = Kind::of_frames("joint friction", &["damping"], |scene, name, part| {
+    scene.between_force(name, JointFriction, part.frames(), [], [part.number(0)]);
+});
+
+pub(super) static SLIDING_FRICTION: Kind = Kind::of_points("sliding friction", &["axis", "damping"], |scene, name, part| {
+    let [a, b] = part.both();
+    scene.between_force(name, SlidingFriction, part.frames(), [], points(a, b, [part.number(0), part.number(1)]));
+});
+
+pub(super) static ACTUATOR: Kind = Kind::of_points("actuator", &["axis"], |scene, name, part| {
+    let ([a, b], axis, [control]) = (part.both(), part.number(0), part.by());
+    scene.draw(name, Shape::Force { axis, control }, a, b);
+    scene.between_force(name, Actuator, part.frames(), [control], points(a, b, [axis]));
+})
+.driven_by("force");
+
+pub(super) static TORQUE_ACTUATOR: Kind = Kind::of_frames("torque actuator", &[], |scene, name, part| {
+    let ([a, b], [control]) = (part.both(), part.by());
+    scene.draw(name, Shape::Torque { control }, a, b);
+    scene.between_force(name, TorqueActuator, part.frames(), [control], []);
+})
+.driven_by("torque");
+
 impl Scene {
     /// Adds a spring and a damper between two points: stiffness (N/m), free length (m), damping (N s/m).
     ///
@@ -111,15 +160,7 @@ impl Scene {
         free_length: impl Into<Param>,
         damping: impl Into<Param>,
     ) {
-        let (stiffness, damping) = (stiffness.into(), damping.into());
-        self.draw(name, Shape::Spring, a, b);
-        let spring = points(a, b, [stiffness, free_length.into()]);
-        if stiffness.constant() != Some(0.0) {
-            self.potential_of_points(&format!("{name} (spring)"), LinearSpring, (a.frame, b.frame), spring);
-        }
-        if damping.constant() != Some(0.0) {
-            self.force_of_points(&format!("{name} (damper)"), Damper, (a.frame, b.frame), [], points(a, b, [damping]));
-        }
+        self.ready_between(name, &SPRING_DAMPER, [a, b], [stiffness.into(), free_length.into(), damping.into()]);
     }
 
     /// Adds a torsional spring and damper: stiffness (N m/rad), free angle φ_b − φ_a (rad), damping (N m s/rad).
@@ -132,39 +173,28 @@ impl Scene {
         free_angle: impl Into<Param>,
         damping: impl Into<Param>,
     ) {
-        let (stiffness, damping, frames) = (stiffness.into(), damping.into(), (a.into(), b.into()));
-        if stiffness.constant() != Some(0.0) {
-            let spring = [stiffness, free_angle.into()];
-            self.between_potential(&format!("{name} (spring)"), TorsionalSpring, frames, spring);
-        }
-        if damping.constant() != Some(0.0) {
-            self.between_force(&format!("{name} (damper)"), JointFriction, frames, [], [damping]);
-        }
+        let (frames, numbers) = ([a.into(), b.into()], [stiffness.into(), free_angle.into(), damping.into()]);
+        self.ready_between(name, &TORSIONAL_SPRING_DAMPER, frames.map(Frame::origin), numbers);
     }
 
     /// Adds viscous friction against relative rotation (N m s/rad).
     pub fn joint_friction(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, damping: impl Into<Param>) {
-        self.between_force(name, JointFriction, (a.into(), b.into()), [], [damping.into()]);
+        self.ready_between(name, &JOINT_FRICTION, [a.into(), b.into()].map(Frame::origin), [damping.into()]);
     }
 
     /// Adds viscous friction (N s/m) of `b` sliding along the axis of `a` (rad, in a's frame).
     pub fn sliding_friction(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, damping: impl Into<Param>) {
-        let parameters = points(a, b, [axis.into(), damping.into()]);
-        self.between_force(name, SlidingFriction, (a.frame, b.frame), [], parameters);
+        self.ready_between(name, &SLIDING_FRICTION, [a, b], [axis.into(), damping.into()]);
     }
 
     /// Adds a force (N) on `b` along the axis of `a` (rad, in a's frame), driven by a control.
     pub fn actuator(&mut self, name: &str, a: Point, axis: impl Into<Param>, b: Point, force: Control) {
-        let axis = axis.into();
-        self.draw(name, Shape::Force { axis, control: force }, a, b);
-        self.between_force(name, Actuator, (a.frame, b.frame), [force], points(a, b, [axis]));
+        self.ready_driven(name, &ACTUATOR, [a, b], &[axis.into()], force);
     }
 
     /// Adds a torque (N m) on `b` and its reaction on `a`, driven by a control.
     pub fn torque_actuator(&mut self, name: &str, a: impl Into<Frame>, b: impl Into<Frame>, torque: Control) {
-        let (a, b) = (a.into(), b.into());
-        self.draw(name, Shape::Torque { control: torque }, a.at(0.0, 0.0), b.at(0.0, 0.0));
-        self.between_force(name, TorqueActuator, (a, b), [torque], []);
+        self.ready_driven(name, &TORQUE_ACTUATOR, [a.into(), b.into()].map(Frame::origin), &[], torque);
     }
 
     pub(super) fn between_potential<E, const P: usize>(

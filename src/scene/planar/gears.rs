@@ -5,8 +5,9 @@ use nalgebra::SVector;
 use super::body::Body;
 use super::geometry::{Link, rotated};
 use super::joints::points_and;
-use crate::model::{Point, Shape};
-use crate::{Constraint, Multiplier, Param, Scalar, Scene};
+use crate::model::{Frame, Point, Shape};
+use crate::scene::ready::Kind;
+use crate::{Constraint, Error, Multiplier, Param, Scalar, Scene};
 
 /// Two wheels that roll on each other: Φ = r_a φ_a + r_b φ_b − c; b = [r_a, r_b, c].
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,30 @@ impl<F: Curve<P>, const P: usize> Constraint<6, 1, 12> for PointOnCurve<F, P> {
     }
 }
 
+pub(super) static GEAR: Kind = Kind::of_frames("gear", &["radius_a", "radius_b"], |scene, name, part| {
+    let (Some(a), Some(b)) = (part.points[0].frame.coordinates(), part.points[1].frame.coordinates()) else {
+        return scene.report(Error::NoBody { element: name.to_string() });
+    };
+    let ([radius_a, radius_b], q) = ([part.number(0), part.number(1)], [a[2], b[2]]);
+    for (at, radius) in part.both().into_iter().zip([radius_a, radius_b]) {
+        scene.draw(name, Shape::Wheel { radius }, at, at);
+    }
+    let offset = radius_a * scene.initial(q[0]) + radius_b * scene.initial(q[1]);
+    scene.constraint(name, Gear, q, [radius_a, radius_b, offset]);
+});
+
+pub(super) static RACK: Kind = Kind::of_frames("rack", &["axis", "radius"], |scene, name, part| {
+    let (Some(rack), Some(pinion)) = (part.points[0].frame.coordinates(), part.points[1].frame.coordinates()) else {
+        return scene.report(Error::NoBody { element: name.to_string() });
+    };
+    let ([axis, radius], q) = ([part.number(0), part.number(1)], [rack[0], rack[1], pinion[2]]);
+    let [x, y, phi] = q.map(|q| scene.initial(q));
+    scene.draw(name, Shape::Wheel { radius }, part.points[1], part.points[1]);
+    let offset = axis.cos() * x + axis.sin() * y - radius * phi;
+    scene.constraint(name, Rack, q, [axis, radius, offset]);
+})
+.at(&["rack", "pinion"]);
+
 impl Scene {
     /// Adds a pair of wheels with radii (m) that roll on each other from where the scene has placed them, turning against each other; a negative radius is
     /// that of a ring around the other one. The axles must be at rest: revolute joints to the ground.
@@ -62,12 +87,7 @@ impl Scene {
         b: Body,
         radius_b: impl Into<Param>,
     ) -> [Multiplier; 1] {
-        let (radius_a, radius_b, q) = (radius_a.into(), radius_b.into(), [a.coordinates[2], b.coordinates[2]]);
-        for (body, radius) in [(a, radius_a), (b, radius_b)] {
-            self.draw(name, Shape::Wheel { radius }, body.at(0.0, 0.0), body.at(0.0, 0.0));
-        }
-        let offset = radius_a * self.initial(q[0]) + radius_b * self.initial(q[1]);
-        self.constraint(name, Gear, q, [radius_a, radius_b, offset])
+        self.ready_joint(name, &GEAR, [a, b].map(|body| Frame::from(body).origin()), [radius_a.into(), radius_b.into()])
     }
 
     /// Adds a rack that slides along an axis (rad, of the inertial frame) as a wheel of a radius (m) rolls on it, from where the scene has placed them.
@@ -79,12 +99,7 @@ impl Scene {
         pinion: Body,
         radius: impl Into<Param>,
     ) -> [Multiplier; 1] {
-        let (axis, radius): (Param, Param) = (axis.into(), radius.into());
-        let q = [rack.coordinates[0], rack.coordinates[1], pinion.coordinates[2]];
-        let [x, y, phi] = q.map(|q| self.initial(q));
-        self.draw(name, Shape::Wheel { radius }, pinion.at(0.0, 0.0), pinion.at(0.0, 0.0));
-        let offset = axis.cos() * x + axis.sin() * y - radius * phi;
-        self.constraint(name, Rack, q, [axis, radius, offset])
+        self.ready_joint(name, &RACK, [rack, pinion].map(|body| Frame::from(body).origin()), [axis.into(), radius.into()])
     }
 
     /// Keeps a point of `b` on a curve that is fixed to the point of `a` and turns with its body: a cam, a slot.

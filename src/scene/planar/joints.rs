@@ -7,8 +7,9 @@ use super::ground::{
     BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
     between_any,
 };
-use super::motion::Motion;
+use super::motion::{Motion, with_motion};
 use crate::model::{Frame, Owner, Point, Shape};
+use crate::scene::ready::Kind;
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
@@ -71,11 +72,41 @@ pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
     rotated(q[2] + angle, [S::one(), S::zero()])
 }
 
+pub(super) static REVOLUTE: Kind = Kind::of_points("revolute", &[], |scene, name, part| {
+    let [a, b] = part.both();
+    scene.draw(name, Shape::Hinge, a, b);
+    scene.joint_of_points(name, Revolute, part.frames(), points(a, b, []));
+});
+
+pub(super) static PRISMATIC: Kind = Kind::of_points("prismatic", &["axis", "angle"], |scene, name, part| {
+    let ([a, b], axis) = (part.both(), part.number(0));
+    scene.draw(name, Shape::Slider { axis }, a, b);
+    scene.joint(name, Prismatic, part.frames(), points(a, b, [axis, part.number(1)]));
+});
+
+pub(super) static WELD: Kind = Kind::of_points("weld", &["angle"], |scene, name, part| {
+    let [a, b] = part.both();
+    scene.draw(name, Shape::Weld, a, b);
+    scene.joint(name, Weld, part.frames(), points(a, b, [part.number(0)]));
+});
+
+pub(super) static DISTANCE: Kind = Kind::of_points("distance", &["length"], |scene, name, part| {
+    let ([a, b], length) = (part.both(), part.number(0));
+    scene.draw(name, Shape::Rod, a, b);
+    scene.require_positive(length, format!("the length of `{name}`"));
+    scene.joint_of_points(name, Distance, part.frames(), points(a, b, [length]));
+});
+
+pub(super) static DRIVEN_ANGLE: Kind = Kind::of_frames("driven angle", &[], |scene, name, part| {
+    let (a, b) = part.frames();
+    with_motion!(part, motion, parameters, scene.driven_angle(name, a, b, motion, parameters));
+})
+.moving();
+
 impl Scene {
     /// Adds a hinge between two points.
     pub fn revolute(&mut self, name: &str, a: Point, b: Point) -> [Multiplier; 2] {
-        self.draw(name, Shape::Hinge, a, b);
-        self.joint_of_points(name, Revolute, (a.frame, b.frame), points(a, b, []))
+        self.ready_joint(name, &REVOLUTE, [a, b], [])
     }
 
     /// Adds a slider: `b` moves along the line through `a` at `axis` (rad, in a's frame) and keeps the relative `angle`.
@@ -87,23 +118,17 @@ impl Scene {
         b: Point,
         angle: impl Into<Param>,
     ) -> [Multiplier; 2] {
-        let axis = axis.into();
-        self.draw(name, Shape::Slider { axis }, a, b);
-        self.joint(name, Prismatic, (a.frame, b.frame), points(a, b, [axis, angle.into()]))
+        self.ready_joint(name, &PRISMATIC, [a, b], [axis.into(), angle.into()])
     }
 
     /// Adds a rigid connection of two points at a relative angle (rad).
     pub fn weld(&mut self, name: &str, a: Point, b: Point, angle: impl Into<Param>) -> [Multiplier; 3] {
-        self.draw(name, Shape::Weld, a, b);
-        self.joint(name, Weld, (a.frame, b.frame), points(a, b, [angle.into()]))
+        self.ready_joint(name, &WELD, [a, b], [angle.into()])
     }
 
     /// Adds a massless rod of a given length (m) between two points.
     pub fn distance(&mut self, name: &str, a: Point, b: Point, length: impl Into<Param>) -> [Multiplier; 1] {
-        let length = length.into();
-        self.draw(name, Shape::Rod, a, b);
-        self.require_positive(length, format!("the length of `{name}`"));
-        self.joint_of_points(name, Distance, (a.frame, b.frame), points(a, b, [length]))
+        self.ready_joint(name, &DISTANCE, [a, b], [length.into()])
     }
 
     /// Adds a prescribed angle φ_b − φ_a = f(t; parameters).
@@ -118,7 +143,12 @@ impl Scene {
     where
         F: Motion<P>,
     {
-        self.joint(name, DrivenAngle(motion), (a.into(), b.into()), parameters)
+        let points = [a.into(), b.into()].map(Frame::origin);
+        self.multipliers_of(|scene| {
+            scene.driven(name, &DRIVEN_ANGLE, points, [], motion, parameters, |scene, motion| {
+                scene.joint(name, DrivenAngle(motion), points.map(Point::frame).into(), parameters);
+            });
+        })
     }
 
     pub(super) fn joint<E, const M: usize, const P: usize>(

@@ -39,4 +39,33 @@ pub use gears::{Curve, Gear, PointOnCurve, Rack};
 pub use geometry::{Link, rotated, turned};
 pub use ground::{BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
+#[cfg(feature = "files")]
+pub(crate) use motion::MOTIONS;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
+
+/// All kinds of ready parts.
+#[cfg(feature = "files")]
+pub(crate) static KINDS: [&crate::scene::ready::Kind; 22] = [
+    &joints::REVOLUTE,
+    &joints::PRISMATIC,
+    &joints::WELD,
+    &joints::DISTANCE,
+    &joints::DRIVEN_ANGLE,
+    &drives::DRIVEN_DISTANCE,
+    &drives::DRIVEN_SLIDER,
+    &drives::TWO_POINT_ACTUATOR,
+    &drives::APPLIED_FORCE,
+    &drives::APPLIED_TORQUE,
+    &forces::SPRING_DAMPER,
+    &forces::TORSIONAL_SPRING_DAMPER,
+    &forces::JOINT_FRICTION,
+    &forces::SLIDING_FRICTION,
+    &forces::ACTUATOR,
+    &forces::TORQUE_ACTUATOR,
+    &contact::BUSHING,
+    &contact::COULOMB_FRICTION,
+    &contact::COULOMB_SLIDING,
+    &contact::CONTACT,
+    &gears::GEAR,
+    &gears::RACK,
+];

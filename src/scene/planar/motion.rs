@@ -1,8 +1,12 @@
 //! Prescribed motions of driven joints.
 
+use std::any::Any;
+
 use nalgebra::SVector;
 
-use crate::Scalar;
+use crate::model::{Param, Point};
+use crate::scene::ready::{Added, Kind, Part};
+use crate::{Scalar, Scene};
 
 /// A prescribed function of time, in the unit of what it prescribes: rad, m, N, N m.
 #[diagnostic::on_unimplemented(
@@ -41,5 +45,62 @@ pub struct Harmonic;
 impl Motion<4> for Harmonic {
     fn value<S: Scalar>(&self, t: S, b: &SVector<S, 4>) -> S {
         b[0] + b[1] * (b[2] * t + b[3]).sin()
+    }
+}
+
+/// The ready motions, by the names that files have for them, with the numbers of their parameters.
+pub(crate) const MOTIONS: [(&str, usize); 3] = [("constant", 1), ("constant speed", 2), ("harmonic", 4)];
+
+fn name_of<F: Any>(motion: &F) -> Option<&'static str> {
+    let motion: &dyn Any = motion;
+    let is = [motion.is::<Constant>(), motion.is::<ConstantSpeed>(), motion.is::<Harmonic>()];
+    is.into_iter().zip(MOTIONS).find(|(is, _)| *is).map(|(_, (name, _))| name)
+}
+
+/// Adds what follows the motion of a part that was read.
+macro_rules! with_motion {
+    ($part:expr, $motion:ident, $parameters:ident, $add:expr) => {{
+        use super::motion::{Constant, ConstantSpeed, Harmonic};
+        match &$part.motion {
+            Some(("constant", b)) => {
+                let ($motion, $parameters) = (Constant, [b[0]]);
+                $add;
+            }
+            Some(("constant speed", b)) => {
+                let ($motion, $parameters) = (ConstantSpeed, [b[0], b[1]]);
+                $add;
+            }
+            Some((_, b)) => {
+                let ($motion, $parameters) = (Harmonic, [b[0], b[1], b[2], b[3]]);
+                $add;
+            }
+            None => {}
+        }
+    }};
+}
+
+pub(super) use with_motion;
+
+impl Scene {
+    /// Adds what follows a motion; a ready part, if the motion is one.
+    #[expect(clippy::too_many_arguments, reason = "the places, the numbers and the motion of a part")]
+    pub(super) fn driven<F: Motion<P>, const P: usize>(
+        &mut self,
+        name: &str,
+        kind: &'static Kind,
+        points: impl Into<Vec<Point>>,
+        numbers: impl Into<Vec<Param>>,
+        motion: F,
+        parameters: [Param; P],
+        add: impl FnOnce(&mut Self, F),
+    ) {
+        match name_of(&motion) {
+            Some(of) => {
+                let motion_of = Some((of, parameters.to_vec()));
+                let part = Part { kind, points: points.into(), numbers: numbers.into(), control: None, motion: motion_of };
+                self.noted(name, Added::Part(part), |scene| add(scene, motion));
+            }
+            None => add(self, motion),
+        }
     }
 }

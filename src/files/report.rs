@@ -1,0 +1,211 @@
+//! [`Report`] and [`Trajectory`] to JSON, and trajectories from it.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::inputs::{controls, coordinates};
+use super::names::Named;
+use crate::{Error, Report, Scheme, Stages, System, Trajectory};
+
+const FORMAT: &str = "hamiltonian-adjoint trajectory";
+const VERSION: u32 = 1;
+const KIND: &str = "trajectory";
+
+impl Report {
+    /// As JSON, the warnings in words.
+    pub fn to_json(&self) -> String {
+        let warnings: Vec<String> = self.warnings.iter().map(ToString::to_string).collect();
+        let report = json!({
+            "format": "hamiltonian-adjoint report",
+            "version": 1,
+            "newton_iterations": self.newton_iterations,
+            "most_iterations": self.most_iterations,
+            "factorisations": self.factorisations,
+            "reused_factors": self.reused_factors,
+            "refined_solutions": self.refined_solutions,
+            "element_evaluations": self.element_evaluations,
+            "second_derivatives": self.second_derivatives,
+            "sine_evaluations": self.sine_evaluations,
+            "input_evaluations": self.input_evaluations,
+            "chord_evaluations": self.chord_evaluations,
+            "cost_evaluations": self.cost_evaluations,
+            "worst_pivot": self.worst_pivot,
+            "adjoint_growth": self.adjoint_growth,
+            "restarts": self.restarts,
+            "warnings": warnings,
+        });
+        format!("{report:#}")
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    version: u32,
+    scheme: String,
+    nodes: States,
+    /// The states between nodes, of schemes that have some.
+    stages: States,
+    /// Equations that close loops, and their compliances.
+    compliance: Vec<(usize, f64)>,
+    inserted: Vec<usize>,
+    restarted: Vec<usize>,
+}
+
+/// Each number at all times.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct States {
+    /// s.
+    t: Vec<f64>,
+    q: Named<Vec<f64>>,
+    v: Named<Vec<f64>>,
+    p_star: Named<Vec<f64>>,
+    p_star_dot: Named<Vec<f64>>,
+    sigma: Named<Vec<f64>>,
+    /// Controls, of stages.
+    u: Named<Vec<f64>>,
+}
+
+fn equations(system: &System) -> impl Iterator<Item = &str> {
+    (0..system.m()).map(|j| system.equation_name(j))
+}
+
+impl Trajectory {
+    /// As JSON: all numbers of the nodes that were computed, by their names and to the last digit.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Trajectory, scenes::CartPendulum, simulate};
+    ///
+    /// let system = CartPendulum::default().scene().compile()?;
+    /// let motion = simulate(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.01)), Settings::default())?;
+    /// assert_eq!(Trajectory::from_json(&system, &motion.to_json(&system)?)?, motion);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A motion of another system.
+    pub fn to_json(&self, system: &System) -> Result<String, Error> {
+        let sizes = [("q: rows", system.n(), self.q.nrows()), ("σ: rows", system.m(), self.sigma.nrows())];
+        if let Some((what, expected, found)) = sizes.into_iter().find(|(_, expected, found)| expected != found) {
+            return Err(Error::Size { what, expected, found });
+        }
+        let computed = self.computed.min(self.times.len());
+        let inner = (computed * self.scheme.inner()).min(self.stages.times.len());
+        let states = |count: usize, times: &[f64], parts: [&DMatrix<f64>; 5], u: Option<&DMatrix<f64>>| {
+            let rows = |part: &DMatrix<f64>| -> Vec<Vec<f64>> {
+                part.row_iter().map(|row| row.iter().take(count).copied().collect()).collect()
+            };
+            let of = |part: &DMatrix<f64>| Named::new(coordinates(system), rows(part).into_iter());
+            let [q, v, p_star, p_star_dot, sigma] = parts;
+            States {
+                t: times[..count].to_vec(),
+                q: of(q),
+                v: of(v),
+                p_star: of(p_star),
+                p_star_dot: of(p_star_dot),
+                sigma: Named::new(equations(system), rows(sigma).into_iter()),
+                u: u.map_or(Named(Vec::new()), |u| Named::new(controls(system), rows(u).into_iter())),
+            }
+        };
+        let stages = &self.stages;
+        let file = File {
+            format: FORMAT.into(),
+            version: VERSION,
+            scheme: self.scheme.name.into(),
+            nodes: states(computed, &self.times, [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.sigma], None),
+            stages: states(
+                inner,
+                &stages.times,
+                [&stages.q, &stages.v, &stages.p_star, &stages.p_star_dot, &stages.sigma],
+                Some(&stages.u),
+            ),
+            compliance: self.compliance.clone(),
+            inserted: self.inserted.clone(),
+            restarted: self.restarted.clone(),
+        };
+        serde_json::to_string(&file).map_err(|error| wrong("the whole", &error.to_string()))
+    }
+
+    /// From JSON as [`to_json`](Self::to_json) writes it.
+    ///
+    /// # Errors
+    /// What is no such file, with line and column; names that are missing or unknown; lists that are not of one length; a scheme that is none of
+    /// [`Scheme::ALL`].
+    pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
+        let file: File = serde_json::from_str(json).map_err(|error| {
+            let problem = error.to_string();
+            let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem);
+            wrong(&format!("line {}, column {}", error.line(), error.column()), problem)
+        })?;
+        if file.format != FORMAT || file.version != VERSION {
+            return Err(wrong("`format`", &format!("this is `{}`; expected `{FORMAT}`, version {VERSION}", file.format)));
+        }
+        let scheme = Scheme::ALL.into_iter().find(|scheme| scheme.name == file.scheme);
+        let scheme = scheme.ok_or_else(|| wrong("`scheme`", &format!("`{}` is none that is known", file.scheme)))?;
+        let (nodes, inner) = (file.nodes.t.len(), file.stages.t.len());
+        if inner != nodes * scheme.inner() {
+            let expected = nodes * scheme.inner();
+            return Err(wrong("`stages`", &format!("{inner} times; this scheme has {expected} with {nodes} nodes")));
+        }
+        let node = file.nodes.matrices("nodes", system, None)?;
+        let stages = match inner {
+            0 => Stages::zeros((system.n(), system.m(), system.k()), 0),
+            _ => {
+                let (times, [q, v, p_star, p_star_dot, sigma, u]) =
+                    file.stages.matrices("stages", system, Some(system.k()))?;
+                Stages { times, q, v, p_star, p_star_dot, sigma, u }
+            }
+        };
+        let last = file.inserted.iter().chain(&file.restarted).max().copied();
+        if last.is_some_and(|last| last >= nodes) || file.compliance.iter().any(|(j, _)| *j >= system.m()) {
+            return Err(wrong("`inserted`, `restarted`, `compliance`", "a number beyond the last one"));
+        }
+        let (times, [q, v, p_star, p_star_dot, sigma, _]) = node;
+        let (compliance, inserted, restarted) = (file.compliance, file.inserted, file.restarted);
+        Ok(Trajectory {
+            computed: nodes,
+            times,
+            q,
+            v,
+            p_star,
+            p_star_dot,
+            sigma,
+            compliance,
+            inserted,
+            scheme,
+            stages,
+            restarted,
+        })
+    }
+}
+
+impl States {
+    /// Times; q, v, p*, ṗ*, σ, u.
+    fn matrices(self, part: &str, system: &System, k: Option<usize>) -> Result<(Vec<f64>, [DMatrix<f64>; 6]), Error> {
+        let t = self.t;
+        let matrix = |name: &str, rows: Vec<Vec<f64>>| {
+            let place = format!("`{part}.{name}`");
+            match rows.iter().find(|row| row.len() != t.len()) {
+                Some(row) => Err(wrong(&place, &format!("{} numbers for {} times", row.len(), t.len()))),
+                None => Ok(DMatrix::from_fn(rows.len(), t.len(), |i, column| rows[i][column])),
+            }
+        };
+        let of = |name: &str, list: Named<Vec<f64>>| matrix(name, list.in_order(KIND, name, coordinates(system))?);
+        let matrices = [
+            of("q", self.q)?,
+            of("v", self.v)?,
+            of("p_star", self.p_star)?,
+            of("p_star_dot", self.p_star_dot)?,
+            matrix("sigma", self.sigma.in_order(KIND, "sigma", equations(system))?)?,
+            matrix("u", self.u.in_order(KIND, "u", controls(system).take(k.unwrap_or(0)))?)?,
+        ];
+        Ok((t, matrices))
+    }
+}
+
+fn wrong(place: &str, problem: &str) -> Error {
+    Error::File { kind: KIND, place: place.to_string(), problem: problem.to_string() }
+}

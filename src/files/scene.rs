@@ -1,0 +1,325 @@
+//! [`Scene`] to and from JSON: its ready parts, in the order in which they were added.
+
+use serde_json::{Map, Value, json};
+
+use crate::model::{Frame, Owner, Param, Point};
+use crate::planar::{Body, KINDS, MOTIONS};
+use crate::scene::ready::{Added, Kind, Part};
+use crate::{Error, Scene};
+
+const FORMAT: &str = "hamiltonian-adjoint scene";
+const VERSION: u64 = 1;
+
+/// A scene that was read from a file, and what the file could not hold.
+pub struct SceneFile {
+    /// The scene with its ready parts; handles are found by name.
+    pub scene: Scene,
+    /// Names of elements, costs and outputs that were the writer's own: without them it is another mechanism.
+    pub left_out: Vec<String>,
+}
+
+impl SceneFile {
+    /// The scene, if nothing was left out of it.
+    ///
+    /// # Errors
+    /// The name of the first part that was.
+    pub fn complete(self) -> Result<Scene, Error> {
+        match self.left_out.first() {
+            None => Ok(self.scene),
+            Some(name) => Err(wrong(
+                "`left_out`",
+                &format!("`{name}` is no ready part, so the file has its name alone: add it to `SceneFile::scene`"),
+            )),
+        }
+    }
+
+    /// A scene from JSON as [`Scene::to_json`] writes it.
+    ///
+    /// # Errors
+    /// What is no such file, with line and column; parts that are not what their kind wants, with their names.
+    pub fn from_json(json: &str) -> Result<Self, Error> {
+        let file: Value = serde_json::from_str(json).map_err(|error| {
+            let problem = error.to_string();
+            let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem);
+            wrong(&format!("line {}, column {}", error.line(), error.column()), problem)
+        })?;
+        let mut file = Fields::of("the file", &file)?;
+        let (format, version) = (file.text("format")?, file.get("version")?.as_u64());
+        if format != FORMAT || version != Some(VERSION) {
+            return Err(wrong("`format`", &format!("this is `{format}`; expected `{FORMAT}`, version {VERSION}")));
+        }
+        let mut scene = Scene::new();
+        for (i, part) in file.list("parts")?.iter().enumerate() {
+            let mut part = Fields::of(&format!("part {}", i + 1), part)?;
+            let (kind, name) = (part.text("kind")?, part.text("name")?);
+            part.place = format!("part {}, {kind} `{name}`", i + 1);
+            part.add(kind, name, &mut scene)?;
+            part.nothing_more()?;
+        }
+        let left_out = file.list("left_out")?.iter().map(|name| name.as_str().map(str::to_string));
+        let left_out = left_out.collect::<Option<_>>().ok_or_else(|| wrong("`left_out`", "names are expected"))?;
+        file.nothing_more()?;
+        Ok(SceneFile { scene, left_out })
+    }
+}
+
+impl Scene {
+    /// As JSON: coordinates, controls, design variables, bodies and all ready parts; elements, costs and outputs of your own by their names.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Scene, SceneFile, planar::Body};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.gravity(0.0, -9.81);
+    /// let length = scene.design("length", 1.0);
+    /// let rod = scene.body("rod", 0.4, length * length * 0.4 / 12.0, [0.0, -0.5, -1.57]);
+    /// scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(length * -0.5, 0.0));
+    ///
+    /// let file = scene.to_json()?;
+    /// assert!(file.contains("\"-0.5 * length\""));
+    /// let system = SceneFile::from_json(&file)?.complete()?.compile()?;
+    /// assert_eq!((system.n(), system.m(), system.designs()), (3, 2, 1));
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What [`compile`](Self::compile) would say of the parts; numbers that are not finite.
+    pub fn to_json(&self) -> Result<String, Error> {
+        if let Some(problem) = self.problem() {
+            return Err(problem.clone());
+        }
+        let mut left_out: Vec<String> = self.own().map(str::to_string).collect();
+        let mut parts = Vec::new();
+        for (name, added) in self.added() {
+            match self.write(name, added) {
+                Some(part) => parts.push(part),
+                None => left_out.push(name.clone()),
+            }
+        }
+        let file = json!({ "format": FORMAT, "version": VERSION, "parts": parts, "left_out": left_out });
+        if let Some(place) = parts.iter().find(|part| has_null(part)) {
+            return Err(wrong(&place["name"].to_string(), "a number that is not finite"));
+        }
+        serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole", &error.to_string()))
+    }
+
+    /// A part, if a file can say it.
+    fn write(&self, name: &str, added: &Added) -> Option<Value> {
+        let param = |param: &Param| match param.constant() {
+            Some(number) => Some(json!(number)),
+            None => param.text(&self.design_names()).map(Value::String),
+        };
+        Some(match added {
+            Added::Control => json!({ "kind": "control", "name": name }),
+            Added::Design(value) => json!({ "kind": "design variable", "name": name, "value": value }),
+            Added::Coordinates(names) => json!({ "kind": "coordinates", "name": name, "coordinates": names }),
+            Added::Place(of, value) => {
+                json!({ "kind": "initial value", "name": self.coordinate_name(*of), "value": value })
+            }
+            Added::Gravity([x, y]) => json!({ "kind": "gravity", "name": name, "x": param(x)?, "y": param(y)? }),
+            Added::Body([mass, inertia], place) => json!({
+                "kind": "body", "name": name, "mass": param(mass)?, "inertia": param(inertia)?, "place": place,
+            }),
+            Added::Particle(mass, place) => {
+                json!({ "kind": "particle", "name": name, "mass": param(mass)?, "place": place })
+            }
+            Added::Part(part) => {
+                let mut entry = Map::new();
+                entry.insert("kind".into(), json!(part.kind.name));
+                entry.insert("name".into(), json!(name));
+                for (place, point) in part.kind.places.iter().zip(&part.points) {
+                    let mut at = Map::new();
+                    if point.frame.owner() != Owner::Ground {
+                        at.insert("body".into(), json!(self.frame_name(point.frame)?));
+                    }
+                    if part.kind.at_points {
+                        at.insert("at".into(), json!([param(&point.at[0])?, param(&point.at[1])?]));
+                    }
+                    entry.insert((*place).into(), Value::Object(at));
+                }
+                for (what, number) in part.kind.numbers.iter().zip(&part.numbers) {
+                    entry.insert((*what).into(), param(number)?);
+                }
+                if let (Some(what), Some(control)) = (part.kind.control, part.control) {
+                    entry.insert(what.into(), json!(self.control_name(control)));
+                }
+                if let Some((motion, parameters)) = &part.motion {
+                    entry.insert("motion".into(), json!(motion));
+                    entry.insert("parameters".into(), json!(parameters.iter().map(param).collect::<Option<Vec<_>>>()?));
+                }
+                Value::Object(entry)
+            }
+        })
+    }
+}
+
+/// The fields of an entry that were not asked for yet.
+struct Fields<'a> {
+    place: String,
+    fields: Map<String, Value>,
+    all: &'a Map<String, Value>,
+}
+
+impl<'a> Fields<'a> {
+    fn of(place: &str, value: &'a Value) -> Result<Self, Error> {
+        let all = value.as_object().ok_or_else(|| wrong(place, "an object { … } is expected"))?;
+        Ok(Fields { place: place.to_string(), fields: all.clone(), all })
+    }
+
+    fn wrong(&self, problem: &str) -> Error {
+        wrong(&self.place, problem)
+    }
+
+    fn get(&mut self, name: &str) -> Result<&'a Value, Error> {
+        self.fields.remove(name);
+        self.all.get(name).ok_or_else(|| self.wrong(&format!("`{name}` is missing")))
+    }
+
+    fn text(&mut self, name: &str) -> Result<&'a str, Error> {
+        self.get(name)?.as_str().ok_or_else(|| self.wrong(&format!("`{name}` must be a text")))
+    }
+
+    fn list(&mut self, name: &str) -> Result<&'a [Value], Error> {
+        let list = self.get(name)?.as_array().ok_or_else(|| self.wrong(&format!("`{name}` must be a list")))?;
+        Ok(list)
+    }
+
+    fn number(&mut self, name: &str) -> Result<f64, Error> {
+        self.get(name)?.as_f64().ok_or_else(|| self.wrong(&format!("`{name}` must be a number")))
+    }
+
+    fn numbers<const N: usize>(&mut self, name: &str) -> Result<[f64; N], Error> {
+        let numbers: Option<Vec<f64>> = self.list(name)?.iter().map(Value::as_f64).collect();
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.ok_or_else(|| self.wrong(&format!("`{name}` must have {N} numbers")))
+    }
+
+    fn nothing_more(&self) -> Result<(), Error> {
+        match self.fields.keys().next() {
+            Some(name) => Err(self.wrong(&format!("`{name}` is none of its fields"))),
+            None => Ok(()),
+        }
+    }
+
+    fn params(&mut self, name: &str, scene: &Scene) -> Result<Vec<Param>, Error> {
+        self.list(name)?.iter().map(|value| self.as_param(name, value, scene)).collect()
+    }
+
+    fn param(&mut self, name: &str, scene: &Scene) -> Result<Param, Error> {
+        let value = self.get(name)?;
+        self.as_param(name, value, scene)
+    }
+
+    fn as_param(&self, name: &str, value: &Value, scene: &Scene) -> Result<Param, Error> {
+        match value {
+            Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("too large a number")),
+            Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from))
+                .map_err(|(column, problem)| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}"))),
+            _ => Err(self.wrong(&format!("`{name}` must be a number or a formula in quotes"))),
+        }
+    }
+
+    /// Adds what the entry says.
+    fn add(&mut self, kind: &str, name: &str, scene: &mut Scene) -> Result<(), Error> {
+        match kind {
+            "control" => drop(scene.control(name)),
+            "design variable" => drop(scene.design(name, self.number("value")?)),
+            "coordinates" => {
+                let names: Option<Vec<&str>> = self.list("coordinates")?.iter().map(Value::as_str).collect();
+                scene.coordinate_group(name, &names.ok_or_else(|| self.wrong("`coordinates` must be names"))?);
+            }
+            "initial value" => {
+                let value = self.number("value")?;
+                let at = scene.coordinate_named(name);
+                scene.place(at.ok_or_else(|| self.wrong("there is no such coordinate before it"))?, value);
+            }
+            "gravity" => {
+                let [x, y] = [self.param("x", scene)?, self.param("y", scene)?];
+                scene.gravity(x, y);
+            }
+            "body" => {
+                let [mass, inertia] = [self.param("mass", scene)?, self.param("inertia", scene)?];
+                scene.body(name, mass, inertia, self.numbers("place")?);
+            }
+            "particle" => {
+                let mass = self.param("mass", scene)?;
+                scene.particle(name, mass, self.numbers("place")?);
+            }
+            _ => {
+                let known = || KINDS.map(|kind| kind.name).join(", ");
+                let kind = KINDS.into_iter().find(|known| known.name == kind);
+                let kind = kind.ok_or_else(|| self.wrong(&format!("there is no such kind among {}", known())))?;
+                let part = self.part(kind, scene)?;
+                scene.ready(name, part);
+            }
+        }
+        Ok(())
+    }
+
+    fn part(&mut self, kind: &'static Kind, scene: &Scene) -> Result<Part, Error> {
+        let points = kind.places.iter().map(|place| self.point(place, kind, scene)).collect::<Result<_, _>>()?;
+        let numbers = kind.numbers.iter().map(|what| self.param(what, scene)).collect::<Result<_, _>>()?;
+        let control = match kind.control {
+            Some(what) => {
+                let name = self.text(what)?;
+                let control = scene.control_named(name);
+                Some(control.ok_or_else(|| self.wrong(&format!("there is no control `{name}` before it")))?)
+            }
+            None => None,
+        };
+        let motion = if kind.moves { Some(self.motion(scene)?) } else { None };
+        Ok(Part { kind, points, numbers, control, motion })
+    }
+
+    fn motion(&mut self, scene: &Scene) -> Result<(&'static str, Vec<Param>), Error> {
+        let (name, parameters) = (self.text("motion")?, self.params("parameters", scene)?);
+        let known = || MOTIONS.map(|(name, _)| name).join(", ");
+        let motion = MOTIONS.into_iter().find(|(known, _)| *known == name);
+        let (name, wanted) = motion.ok_or_else(|| self.wrong(&format!("`{name}` is no motion among {}", known())))?;
+        match parameters.len() == wanted {
+            true => Ok((name, parameters)),
+            false => Err(self.wrong(&format!("a {name} motion has {wanted} parameters, here are {}", parameters.len()))),
+        }
+    }
+
+    /// A point of a body, or of the ground if none is named.
+    fn point(&mut self, name: &str, kind: &Kind, scene: &Scene) -> Result<Point, Error> {
+        let mut place = Fields::of(&format!("{}, `{name}`", self.place), self.get(name)?)?;
+        let frame = match place.all.get("body") {
+            None => Body::GROUND,
+            Some(_) => {
+                let body = place.text("body")?;
+                scene.frame_named(body).ok_or_else(|| place.wrong(&format!("there is no body `{body}` before it")))?
+            }
+        };
+        let point = match kind.at_points {
+            false => frame.origin(),
+            true => match place.params("at", scene)?[..] {
+                [x, y] => frame.at(x, y),
+                _ => return Err(place.wrong("`at` must have x and y")),
+            },
+        };
+        place.nothing_more()?;
+        Ok(point)
+    }
+}
+
+impl Scene {
+    /// The name of a body that was added to it.
+    fn frame_name(&self, frame: Frame) -> Option<&str> {
+        self.sketched().find(|(_, known)| *known == frame).map(|(name, _)| name)
+    }
+}
+
+fn has_null(part: &Value) -> bool {
+    match part {
+        Value::Null => true,
+        Value::Array(list) => list.iter().any(has_null),
+        Value::Object(fields) => fields.values().any(has_null),
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
+    }
+}
+
+fn wrong(place: &str, problem: &str) -> Error {
+    Error::File { kind: "scene", place: place.to_string(), problem: problem.to_string() }
+}

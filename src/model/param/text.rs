@@ -1,0 +1,314 @@
+//! Parameters as text: `mass * length ^ 2 / 12`, design variables by their names, in backticks where these are no words.
+
+use super::{Param, Source};
+use crate::model::expressions;
+use crate::program::{Expression, Function, Graph, Node};
+
+/// Parentheses and functions within each other.
+const DEEPEST: usize = 60;
+/// Shared parts are written out wherever they stand.
+const LONGEST: usize = 20_000;
+
+const FUNCTIONS: [(&str, Function); 16] = [
+    ("sqrt", Function::Sqrt),
+    ("exp", Function::Exp),
+    ("expm1", Function::ExpM1),
+    ("ln", Function::Ln),
+    ("ln1p", Function::Ln1p),
+    ("sin", Function::Sin),
+    ("cos", Function::Cos),
+    ("tan", Function::Tan),
+    ("asin", Function::Asin),
+    ("acos", Function::Acos),
+    ("atan", Function::Atan),
+    ("sinh", Function::Sinh),
+    ("cosh", Function::Cosh),
+    ("tanh", Function::Tanh),
+    ("abs", Function::Abs),
+    ("sign", Function::Sign),
+];
+
+/// A number or function of two others.
+type OfTwo = (&'static str, fn(f64, f64) -> f64, fn(&mut Graph, Node, Node) -> Node);
+
+const OF_TWO: [OfTwo; 3] =
+    [("atan2", f64::atan2, Graph::atan2), ("max", f64::max, Graph::max), ("min", f64::min, Graph::min)];
+
+impl Param {
+    /// As text; none if that is very long, or if a text cannot say it.
+    pub(crate) fn text(&self, designs: &[&str]) -> Option<String> {
+        let times = |what: String| match self.factor {
+            1.0 => what,
+            -1.0 => format!("-{what}"),
+            factor => format!("{factor:?} * {what}"),
+        };
+        match self.of {
+            Source::One => Some(format!("{:?}", self.factor)),
+            Source::Design(design) => Some(times(quoted(designs[design.index()])?)),
+            Source::Expression(expression) => {
+                let text = expressions::with(expression.scene, |graph| {
+                    Writer { graph, designs, room: LONGEST }.write(expression.node)
+                });
+                text.flatten().map(|(text, binding)| times(bracketed(text, binding, Binding::Factor)))
+            }
+            Source::Gravity(_) | Source::Value(_) | Source::Foreign => None,
+        }
+    }
+
+    /// What a text says.
+    ///
+    /// # Errors
+    /// The column of what is wrong, and what it is.
+    pub(crate) fn read(text: &str, design: impl Fn(&str) -> Option<Param>) -> Result<Param, (usize, String)> {
+        let mut reader = Reader { text, at: 0, design: &design, depth: 0 };
+        let result = reader.sum()?;
+        match reader.next() {
+            None => Ok(result),
+            Some(other) => Err(reader.wrong(&format!("`{other}` where the formula should end"))),
+        }
+    }
+}
+
+/// A name as it stands in a formula.
+fn quoted(name: &str) -> Option<String> {
+    let is_word = name.chars().all(|c| c.is_alphanumeric() || c == '_') && name.starts_with(|c: char| !c.is_numeric());
+    match is_word {
+        true => Some(name.to_string()),
+        false if name.contains('`') => None,
+        false => Some(format!("`{name}`")),
+    }
+}
+
+/// How closely a text is bound together.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Binding {
+    Sum,
+    Product,
+    Factor,
+    Whole,
+}
+
+fn bracketed(text: String, binding: Binding, least: Binding) -> String {
+    if binding < least { format!("({text})") } else { text }
+}
+
+struct Writer<'a> {
+    graph: &'a Graph,
+    designs: &'a [&'a str],
+    /// Nodes that may still be written.
+    room: usize,
+}
+
+impl Writer<'_> {
+    fn write(&mut self, node: Node) -> Option<(String, Binding)> {
+        use Expression::{Add, Atan2, Constant, Divide, Input, IntegerPower, Max, Min, Multiply, Of, Power, Subtract};
+        self.room = self.room.checked_sub(1)?;
+        let expression = self.graph.expression(node);
+        Some(match expression {
+            Constant(bits) if f64::from_bits(bits) < 0.0 => (format!("{:?}", f64::from_bits(bits)), Binding::Sum),
+            Constant(bits) => (format!("{:?}", f64::from_bits(bits)), Binding::Whole),
+            Input(which) => (quoted(self.designs.get(which as usize)?)?, Binding::Whole),
+            Add(x, y) => (format!("{} + {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum),
+            Subtract(x, y) => {
+                (format!("{} - {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum)
+            }
+            Multiply(x, y) => {
+                (format!("{} * {}", self.part(x, Binding::Product)?, self.part(y, Binding::Factor)?), Binding::Product)
+            }
+            Divide(x, y) => {
+                (format!("{} / {}", self.part(x, Binding::Product)?, self.part(y, Binding::Factor)?), Binding::Product)
+            }
+            Of(Function::Negative, x) => (format!("-{}", self.part(x, Binding::Factor)?), Binding::Sum),
+            Of(Function::Reciprocal, x) => (format!("1.0 / {}", self.part(x, Binding::Factor)?), Binding::Product),
+            Of(function, x) => {
+                let name = FUNCTIONS.iter().find(|(_, known)| *known == function)?.0;
+                (format!("{name}({})", self.part(x, Binding::Sum)?), Binding::Whole)
+            }
+            IntegerPower(x, n) => (format!("{} ^ {n}", self.part(x, Binding::Whole)?), Binding::Factor),
+            Power(x, n) => (format!("{} ^ {:?}", self.part(x, Binding::Whole)?, self.graph.value(n)?), Binding::Factor),
+            Atan2(x, y) | Max(x, y) | Min(x, y) => {
+                let name = match expression {
+                    Atan2(..) => "atan2",
+                    Max(..) => "max",
+                    _ => "min",
+                };
+                (format!("{name}({}, {})", self.part(x, Binding::Sum)?, self.part(y, Binding::Sum)?), Binding::Whole)
+            }
+            // Of a formula that branches.
+            Expression::Parameter(_) | Expression::Less(..) | Expression::Where(..) => return None,
+        })
+    }
+
+    fn part(&mut self, node: Node, least: Binding) -> Option<String> {
+        let (text, binding) = self.write(node)?;
+        (text.len() <= LONGEST).then(|| bracketed(text, binding, least))
+    }
+}
+
+/// Reads sums of products of powers, from left to right.
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+    design: &'a dyn Fn(&str) -> Option<Param>,
+    depth: usize,
+}
+
+type Read<T> = Result<T, (usize, String)>;
+
+impl Reader<'_> {
+    fn wrong(&self, problem: &str) -> (usize, String) {
+        (self.text[..self.at].chars().count() + 1, problem.to_string())
+    }
+
+    /// The next character that is no space.
+    fn next(&mut self) -> Option<char> {
+        let rest = &self.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+        self.text[self.at..].chars().next()
+    }
+
+    fn take(&mut self, wanted: char) -> bool {
+        let is_there = self.next() == Some(wanted);
+        self.at += if is_there { wanted.len_utf8() } else { 0 };
+        is_there
+    }
+
+    fn expect(&mut self, wanted: char) -> Read<()> {
+        if self.take(wanted) { Ok(()) } else { Err(self.wrong(&format!("`{wanted}` is missing"))) }
+    }
+
+    fn sum(&mut self) -> Read<Param> {
+        let mut sum = self.product()?;
+        loop {
+            if self.take('+') {
+                sum = sum + self.product()?;
+            } else if self.take('-') {
+                sum = sum - self.product()?;
+            } else {
+                return Ok(sum);
+            }
+        }
+    }
+
+    fn product(&mut self) -> Read<Param> {
+        let mut product = self.signed()?;
+        loop {
+            if self.take('*') {
+                product = product * self.signed()?;
+            } else if self.take('/') {
+                product = product / self.signed()?;
+            } else {
+                return Ok(product);
+            }
+        }
+    }
+
+    /// A power with a sign before it: −x² is −(x²).
+    fn signed(&mut self) -> Read<Param> {
+        let mut is_negative = false;
+        while self.take('-') {
+            is_negative = !is_negative;
+        }
+        let power = self.power()?;
+        Ok(if is_negative { -power } else { power })
+    }
+
+    fn power(&mut self) -> Read<Param> {
+        let base = self.whole()?;
+        if !self.take('^') {
+            return Ok(base);
+        }
+        let is_negative = self.take('-');
+        let Some(n) = self.whole()?.constant() else { return Err(self.wrong("the exponent must be a number")) };
+        let n = if is_negative { -n } else { n };
+        // Exact: the bounds are numbers of both kinds.
+        Ok(if n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX) { base.powi(n as i32) } else { base.powf(n) })
+    }
+
+    fn whole(&mut self) -> Read<Param> {
+        match self.next() {
+            Some('(') => {
+                self.at += 1;
+                self.within(Self::sum)
+            }
+            Some('`') => {
+                let name = &self.text[self.at + 1..];
+                let Some(end) = name.find('`') else { return Err(self.wrong("this backtick is not closed")) };
+                let result = self.variable(&name[..end])?;
+                self.at += end + 2;
+                Ok(result)
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_alphabetic() || c == '_' => self.word(),
+            Some(other) => Err(self.wrong(&format!("`{other}` where a number, a name or `(` should stand"))),
+            None => Err(self.wrong("the formula ends too early")),
+        }
+    }
+
+    fn within<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(self.wrong(&format!("more than {DEEPEST} parentheses within each other")));
+        }
+        let result = read(self)?;
+        self.depth -= 1;
+        self.expect(')')?;
+        Ok(result)
+    }
+
+    fn number(&mut self) -> Read<Param> {
+        let rest = &self.text[self.at..];
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let exponent = &rest[digits..];
+        let length = match exponent.strip_prefix(['e', 'E']) {
+            Some(more) => {
+                let signed = more.strip_prefix(['-', '+']).unwrap_or(more);
+                let count = signed.find(|c: char| !c.is_ascii_digit()).unwrap_or(signed.len());
+                if count > 0 { digits + 1 + (more.len() - signed.len()) + count } else { digits }
+            }
+            None => digits,
+        };
+        match rest[..length].parse::<f64>() {
+            Ok(number) if number.is_finite() => {
+                self.at += length;
+                Ok(number.into())
+            }
+            _ => Err(self.wrong("this is no finite number")),
+        }
+    }
+
+    fn word(&mut self) -> Read<Param> {
+        let rest = &self.text[self.at..];
+        let length = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+        let word = &rest[..length];
+        let is_function = rest[length..].trim_start().starts_with('(');
+        if !is_function {
+            let result = self.variable(word)?;
+            self.at += length;
+            return Ok(result);
+        }
+        if let Some((_, function)) = FUNCTIONS.into_iter().find(|(name, _)| *name == word) {
+            self.at += length;
+            self.expect('(')?;
+            let x = self.within(Self::sum)?;
+            return Ok(x.apply(|x| function.value(x), |graph, x| graph.function(function, x)));
+        }
+        if let Some((_, number, node)) = OF_TWO.into_iter().find(|(name, ..)| *name == word) {
+            self.at += length;
+            self.expect('(')?;
+            let (x, y) = self.within(|reader| {
+                let x = reader.sum()?;
+                reader.expect(',')?;
+                Ok((x, reader.sum()?))
+            })?;
+            return Ok(x.combine(y, number, node));
+        }
+        let known: Vec<&str> =
+            FUNCTIONS.iter().map(|(name, _)| *name).chain(OF_TWO.iter().map(|(name, ..)| *name)).collect();
+        Err(self.wrong(&format!("there is no function `{word}` among {}", known.join(", "))))
+    }
+
+    fn variable(&self, name: &str) -> Read<Param> {
+        (self.design)(name).ok_or_else(|| self.wrong(&format!("no design variable is called `{name}`")))
+    }
+}

@@ -1,0 +1,252 @@
+//! The ready parts of a scene as data, in the order in which they were added: what a file of the scene has.
+
+use crate::model::{Control, Coordinate, Design, Frame, Param, Point};
+use crate::{Multiplier, Scene};
+
+/// What was added to a scene, besides elements and costs of the user's own.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+pub(crate) enum Added {
+    Control,
+    Design(f64),
+    /// The bare names of a group of coordinates.
+    Coordinates(Vec<String>),
+    /// The initial value of a coordinate.
+    Place(Coordinate, f64),
+    /// Along x and y, m/s².
+    Gravity([Param; 2]),
+    /// Mass and moment of inertia; x, y, φ.
+    Body([Param; 2], [f64; 3]),
+    /// Mass; x, y.
+    Particle(Param, [f64; 2]),
+    Part(Part),
+}
+
+/// A part between two frames.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) kind: &'static Kind,
+    /// As many as its kind has; frames alone as their origins.
+    pub(crate) points: Vec<Point>,
+    pub(crate) numbers: Vec<Param>,
+    pub(crate) control: Option<Control>,
+    /// A ready function of time, by its name, and its parameters.
+    pub(crate) motion: Option<(&'static str, Vec<Param>)>,
+}
+
+impl Part {
+    /// The number `i`.
+    pub(crate) fn number(&self, i: usize) -> Param {
+        self.numbers[i]
+    }
+
+    /// Both points.
+    pub(crate) fn both(&self) -> [Point; 2] {
+        [self.points[0], self.points[1]]
+    }
+
+    /// What drives it; only kinds with a control ask.
+    pub(crate) fn by(&self) -> [Control; 1] {
+        self.control.map_or_else(|| unreachable!("a part of this kind has a control"), |control| [control])
+    }
+
+    /// The frames of both points.
+    pub(crate) fn frames(&self) -> (Frame, Frame) {
+        (self.points[0].frame, self.points[1].frame)
+    }
+}
+
+/// What parts of one kind are made of.
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    /// What its places are called.
+    pub(crate) places: &'static [&'static str],
+    /// Whether they are points, not frames alone.
+    pub(crate) at_points: bool,
+    /// What its numbers are called.
+    pub(crate) numbers: &'static [&'static str],
+    /// What its control is called, if it has one.
+    pub(crate) control: Option<&'static str>,
+    /// Whether it follows a function of time.
+    pub(crate) moves: bool,
+    /// Adds the elements of a part: compiled here once, however many programs use it.
+    pub(crate) add: fn(&mut Scene, &str, &Part),
+}
+
+impl std::fmt::Debug for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Kind {
+    /// Between a point of a and one of b.
+    pub(crate) const fn of_points(
+        name: &'static str,
+        numbers: &'static [&'static str],
+        add: fn(&mut Scene, &str, &Part),
+    ) -> Self {
+        Kind { name, places: &["a", "b"], at_points: true, numbers, control: None, moves: false, add }
+    }
+
+    /// Between the bodies a and b.
+    pub(crate) const fn of_frames(
+        name: &'static str,
+        numbers: &'static [&'static str],
+        add: fn(&mut Scene, &str, &Part),
+    ) -> Self {
+        Kind { at_points: false, ..Kind::of_points(name, numbers, add) }
+    }
+
+    pub(crate) const fn driven_by(self, control: &'static str) -> Self {
+        Kind { control: Some(control), ..self }
+    }
+
+    pub(crate) const fn moving(self) -> Self {
+        Kind { moves: true, ..self }
+    }
+
+    pub(crate) const fn at(self, places: &'static [&'static str]) -> Self {
+        Kind { places, ..self }
+    }
+}
+
+/// Whether the elements that are being added belong to a ready part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recipe {
+    /// With their names.
+    pub(super) added: Vec<(String, Added)>,
+    /// Names of the user's own elements.
+    pub(super) own: Vec<String>,
+    within: bool,
+}
+
+impl Recipe {
+    pub(super) fn note(&mut self, name: &str, added: impl FnOnce() -> Added) {
+        if !self.within {
+            self.added.push((name.to_string(), added()));
+        }
+    }
+
+    pub(super) fn note_element(&mut self, name: &str) {
+        if !self.within {
+            self.own.push(name.to_string());
+        }
+    }
+}
+
+impl Scene {
+    /// Notes what is added, and adds what it is made of.
+    pub(super) fn noted<R>(&mut self, name: &str, added: Added, add: impl FnOnce(&mut Self) -> R) -> R {
+        self.recipe.note(name, || added);
+        let outside = std::mem::replace(&mut self.recipe.within, true);
+        let result = add(self);
+        self.recipe.within = outside;
+        result
+    }
+
+    /// Adds a ready part.
+    pub(crate) fn ready(&mut self, name: &str, part: Part) {
+        let add = part.kind.add;
+        self.noted(name, Added::Part(part.clone()), |scene| add(scene, name, &part));
+    }
+
+    /// Adds a ready part between two points.
+    pub(super) fn ready_between(
+        &mut self,
+        name: &str,
+        kind: &'static Kind,
+        points: [Point; 2],
+        numbers: impl Into<Vec<Param>>,
+    ) {
+        self.ready(name, Part { kind, points: points.to_vec(), numbers: numbers.into(), control: None, motion: None });
+    }
+
+    /// Adds a ready part between two points that a control drives.
+    pub(super) fn ready_driven(&mut self, name: &str, kind: &'static Kind, points: [Point; 2], axis: &[Param], by: Control) {
+        self.ready(name, Part { kind, points: points.to_vec(), numbers: axis.to_vec(), control: Some(by), motion: None });
+    }
+
+    /// Adds a ready joint and returns its multipliers.
+    pub(super) fn ready_joint<const M: usize>(
+        &mut self,
+        name: &str,
+        kind: &'static Kind,
+        points: [Point; 2],
+        numbers: impl Into<Vec<Param>>,
+    ) -> [Multiplier; M] {
+        self.multipliers_of(|scene| scene.ready_between(name, kind, points, numbers))
+    }
+
+    /// The multipliers of the equations that are added.
+    pub(super) fn multipliers_of<const M: usize>(&mut self, add: impl FnOnce(&mut Self)) -> [Multiplier; M] {
+        let first = self.parts.equations;
+        add(self);
+        match self.parts.equations == first + M {
+            true => std::array::from_fn(|j| Multiplier(self.tag.handle(first + j))),
+            false => self.no_multipliers(),
+        }
+    }
+}
+
+/// What files ask of a scene.
+#[cfg(feature = "files")]
+impl Scene {
+    /// The first thing found wrong.
+    pub(crate) fn problem(&self) -> Option<&crate::Error> {
+        self.problem.as_ref()
+    }
+
+    pub(crate) fn design_names(&self) -> Vec<&str> {
+        self.parts.designs.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    pub(crate) fn coordinate_name(&self, of: Coordinate) -> &str {
+        &self.parts.coordinates[of.index()]
+    }
+
+    pub(crate) fn control_name(&self, of: Control) -> &str {
+        &self.parts.controls[of.index()]
+    }
+
+    /// Bodies and particles with their names.
+    pub(crate) fn sketched(&self) -> impl Iterator<Item = (&str, Frame)> {
+        self.parts.sketch.bodies.iter().map(|(name, frame)| (name.as_str(), *frame))
+    }
+
+    /// All that was added, with names, in order.
+    pub(crate) fn added(&self) -> &[(String, Added)] {
+        &self.recipe.added
+    }
+
+    /// Names of elements, costs and outputs that are the user's own.
+    pub(crate) fn own(&self) -> impl Iterator<Item = &str> {
+        [&self.recipe.own, &self.costs_named, &self.parts.outputs].into_iter().flatten().map(String::as_str)
+    }
+}
+
+impl Scene {
+    /// The design variable of a name.
+    pub fn design_named(&self, name: &str) -> Option<Design> {
+        let at = self.parts.designs.iter().position(|(known, _)| known == name)?;
+        Some(Design(self.tag.handle(at)))
+    }
+
+    /// The control of a name.
+    pub fn control_named(&self, name: &str) -> Option<Control> {
+        let at = self.parts.controls.iter().position(|known| known == name)?;
+        Some(Control(self.tag.handle(at)))
+    }
+
+    /// The coordinate of a name, that of its group first: `rod.x`.
+    pub fn coordinate_named(&self, name: &str) -> Option<Coordinate> {
+        let at = self.parts.coordinates.iter().position(|known| known == name)?;
+        Some(Coordinate(self.tag.handle(at)))
+    }
+
+    /// The frame of a body or particle by its name.
+    pub fn frame_named(&self, name: &str) -> Option<Frame> {
+        self.parts.sketch.bodies.iter().find(|(known, _)| known == name).map(|(_, frame)| *frame)
+    }
+}

@@ -1,0 +1,225 @@
+//! Scenes as files: every kind of part comes back as it was, and files of strangers are read or refused.
+use crate::common::assert_says;
+use hamiltonian_adjoint::planar::{Body, Constant, ConstantSpeed, Harmonic};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{
+    Grid, Inputs, KineticEnergy, Mechanics, Scalar, Scene, SceneFile, Settings, Start, Sum, System, Trajectory, simulate,
+};
+use nalgebra::SVector;
+use proptest::prelude::*;
+use serde_json::Value;
+use std::collections::BTreeSet;
+
+/// All kinds of parts, in mechanisms that stand side by side; parameters of all forms.
+fn everything() -> Scene {
+    let mut scene = Scene::new();
+    let l = scene.design("length of \"it\"", 0.5);
+    let m = scene.design("m", 1.5);
+    scene.gravity(0.1, -(m * 6.54));
+    let ground = |x: f64, y: f64| Body::GROUND.at(x, y);
+    let inertia = m * l.powi(2) / 12.0 + (l - 0.4).sqrt().atan2(m) * 0.1 + (-l).exp() * 1e-3;
+    let rod = scene.body("rod <1>", m, inertia, [0.25, 0.0, 0.0]);
+    scene.revolute("pivot", ground(0.0, 0.0), rod.at(l * -0.5, 0.0));
+    let motor = scene.control("motor");
+    scene.torque_actuator("drive", Body::GROUND, rod, motor);
+    scene.joint_friction("friction", Body::GROUND, rod, 0.1);
+    scene.torsional_spring_damper("coil", Body::GROUND, rod, 2.0, 0.1, 0.05);
+    scene.coulomb_friction("dry", Body::GROUND, rod, 0.1, 0.5);
+    let bob = scene.particle("bob", l + 0.1, [0.9, -0.1]);
+    scene.spring_damper("spring", rod.at(0.25, 0.0), bob.point(), 90.0, l * 0.5, 0.3);
+    let rope = (0.9f64 * 0.9 + 0.1 * 0.1).sqrt();
+    scene.distance("rope", ground(0.0, 0.0), bob.point(), rope);
+    scene.applied_force("push", bob.point(), 0.3, Harmonic, [0.0.into(), 1.0.into(), 5.0.into(), 0.2.into()]);
+
+    let cart = scene.body("cart", 1.0, 0.1, [2.0, 0.0, 0.0]);
+    scene.prismatic("rail", ground(2.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.0);
+    scene.sliding_friction("rail friction", ground(2.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.4);
+    scene.coulomb_sliding("rail dry", ground(2.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.2, 0.3);
+    let push = scene.control("push on the cart");
+    scene.actuator("engine", ground(2.0, 0.0), 0.0, cart.at(0.0, 0.0), push);
+    let block = scene.body("block", 0.3, 0.01, [2.1, 0.2, 0.0]);
+    scene.weld("glue", cart.at(0.1, 0.2), block.at(0.0, 0.0), 0.0);
+    scene.applied_torque("twist", block, Constant, [0.2.into()]);
+    let ball = scene.body("ball", 0.5, 0.02, [2.0, 1.0, 0.0]);
+    scene.contact("floor", ground(0.0, 0.9), 1.5, ball.at(0.0, -0.1), [500.0.into(), 0.1.into(), 0.2.into(), 0.1.into()]);
+    let soft = [30.0, 40.0, 0.5].map(Into::into);
+    scene.bushing("mount", cart.at(0.0, 0.9), ball.at(0.0, 0.0), soft, [0.1, 0.2, 0.01].map(Into::into));
+    let cylinder = scene.control("cylinder");
+    scene.two_point_actuator("cylinder", cart.at(0.3, 0.1), ball.at(0.1, 0.0), cylinder);
+
+    let [first, second] = [("first wheel", 4.0), ("second wheel", 4.5)].map(|(name, x)| {
+        let wheel = scene.body(name, 1.0, 0.1, [x, 0.0, 0.3]);
+        scene.revolute(&format!("axle of {name}"), ground(x, 0.0), wheel.at(0.0, 0.0));
+        wheel
+    });
+    scene.gear("teeth", first, 0.2, second, 0.3);
+    let rack = scene.body("rack", 1.0, 0.1, [4.5, 0.3, 0.0]);
+    scene.prismatic("slide", ground(4.5, 0.3), 0.0, rack.at(0.0, 0.0), 0.0);
+    scene.place(rack.coordinates[0], 4.6);
+    scene.rack("rack and pinion", rack, 0.0, second, -0.3);
+
+    let crank = scene.body("crank", 1.0, 0.1, [6.0, 0.0, 0.2]);
+    scene.revolute("crank axle", ground(6.0, 0.0), crank.at(0.0, 0.0));
+    scene.driven_angle("turning", Body::GROUND, crank, ConstantSpeed, [0.2.into(), m * 1.0]);
+    let piston = scene.body("piston", 1.0, 0.1, [7.0, 0.0, 0.0]);
+    scene.prismatic("bore", ground(7.0, 0.0), 0.0, piston.at(0.0, 0.0), 0.0);
+    let swing = |x: f64| [x.into(), 0.1.into(), 3.0.into(), 0.0.into()];
+    scene.driven_slider("stroke", (ground(7.0, 0.0), 0.0), piston.at(0.0, 0.0), Harmonic, swing(0.0));
+    let arm = scene.body("arm", 1.0, 0.1, [8.0, 0.0, 0.0]);
+    scene.revolute("arm axle", ground(8.0, 0.0), arm.at(0.0, 0.0));
+    scene.driven_distance("jack", ground(8.0, -1.0), arm.at(0.5, 0.0), Harmonic, swing(1.25f64.sqrt()));
+    scene
+}
+
+fn motion(system: &System) -> Trajectory {
+    let mut inputs = Inputs { start: Start::assembled(system), ..Inputs::at_rest(system, Grid::uniform(8, 0.01)) };
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (i as f64).sin());
+    simulate(system, &inputs, Settings::default()).expect("a motion")
+}
+
+#[test]
+fn every_part_comes_back_as_it_was() {
+    let scene = everything();
+    let json = scene.to_json().expect("a file");
+    let file: Value = serde_json::from_str(&json).expect("JSON");
+    let kinds: BTreeSet<&str> = file["parts"].as_array().expect("parts").iter().filter_map(|p| p["kind"].as_str()).collect();
+    assert_eq!(
+        kinds.len(),
+        22 + 6,
+        "22 kinds of parts, and controls, design variables, gravity, bodies, particles, values: {kinds:?}"
+    );
+    let read = SceneFile::from_json(&json).expect("a scene").complete().expect("whole");
+    assert_eq!(read.to_json().expect("a file"), json, "written again it is the same");
+    let (was, is) = (scene.compile().expect("a system"), read.compile().expect("a system"));
+    assert_eq!((was.n(), was.m(), was.k(), was.designs()), (is.n(), is.m(), is.k(), is.designs()));
+    let (was, is) = (motion(&was), motion(&is));
+    for (was, is) in [(&was.q, &is.q), (&was.v, &is.v), (&was.p_star, &is.p_star), (&was.sigma, &is.sigma)] {
+        let error = (was - is).amax();
+        assert!(error <= 1e-13 * was.amax(), "{error}");
+    }
+}
+
+#[test]
+fn motions_come_back_to_the_last_bit() {
+    let system = everything().compile().expect("a system");
+    let motion = motion(&system);
+    let json = motion.to_json(&system).expect("a file");
+    assert_eq!(Trajectory::from_json(&system, &json).expect("the motion"), motion);
+    let read = |json: &str| Trajectory::from_json(&system, json).expect_err("a wrong file");
+    assert_says(&read(&json.replacen("trapezoidal", "magic", 1)), &["`scheme`", "`magic"]);
+    assert_says(&read(&json.replacen("\"inserted\":[", "\"inserted\":[99", 1)), &["inserted"]);
+    assert_says(&read(&json[..200]), &["line 1", "column", "EOF"]);
+}
+
+/// No ready part.
+struct Own;
+impl KineticEnergy<1, 0> for Own {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0]
+    }
+}
+
+#[test]
+fn what_a_file_cannot_hold_is_named() {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.cost("aim", AngleError, Sum::Terminal, [cart.links[0].coordinates[2]], [], [], [0.3.into()]);
+    let [flow] = cart.scene.coordinates("tank", ["flow"]);
+    cart.scene.kinetic_energy("water", Own, [flow], []);
+    let file = SceneFile::from_json(&cart.scene.to_json().expect("a file")).expect("a scene");
+    assert_eq!(file.left_out, ["water", "aim"]);
+    assert!(file.scene.coordinate_named("tank.flow").is_some());
+    assert!(file.scene.frame_named("link 1").is_some() && file.scene.control_named("force on the cart").is_some());
+    let Err(error) = file.complete() else { panic!("it is not whole") };
+    assert_says(&error, &["left_out", "`water`", "no ready part"]);
+    let mut bad = Scene::new();
+    bad.body("rod", f64::INFINITY, 0.1, [0.0; 3]);
+    assert_says(&bad.to_json().expect_err("no number"), &["rod"]);
+}
+
+#[test]
+fn what_is_wrong_in_a_scene_is_named_with_its_place() {
+    let json = everything().to_json().expect("a file");
+    let read = |json: &str| SceneFile::from_json(json).err().expect("a wrong file");
+    let change = |from: &str, to: &str| {
+        assert!(json.contains(from), "{from}");
+        read(&json.replacen(from, to, 1))
+    };
+    assert_says(&read(&json[..300]), &["line", "column"]);
+    assert_says(&change("\"version\": 1", "\"version\": 7"), &["version 1"]);
+    assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "no such kind", "weld"]);
+    assert_says(&change("\"body\": \"bob\"", "\"body\": \"bib\""), &["no body `bib`"]);
+    assert_says(
+        &change("\"force\": \"push on the cart\"", "\"force\": \"pull\""),
+        &["actuator `engine`", "no control `pull`"],
+    );
+    assert_says(&change("\"motion\": \"harmonic\"", "\"motion\": \"square\""), &["`square`", "constant speed"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90 *\""), &["`spring`", "character 5", "ends too early"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90 * k\""), &["no design variable is called `k`"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"wurzel(2)\""), &["no function `wurzel`", "sqrt"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"2 ^ m\""), &["exponent must be a number"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stifness\": 90.0"), &["`spring`", "`stiffness` is missing"]);
+    assert_says(
+        &change("\"damping\": 0.3", "\"damping\": 0.3, \"colour\": 1"),
+        &["`spring`", "`colour` is none of its fields"],
+    );
+    let deep = format!("\"stiffness\": \"{}1{}\"", "(".repeat(10_000), ")".repeat(10_000));
+    assert_says(&change("\"stiffness\": 90.0", &deep), &["parentheses within each other"]);
+}
+
+#[test]
+fn formulas_say_what_they_say() {
+    let value = |text: &str| {
+        let file = format!(
+            r#"{{"format": "hamiltonian-adjoint scene", "version": 1, "left_out": [], "parts": [
+            {{"kind": "design variable", "name": "m", "value": 3.0}}, {{"kind": "design variable", "name": "a b", "value": 2.0}},
+            {{"kind": "body", "name": "rod", "mass": "{text}", "inertia": 1, "place": [0, 0, 0]}}]}}"#
+        );
+        let scene =
+            SceneFile::from_json(&file).and_then(SceneFile::complete).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let system = scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.1));
+        Mechanics::at_start(&system, &inputs).expect("a state").mass()[(0, 0)]
+    };
+    let cases = [
+        ("1 + m * 2 ^ 3 / 4 - -1", 8.0),
+        ("-m ^ 2 + 10", 1.0),
+        ("2 - 1 - 0.5", 0.5),
+        ("16 / 4 / 2", 2.0),
+        ("(m + `a b`) * .5e1 / 2.5E+0", 10.0),
+        ("sqrt(m * m * 4) + atan2(0, m) + max(m, `a b`) + min(1, m)", 10.0),
+        ("m ^ -1 * 3 + `a b` ^ 0.5 * sqrt(2)", 3.0),
+        (" exp ( ln( m ) ) ", 3.0),
+    ];
+    for (text, expected) in cases {
+        assert!((value(text) - expected).abs() < 1e-14, "{text}: {}", value(text));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Files that were cut, doubled or changed somewhere: an answer or an error, and never a panic.
+    #[test]
+    fn broken_scenes_are_refused_or_read(at in 0.0..1.0f64, len in 0..40usize, with in "[ -~\\n]{0,6}") {
+        let text = everything().to_json().expect("a file");
+        let from = (at * text.len() as f64) as usize;
+        let to = (from + len).min(text.len());
+        let broken = format!("{}{with}{}", text.get(..from).unwrap_or(""), text.get(to..).unwrap_or(""));
+        if let Ok(file) = SceneFile::from_json(&broken) {
+            let _ = file.scene.to_json();
+            let _ = file.scene.compile();
+        }
+    }
+
+    #[test]
+    fn formulas_of_strangers_are_refused_or_read(text in "[m0-9+*/^()., \\-a-z`]{0,40}") {
+        let file = format!(
+            r#"{{"format": "hamiltonian-adjoint scene", "version": 1, "left_out": [], "parts": [
+            {{"kind": "design variable", "name": "m", "value": 3.0}},
+            {{"kind": "gravity", "name": "gravity", "x": {}, "y": 0}}]}}"#, Value::String(text)
+        );
+        if let Ok(file) = SceneFile::from_json(&file) {
+            let _ = file.scene.to_json();
+        }
+    }
+}
