@@ -90,6 +90,7 @@ mod model;
 mod motion;
 mod node;
 mod number;
+pub mod optimize;
 pub mod paper_system;
 mod program;
 mod scene;

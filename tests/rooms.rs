@@ -23,6 +23,7 @@ const ROOMS: &[&str] = &[
     "adjoint",
     "paper_system",
     "solver",
+    "optimize",
     "check",
     "files",
     "animation",

@@ -13,6 +13,7 @@ mod files;
 mod jacobians;
 #[path = "../../tests/scenes/mechanisms.rs"]
 mod mechanisms;
+mod optimise;
 mod player;
 mod plot;
 #[path = "../../tests/scenes/resolved.rs"]
@@ -109,6 +110,7 @@ enum Command {
     WorkPrecision(work_precision::Options),
     Stress(stress::Options),
     Assumptions(assumptions::Options),
+    Optimise(optimise::Options),
 }
 
 fn main() -> ExitCode {
@@ -133,6 +135,7 @@ fn start() -> Result<bool, Error> {
         Some(Command::WorkPrecision(options)) => work_precision::run(options),
         Some(Command::Stress(options)) => stress::run(options),
         Some(Command::Assumptions(options)) => assumptions::run(options, &cli.settings),
+        Some(Command::Optimise(options)) => optimise::run(options, &cli.settings),
         None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     }
 }

@@ -212,14 +212,25 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
     pub fn pull_back(&mut self, weights: &[f64]) -> Result<&Gradient, Error> {
+        self.weighted_gradient(0.0, weights)
+    }
+
+    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, by one backward sweep: that of a Lagrangian.
+    ///
+    /// # Errors
+    /// As [`pull_back`](Self::pull_back).
+    pub fn weighted_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         let count = self.system.outputs();
-        if weights.len() != count {
-            return Err(Error::Size { what: "weights of the outputs", expected: count, found: weights.len() });
+        if of_outputs.len() != count {
+            return Err(Error::Size { what: "weights of the outputs", expected: count, found: of_outputs.len() });
         }
-        if let Some((k, &value)) = weights.iter().enumerate().find(|(_, w)| !w.is_finite()) {
+        if let Some((k, &value)) = of_outputs.iter().enumerate().find(|(_, w)| !w.is_finite()) {
             return Err(Error::NotFinite { what: format!("the weight of output `{}`", self.system.output_name(k)), value });
         }
-        let factors = [&[0.0], weights].concat();
+        if !of_cost.is_finite() {
+            return Err(Error::NotFinite { what: "the weight of the cost".into(), value: of_cost });
+        }
+        let factors = [&[of_cost], of_outputs].concat();
         self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors))
     }
 

@@ -15,7 +15,7 @@ use crate::plot::{Colour, Point, Shape};
 const CART: (f64, f64) = (0.5, 0.25);
 
 /// Why the first component of a gradient in nodal forces stands apart.
-const KINK: &str = "u₀ acts over half a step: half the gradient of its neighbour";
+const KINK: &str = "u₀ acts over half a step";
 
 /// The cart and the links at the coordinates (x, y, φ) of the bodies.
 fn shapes(q: DVectorView<f64>, length: f64, colour: Colour, width: f64) -> Vec<Shape> {

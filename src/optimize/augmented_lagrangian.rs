@@ -1,0 +1,119 @@
+//! The augmented Lagrangian of Powell, Hestenes and Rockafellar, minimised by L-BFGS (Nocedal and Wright, Algorithm 17.4; Birgin and Martínez 2014).
+//!
+//! With multipliers w and a penalty ρ: f + Σ ½ρ (t_j − P(t_j))², t = c + w/ρ, P the nearest value that is allowed. It serves equalities and
+//! inequalities alike, and its gradient is that of f + Σ ρ (t_j − P(t_j)) c_j: one backward sweep.
+
+use std::ops::ControlFlow;
+
+use super::lbfgs::{Descent, Merit};
+use super::outcome::Counted;
+use super::problem::Interval;
+use super::{Iterate, Options, Outcome, Problem, Reason};
+use crate::Error;
+
+/// The penalty grows by this factor where the violation did not shrink to this share.
+const GROWTH: f64 = 10.0;
+const SHRINKS: f64 = 0.25;
+/// A larger penalty drowns f in rounding.
+const LARGEST_PENALTY: f64 = 1e12;
+const MOST_ROUNDS: usize = 60;
+
+struct Augmented {
+    w: Vec<f64>,
+    penalty: f64,
+    /// f at the point of the last value.
+    cost: f64,
+}
+
+impl Augmented {
+    /// ρ (t − P(t)): the multiplier that belongs to a value of a constraint.
+    fn multiplier(&self, j: usize, c: f64, of: &Interval) -> f64 {
+        let t = c + self.w[j] / self.penalty;
+        self.penalty * (t - of.nearest(t))
+    }
+
+    fn multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+        problem.c.iter().zip(&problem.intervals).enumerate().map(|(j, (c, of))| self.multiplier(j, *c, of)).collect()
+    }
+
+    /// The augmented Lagrangian at the point that was evaluated last.
+    fn of<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
+        self.cost + self.multipliers(problem).iter().map(|w| 0.5 * w * w / self.penalty).sum::<f64>()
+    }
+}
+
+impl<P: Problem + ?Sized> Merit<P> for Augmented {
+    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64 {
+        self.cost = problem.evaluate(x);
+        if self.cost.is_finite() { self.of(problem) } else { f64::INFINITY }
+    }
+
+    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error> {
+        let weights = self.multipliers(problem);
+        problem.gradient(1.0, &weights, gradient)
+    }
+
+    fn cost(&self) -> f64 {
+        self.cost
+    }
+}
+
+/// Minimises f(x) subject to constraints and bounds.
+///
+/// # Errors
+/// As [`lbfgs`](super::lbfgs()).
+pub fn augmented_lagrangian<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let mut counted = Counted::new(problem, start)?;
+    let mut x = start.to_vec();
+    counted.project(&mut x);
+    let f = counted.evaluate_start(&x)?;
+    let squares: f64 = counted.c.iter().zip(&counted.intervals).map(|(c, of)| of.violation(*c).powi(2)).sum();
+    // f and what constraints add to it begin alike.
+    let penalty = if squares > 0.0 && f != 0.0 { (2.0 * f.abs() / squares).clamp(1e-6, 10.0) } else { 1.0 };
+    let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty, cost: f };
+    let mut descent = Descent::begin(&mut counted, &mut merit, x, options)?;
+    let first = descent.history[0].stationarity;
+    let mut tolerance = 0.1 * first;
+    let mut violation = f64::INFINITY;
+    let mut reason = Reason::Iterations;
+    for _ in 0..MOST_ROUNDS {
+        reason = descent.run(&mut counted, &mut merit, tolerance.max(options.stationarity * first), watch)?;
+        // The constraints of the point itself, not of the last trial.
+        merit.value(&mut counted, &descent.at.x);
+        let now = counted.violation();
+        let weights = merit.multipliers(&counted);
+        let stationarity = problem_stationarity(&counted, &descent);
+        let is_stationary = stationarity <= options.stationarity * first || reason == Reason::NoLowerValue;
+        merit.w.clone_from(&weights);
+        if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
+            break;
+        }
+        if now <= options.violation && is_stationary {
+            reason = Reason::Stationary;
+            break;
+        }
+        let grows = now > options.violation && now > SHRINKS * violation;
+        if grows {
+            if merit.penalty >= LARGEST_PENALTY {
+                reason = Reason::Infeasible;
+                break;
+            }
+            merit.penalty *= GROWTH;
+        }
+        violation = now;
+        tolerance *= 0.1;
+        let value = merit.of(&counted);
+        descent.renew(&mut counted, &mut merit, value, grows)?;
+    }
+    let (x, value, w) = (descent.at.x, merit.cost, merit.w);
+    Ok(counted.outcome(x, value, w, descent.history, reason))
+}
+
+fn problem_stationarity<P: Problem + ?Sized>(problem: &Counted<P>, descent: &Descent) -> f64 {
+    problem.stationarity(&descent.at.x, &descent.at.gradient)
+}

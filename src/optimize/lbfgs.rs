@@ -1,0 +1,230 @@
+//! L-BFGS with bounds: quasi-Newton steps of the variables that no bound holds, projected (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
+
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+
+use super::line_search::{Point, search};
+use super::outcome::Counted;
+use super::problem::Interval;
+use super::{Iterate, Options, Outcome, Problem, Reason};
+use crate::Error;
+use crate::number::dot;
+
+/// What a line search goes down on: f, or a function of f and c.
+pub(super) trait Merit<P: Problem + ?Sized> {
+    /// At a point; infinite where there is none.
+    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64;
+
+    /// At the point of the last value.
+    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error>;
+
+    /// f at the point of the last value.
+    fn cost(&self) -> f64;
+}
+
+/// f itself.
+struct Cost(f64);
+
+impl<P: Problem + ?Sized> Merit<P> for Cost {
+    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64 {
+        self.0 = problem.evaluate(x);
+        self.0
+    }
+
+    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error> {
+        let none = vec![0.0; problem.c.len()];
+        problem.gradient(1.0, &none, gradient)
+    }
+
+    fn cost(&self) -> f64 {
+        self.0
+    }
+}
+
+/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
+///
+/// # Errors
+/// Sizes or bounds that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian) knows; a gradient that
+/// could not be computed.
+pub fn lbfgs<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let mut counted = Counted::new(problem, start)?;
+    if counted.intervals.iter().any(|of| *of != Interval::FREE) {
+        let what = "the number of constraints".to_string();
+        let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
+        return Err(Error::Parameter { what, value: counted.intervals.len() as f64, must_be });
+    }
+    let mut x = start.to_vec();
+    counted.project(&mut x);
+    let mut descent = Descent::begin(&mut counted, &mut Cost(0.0), x, options)?;
+    let tolerance = options.stationarity * descent.history[0].stationarity;
+    let reason = descent.run(&mut counted, &mut Cost(0.0), tolerance, watch)?;
+    let Point { x, value, .. } = descent.at;
+    // What the problem keeps is the motion of the best point.
+    counted.evaluate(&x);
+    Ok(counted.outcome(x, value, Vec::new(), descent.history, reason))
+}
+
+/// A descent on a merit function, and what it remembers.
+pub(super) struct Descent<'o> {
+    pub(super) at: Point,
+    options: &'o Options,
+    /// Steps s, changes y of the gradient, 1/(sᵀy).
+    pairs: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
+    pub(super) history: Vec<Iterate>,
+}
+
+impl<'o> Descent<'o> {
+    /// # Errors
+    /// A start without a value or a gradient.
+    pub(super) fn begin<P: Problem + ?Sized>(
+        problem: &mut Counted<P>,
+        merit: &mut dyn Merit<P>,
+        x: Vec<f64>,
+        options: &'o Options,
+    ) -> Result<Self, Error> {
+        problem.evaluate_start(&x)?;
+        problem.evaluations -= 1;
+        let mut at = Point { value: merit.value(problem, &x), gradient: vec![0.0; x.len()], x };
+        merit.gradient(problem, &mut at.gradient)?;
+        let mut descent = Descent { at, options, pairs: VecDeque::new(), history: Vec::new() };
+        descent.note(problem, merit.cost(), 0.0);
+        Ok(descent)
+    }
+
+    fn note<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, value: f64, step: f64) {
+        let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
+        let (violation, evaluations) = (problem.violation(), problem.evaluations);
+        self.history.push(Iterate { value, violation, stationarity, step, evaluations });
+    }
+
+    /// Forgets what belonged to another merit function, and takes the values of this one.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub(super) fn renew<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut Counted<P>,
+        merit: &mut dyn Merit<P>,
+        value: f64,
+        forget: bool,
+    ) -> Result<(), Error> {
+        if forget {
+            self.pairs.clear();
+        }
+        self.at.value = value;
+        merit.gradient(problem, &mut self.at.gradient)
+    }
+
+    pub(super) fn run<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut Counted<P>,
+        merit: &mut dyn Merit<P>,
+        tolerance: f64,
+        watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    ) -> Result<Reason, Error> {
+        loop {
+            let last = self.history[self.history.len() - 1];
+            let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
+            if watch(&last).is_break() {
+                return Ok(Reason::Asked);
+            }
+            if self.options.target.is_some_and(|target| last.value <= target) && last.violation <= self.options.violation {
+                return Ok(Reason::Target);
+            }
+            if stationarity <= tolerance || stationarity == 0.0 {
+                return Ok(Reason::Stationary);
+            }
+            if self.history.len() > self.options.iterations {
+                return Ok(Reason::Iterations);
+            }
+            let found = match self.pairs.is_empty() {
+                true => None,
+                false => self.step(problem, merit)?,
+            };
+            // What was remembered may have misled it.
+            let found = match found {
+                Some(point) => Some(point),
+                None => {
+                    self.pairs.clear();
+                    self.step(problem, merit)?
+                }
+            };
+            let Some(next) = found else { return Ok(Reason::NoLowerValue) };
+            self.remember(problem, &next);
+            let changes = next.x.iter().zip(&self.at.x).map(|(new, old)| (new - old).abs());
+            let step = changes.fold(0.0, f64::max);
+            self.at = next;
+            self.note(problem, merit.cost(), step);
+        }
+    }
+
+    fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Result<Option<Point>, Error> {
+        let direction = self.direction(problem);
+        let first = match (self.pairs.is_empty(), self.options.first_step) {
+            (false, _) => 1.0,
+            (true, Some(length)) => length / largest(&direction).max(f64::MIN_POSITIVE),
+            // Where a parabola with its minimum at 0 would have it, or half as far.
+            (true, None) => {
+                let square = dot(&direction, &direction);
+                if self.at.value == 0.0 { 1.0 / square.sqrt() } else { self.at.value.abs() / square }
+            }
+        };
+        search(problem, merit, &self.at, &direction, first)
+    }
+
+    /// −H g over the variables that are not held by a bound, by the two loops.
+    fn direction<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+        let Point { x, gradient, .. } = &self.at;
+        let held: Vec<bool> = x
+            .iter()
+            .zip(gradient)
+            .zip(&problem.bounds)
+            .map(|((x, g), of)| (*x <= of.least && *g > 0.0) || (*x >= of.most && *g < 0.0))
+            .collect();
+        let free = |d: &mut Vec<f64>| d.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(d, _)| *d = 0.0);
+        let mut d: Vec<f64> = gradient.iter().map(|g| -g).collect();
+        free(&mut d);
+        let mut factors = Vec::with_capacity(self.pairs.len());
+        for (s, y, rho) in self.pairs.iter().rev() {
+            let factor = rho * dot(s, &d);
+            add(&mut d, -factor, y);
+            factors.push(factor);
+        }
+        if let Some((s, y, _)) = self.pairs.back() {
+            let scale = dot(s, y) / dot(y, y);
+            d.iter_mut().for_each(|d| *d *= scale);
+        }
+        for ((s, y, rho), factor) in self.pairs.iter().zip(factors.iter().rev()) {
+            let other = rho * dot(y, &d);
+            add(&mut d, factor - other, s);
+        }
+        free(&mut d);
+        d
+    }
+
+    /// The pair of a step, if the curvature along it is positive.
+    fn remember<P: Problem + ?Sized>(&mut self, _problem: &Counted<P>, next: &Point) {
+        let s: Vec<f64> = next.x.iter().zip(&self.at.x).map(|(new, old)| new - old).collect();
+        let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| new - old).collect();
+        let curvature = dot(&s, &y);
+        if curvature > 1e-12 * dot(&y, &y).sqrt() * dot(&s, &s).sqrt() {
+            if self.pairs.len() == self.options.memory.max(1) {
+                self.pairs.pop_front();
+            }
+            self.pairs.push_back((s, y, 1.0 / curvature));
+        }
+    }
+}
+
+fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+    to.iter_mut().zip(what).for_each(|(to, x)| *to += factor * x);
+}
+
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+}

@@ -1,0 +1,188 @@
+//! Levenberg–Marquardt for ½‖r(x)‖² with bounds; with fewer residuals than variables its steps are those of least norm (Nielsen 1999, damping).
+//!
+//! (AᵀA + μ I) d = −Aᵀr, or, with fewer rows than columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r, A the Jacobian.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::lbfgs::largest;
+use super::outcome::Counted;
+use super::{Iterate, Options, Outcome, Problem, Reason};
+use crate::Error;
+
+/// Where a fit ended, and how well its variables are known.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The point, whose value is ½‖r‖².
+    pub outcome: Outcome,
+    /// ∂r/∂x there.
+    pub jacobian: DMatrix<f64>,
+}
+
+impl Fit {
+    /// s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables): the covariance of the variables if residuals differ by noise of one size alone. Variables that a
+    /// bound holds are taken for free.
+    ///
+    /// None without more residuals than variables, and if the residuals do not determine all variables.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        let (m, n) = self.jacobian.shape();
+        let freedom = m.checked_sub(n).filter(|freedom| *freedom > 0)?;
+        // By singular values: AᵀA would square the condition.
+        let svd = self.jacobian.clone().svd(false, true);
+        let (v, most) = (svd.v_t?, svd.singular_values.amax());
+        if svd.singular_values.iter().any(|s| *s <= 1e-13 * most) {
+            return None;
+        }
+        let variance = 2.0 * self.outcome.value / freedom as f64;
+        let scaled = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / svd.singular_values[i]);
+        Some(scaled.tr_mul(&scaled) * variance)
+    }
+
+    /// The standard errors of the variables: roots of the diagonal of the covariance.
+    pub fn standard_errors(&self) -> Option<Vec<f64>> {
+        self.covariance().map(|covariance| covariance.diagonal().iter().map(|x| x.sqrt()).collect())
+    }
+}
+
+/// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
+///
+/// # Errors
+/// As [`lbfgs`](super::lbfgs()).
+pub fn levenberg_marquardt<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Fit, Error> {
+    let mut counted = Counted::new(problem, start)?;
+    let mut x = start.to_vec();
+    counted.project(&mut x);
+    counted.evaluate_start(&x)?;
+    let mut at = State { r: residuals(&counted), jacobian: DMatrix::zeros(counted.c.len(), x.len()), x };
+    at.linearise(&mut counted)?;
+    let mut history = vec![at.iterate(&counted, 0.0)];
+    let first = history[0].stationarity;
+    let mut damping = 1e-3 * at.jacobian.row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
+    let mut growth = 2.0;
+    let reason = loop {
+        let last = history[history.len() - 1];
+        if watch(&last).is_break() {
+            break Reason::Asked;
+        }
+        if options.target.is_some_and(|target| last.value <= target) {
+            break Reason::Target;
+        }
+        if last.stationarity <= options.stationarity * first || last.stationarity == 0.0 {
+            break Reason::Stationary;
+        }
+        if history.len() > options.iterations {
+            break Reason::Iterations;
+        }
+        // Shorter and shorter steps until one leads down.
+        let next = loop {
+            let Some(step) = at.step(&counted, damping) else { break None };
+            let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
+            counted.project(&mut x);
+            if x == at.x {
+                break None;
+            }
+            let predicted = at.decrease(&x);
+            let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(&counted)) } else { f64::INFINITY };
+            let gain = (last.value - value) / predicted;
+            if value < last.value && gain > 1e-4 {
+                damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                growth = 2.0;
+                break Some(x);
+            }
+            damping *= growth;
+            growth *= 2.0;
+            if !damping.is_finite() {
+                break None;
+            }
+        };
+        let Some(x) = next else { break Reason::NoLowerValue };
+        let length = x.iter().zip(&at.x).fold(0.0, |most: f64, (new, old)| most.max((new - old).abs()));
+        (at.r, at.x) = (residuals(&counted), x);
+        at.linearise(&mut counted)?;
+        history.push(at.iterate(&counted, length));
+    };
+    let value = half_square(&at.r);
+    // What the problem keeps is the motion of the best point.
+    counted.evaluate(&at.x);
+    let outcome = counted.outcome(at.x, value, at.r.as_slice().to_vec(), history, reason);
+    Ok(Fit { outcome, jacobian: at.jacobian })
+}
+
+fn half_square(r: &DVector<f64>) -> f64 {
+    0.5 * r.norm_squared()
+}
+
+fn residuals<P: Problem + ?Sized>(problem: &Counted<P>) -> DVector<f64> {
+    DVector::from_iterator(problem.c.len(), problem.c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)))
+}
+
+struct State {
+    x: Vec<f64>,
+    r: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+impl State {
+    /// The Jacobian at the point that was evaluated last, by a gradient for each residual.
+    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let (mut weights, mut row) = (vec![0.0; self.r.len()], vec![0.0; self.x.len()]);
+        for j in 0..self.r.len() {
+            weights[j] = 1.0;
+            problem.gradient(0.0, &weights, &mut row)?;
+            weights[j] = 0.0;
+            // A residual that is within what it may be is zero around here.
+            let of = problem.intervals[j];
+            let is_there = of.least == of.most || self.r[j] != 0.0;
+            self.jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = if is_there { *x } else { 0.0 });
+        }
+        Ok(())
+    }
+
+    fn gradient(&self) -> DVector<f64> {
+        self.jacobian.tr_mul(&self.r)
+    }
+
+    fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
+        Iterate {
+            value: half_square(&self.r),
+            violation: largest(self.r.as_slice()),
+            stationarity: problem.stationarity(&self.x, self.gradient().as_slice()),
+            step,
+            evaluations: problem.evaluations,
+        }
+    }
+
+    /// How much lower the linear model is at x.
+    fn decrease(&self, x: &[f64]) -> f64 {
+        let step = DVector::from_iterator(x.len(), x.iter().zip(&self.x).map(|(new, old)| new - old));
+        let change = &self.jacobian * step;
+        -(change.dot(&self.r) + half_square(&change))
+    }
+
+    /// The step, with variables that bounds hold left out; none if nothing is left.
+    fn step<P: Problem + ?Sized>(&self, problem: &Counted<P>, damping: f64) -> Option<DVector<f64>> {
+        let gradient = self.gradient();
+        let mut a = self.jacobian.clone();
+        for (i, of) in problem.bounds.iter().enumerate() {
+            let (x, g) = (self.x[i], gradient[i]);
+            if (x <= of.least && g > 0.0) || (x >= of.most && g < 0.0) {
+                a.column_mut(i).fill(0.0);
+            }
+        }
+        let (m, n) = a.shape();
+        let damped = |mut square: DMatrix<f64>| {
+            (0..square.nrows()).for_each(|i| square[(i, i)] += damping.max(f64::MIN_POSITIVE));
+            square.cholesky()
+        };
+        match m < n {
+            true => damped(&a * a.transpose()).map(|factors| -(a.tr_mul(&factors.solve(&self.r)))),
+            false => damped(a.tr_mul(&a)).map(|factors| -factors.solve(&a.tr_mul(&self.r))),
+        }
+    }
+}

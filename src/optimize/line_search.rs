@@ -1,0 +1,79 @@
+//! A line search for the weak Wolfe conditions by interpolation and bisection (Lewis and Overton 2013), along P(x + α d).
+
+use super::Problem;
+use super::lbfgs::Merit;
+use super::outcome::Counted;
+use crate::Error;
+
+/// Sufficient decrease, and sufficient increase of the slope.
+const DECREASE: f64 = 1e-4;
+const SLOPE: f64 = 0.9;
+/// Trials before a direction is given up.
+const MOST_TRIALS: usize = 50;
+
+/// A point with its value and gradient.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Point {
+    pub(super) x: Vec<f64>,
+    pub(super) value: f64,
+    pub(super) gradient: Vec<f64>,
+}
+
+/// A better point in the direction, none if there is none within rounding. The problem is left there.
+///
+/// # Errors
+/// A gradient that could not be computed where there was a value.
+pub(super) fn search<P: Problem + ?Sized>(
+    problem: &mut Counted<P>,
+    merit: &mut dyn Merit<P>,
+    from: &Point,
+    direction: &[f64],
+    first: f64,
+) -> Result<Option<Point>, Error> {
+    let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, first);
+    let mut best: Option<Point> = None;
+    let mut trial = Point { x: from.x.clone(), value: 0.0, gradient: vec![0.0; from.x.len()] };
+    for _ in 0..MOST_TRIALS {
+        trial.x.iter_mut().zip(&from.x).zip(direction).for_each(|((t, x), d)| *t = x + alpha * d);
+        problem.project(&mut trial.x);
+        if trial.x == from.x {
+            break;
+        }
+        let slope = along(&from.gradient, &trial.x, &from.x);
+        trial.value = merit.value(problem, &trial.x);
+        if trial.value <= from.value + DECREASE * slope && trial.value < from.value {
+            merit.gradient(problem, &mut trial.gradient)?;
+            if along(&trial.gradient, &trial.x, &from.x) >= SLOPE * slope {
+                return Ok(Some(trial));
+            }
+            low = alpha;
+            best = Some(trial.clone());
+        } else {
+            high = alpha;
+        }
+        alpha = if high.is_infinite() {
+            2.0 * low
+        } else if low == 0.0 {
+            // The minimum of the parabola, not too close to either end.
+            let rise = trial.value - from.value - slope;
+            let share = if rise.is_finite() && rise > 0.0 { -0.5 * slope / rise } else { 0.1 };
+            high * share.clamp(0.1, 0.5)
+        } else {
+            0.5 * (low + high)
+        };
+        if high - low <= 1e-14 * high {
+            break;
+        }
+    }
+    // A lower value with a steep slope is better than none.
+    if let Some(best) = &mut best {
+        merit.value(problem, &best.x);
+        merit.gradient(problem, &mut best.gradient)?;
+    }
+    Ok(best)
+}
+
+/// gᵀ (x − y).
+fn along(g: &[f64], x: &[f64], y: &[f64]) -> f64 {
+    g.iter().zip(x.iter().zip(y)).map(|(g, (x, y))| g * (x - y)).sum()
+}

@@ -1,0 +1,49 @@
+//! From a cost to an optimum: what is free, what is minimised under which constraints, and methods that do it.
+//!
+//! minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c. A motion makes such a problem of its cost J and its outputs ([`MotionProblem`]); anything
+//! else that implements [`Problem`] will do. One gradient of f + wᵀc is one backward sweep, however many constraints there are.
+//!
+//! | method | for |
+//! |---|---|
+//! | [`lbfgs`] | many variables, bounds |
+//! | [`sqp`] | the same with a few equalities and inequalities, up to some hundred variables |
+//! | [`augmented_lagrangian`] | the same with many of either |
+//! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
+//!
+//! ```
+//! use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};
+//! use hamiltonian_adjoint::{Grid, Inputs, Settings, scenes::CartPendulum};
+//!
+//! let scene = CartPendulum::default().scene();
+//! let force = scene.control_named("force on the cart").expect("its only control");
+//! let system = scene.compile()?;
+//! let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+//! inputs.controls.fill(10.0);
+//!
+//! let variables = Variables::new(&system, &inputs, vec![Free::control(force)])?;
+//! let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables)?;
+//! let start = problem.start();
+//! let outcome = lbfgs(&mut problem, &start, &Options { target: Some(1e-10), ..Options::default() }, &mut silent)?;
+//! assert!(outcome.value < 1e-10 && outcome.evaluations < 60);
+//! # Ok::<(), hamiltonian_adjoint::Error>(())
+//! ```
+
+mod augmented_lagrangian;
+mod lbfgs;
+mod least_squares;
+mod line_search;
+mod motion_problem;
+mod outcome;
+mod problem;
+mod quadratic;
+mod sqp;
+mod variables;
+
+pub use augmented_lagrangian::augmented_lagrangian;
+pub use lbfgs::lbfgs;
+pub use least_squares::{Fit, levenberg_marquardt};
+pub use motion_problem::MotionProblem;
+pub use outcome::{Iterate, Options, Outcome, Reason, silent};
+pub use problem::{Interval, Problem};
+pub use sqp::sqp;
+pub use variables::{Free, Quantity, Variables};

@@ -1,0 +1,86 @@
+//! [`MotionProblem`]: a motion's cost and outputs as functions of what is free of its inputs.
+
+use super::problem::{Interval, Problem};
+use super::variables::Variables;
+use crate::{Error, Inputs, Output, Settings, Solver, System};
+
+/// minimise J subject to what outputs must be: equal to zero, unless something else is said.
+pub struct MotionProblem<'s> {
+    /// The solver, with the motion of the point that was evaluated last.
+    pub solver: Solver<'s>,
+    inputs: Inputs,
+    variables: Variables,
+    constraints: Vec<Interval>,
+    x: Vec<f64>,
+}
+
+impl<'s> MotionProblem<'s> {
+    /// With these inputs, of which the variables are free.
+    ///
+    /// # Errors
+    /// Inputs that do not fit the system.
+    pub fn new(system: &'s System, settings: Settings, inputs: Inputs, variables: Variables) -> Result<Self, Error> {
+        inputs.check(system)?;
+        let constraints = vec![Interval::ZERO; system.outputs()];
+        Ok(MotionProblem { solver: Solver::new(system, settings), x: variables.of(&inputs), inputs, variables, constraints })
+    }
+
+    /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
+    ///
+    /// # Panics
+    /// If the system has no such output.
+    pub fn constrain(&mut self, output: Output, to: Interval) {
+        self.constraints[output.index()] = to;
+    }
+
+    /// The variables of the inputs that it was made with, or that were evaluated last.
+    pub fn start(&self) -> Vec<f64> {
+        self.x.clone()
+    }
+
+    /// The inputs that belong to a point.
+    pub fn inputs_at(&self, x: &[f64]) -> Inputs {
+        let mut inputs = self.inputs.clone();
+        self.variables.apply(x, &mut inputs);
+        inputs
+    }
+
+    /// What is free.
+    pub fn free(&self) -> &Variables {
+        &self.variables
+    }
+}
+
+impl Problem for MotionProblem<'_> {
+    fn variables(&self) -> usize {
+        self.variables.len()
+    }
+
+    fn bounds(&self) -> Vec<Interval> {
+        self.variables.bounds()
+    }
+
+    fn constraints(&self) -> Vec<Interval> {
+        self.constraints.clone()
+    }
+
+    fn variable_name(&self, i: usize) -> String {
+        self.variables.name(i).to_string()
+    }
+
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.x.copy_from_slice(x);
+        self.variables.apply(x, &mut self.inputs);
+        self.solver.simulate(&self.inputs)?;
+        if !c.is_empty() {
+            c.copy_from_slice(self.solver.outputs()?.as_slice());
+        }
+        self.solver.cost()
+    }
+
+    fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let of = self.solver.weighted_gradient(f_weight, c_weights)?;
+        self.variables.pull_back(&self.x, of, gradient);
+        Ok(())
+    }
+}

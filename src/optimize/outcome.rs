@@ -1,0 +1,209 @@
+//! What methods are told, and what they answer.
+
+use std::ops::ControlFlow;
+
+use super::Problem;
+use super::problem::Interval;
+use crate::Error;
+
+/// When a method stops, and how it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The most iterations.
+    pub iterations: usize,
+    /// A value of f, or of ½‖r‖², at which it is good enough, if there is one.
+    pub target: Option<f64>,
+    /// How much smaller than at the start the gradient must become, reduced to what bounds leave.
+    pub stationarity: f64,
+    /// How far constraints may be from what they must be.
+    pub violation: f64,
+    /// The pairs of steps and changes of the gradient that are remembered.
+    pub memory: usize,
+    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given.
+    pub first_step: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { iterations: 1000, target: None, stationarity: 1e-7, violation: 1e-9, memory: 30, first_step: None }
+    }
+}
+
+/// Why a method stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The value is at or below the target, and constraints hold.
+    Target,
+    /// The gradient is as small as was asked for, and constraints hold.
+    Stationary,
+    /// There is no lower value within rounding in the direction of search.
+    NoLowerValue,
+    /// Constraints do not get any closer to what they must be: there may be no point where they hold.
+    Infeasible,
+    /// All iterations were made.
+    Iterations,
+    /// The watcher said so.
+    Asked,
+}
+
+impl Reason {
+    /// Whether what was asked for is reached.
+    pub fn is_converged(self) -> bool {
+        matches!(self, Reason::Target | Reason::Stationary)
+    }
+}
+
+/// A point on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iterate {
+    /// f, or ½‖r‖².
+    pub value: f64,
+    /// The largest violation of a constraint.
+    pub violation: f64,
+    /// The largest component of the gradient of the Lagrangian, reduced to what bounds leave.
+    pub stationarity: f64,
+    /// The largest change of a variable that led here.
+    pub step: f64,
+    /// Evaluations so far.
+    pub evaluations: usize,
+}
+
+/// Where a method ended: not to converge is an answer too.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The best point found.
+    pub x: Vec<f64>,
+    /// f there, or ½‖r‖².
+    pub value: f64,
+    /// c there.
+    pub constraints: Vec<f64>,
+    /// The largest violation of a constraint.
+    pub violation: f64,
+    /// w of the Lagrangian f + wᵀc.
+    pub multipliers: Vec<f64>,
+    /// Why it stopped.
+    pub reason: Reason,
+    /// Values that were asked for: simulations.
+    pub evaluations: usize,
+    /// Gradients that were asked for: backward sweeps.
+    pub gradients: usize,
+    /// The start and all iterates.
+    pub history: Vec<Iterate>,
+    /// Points that had no value, and why the first had none.
+    pub failures: usize,
+    /// The first reason.
+    pub first_failure: Option<Error>,
+}
+
+/// Goes on without a word: what watches a method unless something else does.
+pub fn silent(_: &Iterate) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// A problem with what was asked of it.
+pub(super) struct Counted<'p, P: ?Sized> {
+    pub(super) problem: &'p mut P,
+    pub(super) c: Vec<f64>,
+    pub(super) intervals: Vec<Interval>,
+    pub(super) bounds: Vec<Interval>,
+    pub(super) evaluations: usize,
+    pub(super) gradients: usize,
+    pub(super) failures: usize,
+    pub(super) first_failure: Option<Error>,
+}
+
+impl<'p, P: Problem + ?Sized> Counted<'p, P> {
+    /// # Errors
+    /// Sizes that do not fit, a start that is not finite, bounds that no value is between.
+    pub(super) fn new(problem: &'p mut P, start: &[f64]) -> Result<Self, Error> {
+        let (intervals, bounds, n) = (problem.constraints(), problem.bounds(), problem.variables());
+        for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
+            if found != n {
+                return Err(Error::Size { what, expected: n, found });
+            }
+        }
+        if let Some(i) = start.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { what: format!("the start of `{}`", problem.variable_name(i)), value: start[i] });
+        }
+        bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
+        intervals.iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))?;
+        let c = vec![0.0; intervals.len()];
+        Ok(Counted { problem, c, intervals, bounds, evaluations: 0, gradients: 0, failures: 0, first_failure: None })
+    }
+
+    /// f(x), infinite where it has no value.
+    pub(super) fn evaluate(&mut self, x: &[f64]) -> f64 {
+        self.evaluations += 1;
+        let error = match self.problem.evaluate(x, &mut self.c) {
+            Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
+            Ok(value) => Error::NotFinite { what: "the value of the cost or of a constraint".into(), value },
+            Err(error) => error,
+        };
+        self.failures += 1;
+        self.first_failure.get_or_insert(error);
+        f64::INFINITY
+    }
+
+    /// f at the start.
+    ///
+    /// # Errors
+    /// Why it has none.
+    pub(super) fn evaluate_start(&mut self, x: &[f64]) -> Result<f64, Error> {
+        let f = self.evaluate(x);
+        if f.is_finite() {
+            Ok(f)
+        } else {
+            Err(self.first_failure.take().unwrap_or(Error::NotFinite { what: "f".into(), value: f }))
+        }
+    }
+
+    pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.gradients += 1;
+        self.problem.gradient(f, c, gradient)?;
+        match gradient.iter().position(|g| !g.is_finite()) {
+            Some(i) => {
+                let what = format!("the derivative by `{}`", self.problem.variable_name(i));
+                Err(Error::NotFinite { what, value: gradient[i] })
+            }
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn violation(&self) -> f64 {
+        self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
+    }
+
+    /// The nearest point within the bounds.
+    pub(super) fn project(&self, x: &mut [f64]) {
+        x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
+    }
+
+    /// The largest component of P(x − g) − x.
+    pub(super) fn stationarity(&self, x: &[f64], g: &[f64]) -> f64 {
+        let parts = x.iter().zip(g).zip(&self.bounds);
+        parts.fold(0.0, |most: f64, ((x, g), of)| most.max((of.nearest(x - g) - x).abs()))
+    }
+
+    pub(super) fn outcome(
+        self,
+        x: Vec<f64>,
+        value: f64,
+        multipliers: Vec<f64>,
+        history: Vec<Iterate>,
+        reason: Reason,
+    ) -> Outcome {
+        Outcome {
+            violation: self.violation(),
+            x,
+            value,
+            constraints: self.c,
+            multipliers,
+            reason,
+            evaluations: self.evaluations,
+            gradients: self.gradients,
+            history,
+            failures: self.failures,
+            first_failure: self.first_failure,
+        }
+    }
+}

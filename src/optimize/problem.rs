@@ -1,0 +1,124 @@
+//! [`Problem`]: what can be minimised.
+
+use crate::Error;
+
+/// The least and the greatest value that something may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// −∞ if there is none.
+    pub least: f64,
+    /// ∞ if there is none.
+    pub most: f64,
+}
+
+impl Interval {
+    /// Any value.
+    pub const FREE: Interval = Interval { least: f64::NEG_INFINITY, most: f64::INFINITY };
+    /// Equal to zero.
+    pub const ZERO: Interval = Interval { least: 0.0, most: 0.0 };
+
+    /// From `least` to `most`.
+    pub const fn new(least: f64, most: f64) -> Self {
+        Interval { least, most }
+    }
+
+    /// At most so much.
+    pub const fn at_most(most: f64) -> Self {
+        Interval { most, ..Interval::FREE }
+    }
+
+    /// At least so much.
+    pub const fn at_least(least: f64) -> Self {
+        Interval { least, ..Interval::FREE }
+    }
+
+    /// The value in it that is nearest to x.
+    pub fn nearest(&self, x: f64) -> f64 {
+        // Not `clamp`, which panics where the bounds are none.
+        x.max(self.least).min(self.most)
+    }
+
+    /// How far x is outside.
+    pub fn violation(&self, x: f64) -> f64 {
+        (x - self.nearest(x)).abs()
+    }
+
+    /// # Errors
+    /// Bounds that no value is between, or that are no numbers.
+    pub(super) fn check(&self, what: impl Fn() -> String) -> Result<(), Error> {
+        match self.least <= self.most && self.least < f64::INFINITY && self.most > f64::NEG_INFINITY {
+            true => Ok(()),
+            false => Err(Error::Parameter {
+                what: format!("the upper bound of {}", what()),
+                value: self.most,
+                must_be: "no less than the lower one, and both must be numbers or infinite",
+            }),
+        }
+    }
+}
+
+/// minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c.
+///
+/// Any optimiser can be put on it, and any problem below the methods of this module:
+///
+/// ```
+/// use hamiltonian_adjoint::Error;
+/// use hamiltonian_adjoint::optimize::{Interval, Options, Problem, augmented_lagrangian, silent};
+///
+/// /// The point of the line x + y = 2 that is nearest to (3, 0).
+/// struct Nearest([f64; 2]);
+/// impl Problem for Nearest {
+///     fn variables(&self) -> usize {
+///         2
+///     }
+///     fn constraints(&self) -> Vec<Interval> {
+///         vec![Interval::ZERO]
+///     }
+///     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+///         self.0.copy_from_slice(x);
+///         c[0] = x[0] + x[1] - 2.0;
+///         Ok((x[0] - 3.0).powi(2) + x[1] * x[1])
+///     }
+///     fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+///         let [x, y] = self.0;
+///         gradient[0] = f * 2.0 * (x - 3.0) + c[0];
+///         gradient[1] = f * 2.0 * y + c[0];
+///         Ok(())
+///     }
+/// }
+///
+/// let outcome = augmented_lagrangian(&mut Nearest([0.0; 2]), &[0.0, 0.0], &Options::default(), &mut silent)?;
+/// assert!((outcome.x[0] - 2.5).abs() < 1e-7 && (outcome.multipliers[0] - 1.0).abs() < 1e-6);
+/// # Ok::<(), Error>(())
+/// ```
+pub trait Problem {
+    /// The number of variables x.
+    fn variables(&self) -> usize;
+
+    /// The bounds l ≤ x ≤ u, one interval for each variable.
+    fn bounds(&self) -> Vec<Interval> {
+        vec![Interval::FREE; self.variables()]
+    }
+
+    /// What the constraints, or residuals, c(x) must be; none unless it says so.
+    fn constraints(&self) -> Vec<Interval> {
+        Vec::new()
+    }
+
+    /// What a variable is called in messages.
+    fn variable_name(&self, i: usize) -> String {
+        format!("x{i}")
+    }
+
+    /// f(x), and c(x) into `c`.
+    ///
+    /// # Errors
+    /// A point that has no value, such as a motion that cannot be computed: methods take it for one with an infinite value, and go on.
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error>;
+
+    /// The gradient of f_weight f(x) + c_weightsᵀ c(x) at the x that was evaluated last.
+    ///
+    /// # Errors
+    /// A point that has no gradient.
+    fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error>;
+}

@@ -1,0 +1,245 @@
+//! Sequential quadratic programming: damped BFGS, an ℓ₁ merit function, second-order correction (Nocedal and Wright, chapter 18).
+//!
+//! Each step d is that of min gᵀd + ½ dᵀBd with c + A d and x + d within their bounds ([`quadratic`](super::quadratic)).
+
+use std::ops::ControlFlow;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::outcome::Counted;
+use super::quadratic::{Quadratic, Solution};
+use super::{Iterate, Options, Outcome, Problem, Reason};
+use crate::Error;
+
+/// Sufficient decrease of the merit function.
+const DECREASE: f64 = 1e-4;
+/// The least curvature of an update, as a share of what was there.
+const DAMPING: f64 = 0.2;
+const SHORTEST: f64 = 1e-10;
+
+/// Minimises f(x) subject to constraints and bounds; the constraints should be few, their Jacobian is a backward sweep for each.
+///
+/// # Errors
+/// As [`lbfgs`](super::lbfgs()).
+pub fn sqp<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let mut counted = Counted::new(problem, start)?;
+    let mut x = start.to_vec();
+    counted.project(&mut x);
+    let value = counted.evaluate_start(&x)?;
+    let mut at = Linearisation::at(&mut counted, x, value)?;
+    let mut hessian = Hessian::new(&at);
+    let mut w = DVector::zeros(counted.c.len());
+    let mut penalty: f64 = 0.0;
+    let mut history = vec![at.iterate(&counted, &w, 0.0)];
+    let mut failed = false;
+    let reason = loop {
+        let last = history[history.len() - 1];
+        if watch(&last).is_break() {
+            break Reason::Asked;
+        }
+        let feasible = last.violation <= options.violation;
+        if feasible && options.target.is_some_and(|target| last.value <= target) {
+            break Reason::Target;
+        }
+        // Multipliers are known after the first step.
+        if feasible && history.len() > 1 && last.stationarity <= options.stationarity * at.gradient_scale(&w) {
+            break Reason::Stationary;
+        }
+        if history.len() > options.iterations {
+            break Reason::Iterations;
+        }
+        let Solution { step, multipliers } = hessian.solve(&at, &counted);
+        let largest = multipliers.amax();
+        if penalty < 1.1 * largest || penalty > 100.0 * largest {
+            penalty = 1.5 * largest;
+        }
+        let found = at.search(&mut counted, &step, penalty)?;
+        let Some((x, value)) = found else {
+            // What was learnt of the curvature may have misled it: once more without.
+            if failed || hessian.is_new() {
+                let hopeless = last.violation > options.violation;
+                break if hopeless { Reason::Infeasible } else { Reason::NoLowerValue };
+            }
+            failed = true;
+            hessian = Hessian::new(&at);
+            continue;
+        };
+        failed = false;
+        let next = Linearisation::at(&mut counted, x, value)?;
+        w = multipliers;
+        hessian.update(&at, &next, &w);
+        let length = (&next.x - &at.x).amax();
+        at = next;
+        history.push(at.iterate(&counted, &w, length));
+    };
+    let (x, value) = (at.x.as_slice().to_vec(), at.value);
+    // What the problem keeps is the motion of the answer.
+    counted.evaluate(&x);
+    Ok(counted.outcome(x, value, w.as_slice().to_vec(), history, reason))
+}
+
+/// A point with f, c and their derivatives.
+pub(super) struct Linearisation {
+    pub(super) x: DVector<f64>,
+    pub(super) value: f64,
+    pub(super) gradient: DVector<f64>,
+    pub(super) c: DVector<f64>,
+    /// ∂c/∂x.
+    pub(super) jacobian: DMatrix<f64>,
+}
+
+impl Linearisation {
+    /// At the point that was evaluated last.
+    fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, value: f64) -> Result<Self, Error> {
+        let (n, m) = (x.len(), problem.c.len());
+        let (mut gradient, mut weights, mut row) = (vec![0.0; n], vec![0.0; m], vec![0.0; n]);
+        let c = DVector::from_column_slice(&problem.c);
+        problem.gradient(1.0, &weights, &mut gradient)?;
+        let mut jacobian = DMatrix::zeros(m, n);
+        for j in 0..m {
+            weights[j] = 1.0;
+            problem.gradient(0.0, &weights, &mut row)?;
+            weights[j] = 0.0;
+            jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
+        }
+        Ok(Linearisation { x: DVector::from_vec(x), value, gradient: DVector::from_vec(gradient), c, jacobian })
+    }
+
+    /// ∇f + Aᵀw.
+    fn lagrangian(&self, w: &DVector<f64>) -> DVector<f64> {
+        &self.gradient + self.jacobian.tr_mul(w)
+    }
+
+    /// What the gradient of the Lagrangian is small against.
+    fn gradient_scale(&self, w: &DVector<f64>) -> f64 {
+        let terms = self.jacobian.row_iter().zip(w.iter()).map(|(row, w)| row.amax() * w.abs());
+        terms.fold(self.gradient.amax(), f64::max)
+    }
+
+    fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, w: &DVector<f64>, step: f64) -> Iterate {
+        Iterate {
+            value: self.value,
+            violation: problem.violation(),
+            stationarity: problem.stationarity(self.x.as_slice(), self.lagrangian(w).as_slice()),
+            step,
+            evaluations: problem.evaluations,
+        }
+    }
+
+    /// A point on the way of the step with a lower value of f + ν Σ |violation of c|, evaluated; none if there is none.
+    fn search<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        step: &DVector<f64>,
+        penalty: f64,
+    ) -> Result<Option<(Vec<f64>, f64)>, Error> {
+        let sum = |problem: &Counted<P>, c: &[f64]| -> f64 {
+            c.iter().zip(&problem.intervals).map(|(c, of)| of.violation(*c)).sum()
+        };
+        let violation = sum(problem, self.c.as_slice());
+        let ahead = &self.c + &self.jacobian * step;
+        let slope = (self.gradient.dot(step) + penalty * (sum(problem, ahead.as_slice()) - violation)).min(0.0);
+        let here = self.value + penalty * violation;
+        // Differences below this are rounding.
+        let rounding = 1e-15 * (self.value.abs() + penalty * violation).max(f64::MIN_POSITIVE);
+        let mut alpha = 1.0;
+        while alpha > SHORTEST {
+            let mut x: Vec<f64> = self.x.iter().zip(step).map(|(x, d)| x + alpha * d).collect();
+            problem.project(&mut x);
+            if x == self.x.as_slice() {
+                return Ok(None);
+            }
+            let good = |merit: f64| merit <= here + DECREASE * alpha * slope + rounding;
+            let value = problem.evaluate(&x);
+            let merit = value + penalty * sum(problem, &problem.c);
+            if good(merit) {
+                return Ok(Some((x, value)));
+            }
+            if alpha == 1.0
+                && value.is_finite()
+                && let Some(corrected) = self.corrected(problem, &x)
+            {
+                let value = problem.evaluate(&corrected);
+                if good(value + penalty * sum(problem, &problem.c)) {
+                    return Ok(Some((corrected, value)));
+                }
+            }
+            let rise = merit - here - alpha * slope;
+            let share = if rise.is_finite() && rise > 0.0 { -0.5 * alpha * slope / rise } else { 0.1 };
+            alpha *= share.clamp(0.1, 0.5);
+        }
+        Ok(None)
+    }
+
+    /// x + d with what the constraints bend away taken back: −Aᵀ (A Aᵀ)⁻¹ c(x + d).
+    fn corrected<P: Problem + ?Sized>(&self, problem: &Counted<P>, x: &[f64]) -> Option<Vec<f64>> {
+        let off: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)).collect();
+        let mut a = self.jacobian.clone();
+        for (i, of) in problem.bounds.iter().enumerate() {
+            if x[i] <= of.least || x[i] >= of.most {
+                a.column_mut(i).fill(0.0);
+            }
+        }
+        let mut square = &a * a.transpose();
+        let most = square.diagonal().amax();
+        (0..square.nrows()).for_each(|j| square[(j, j)] += 1e-12 * most);
+        let back = a.tr_mul(&square.cholesky()?.solve(&DVector::from_vec(off)));
+        let mut corrected: Vec<f64> = x.iter().zip(&back).map(|(x, d)| x - d).collect();
+        problem.project(&mut corrected);
+        Some(corrected)
+    }
+}
+
+/// B.
+struct Hessian {
+    b: DMatrix<f64>,
+    /// Whether it is still a guess of its size.
+    is_guess: bool,
+}
+
+impl Hessian {
+    fn new(at: &Linearisation) -> Self {
+        let n = at.x.len();
+        // So that a step along the gradient lowers f by half of it, if that is a size at all.
+        let (square, value) = (at.gradient.norm_squared(), at.value.abs());
+        let size = if square > 0.0 && value > 0.0 { square / value } else { 1.0 };
+        Hessian { b: DMatrix::identity(n, n) * size, is_guess: true }
+    }
+
+    fn is_new(&self) -> bool {
+        self.is_guess
+    }
+
+    fn solve<P: Problem + ?Sized>(&self, at: &Linearisation, problem: &Counted<P>) -> Solution {
+        Quadratic { b: &self.b, at, bounds: &problem.bounds, intervals: &problem.intervals }.solve()
+    }
+
+    /// Powell's damped update by the change of ∇f + Aᵀw.
+    fn update(&mut self, from: &Linearisation, to: &Linearisation, w: &DVector<f64>) {
+        let s = &to.x - &from.x;
+        let y = to.lagrangian(w) - from.lagrangian(w);
+        let (sy, ss) = (s.dot(&y), s.norm_squared());
+        if ss == 0.0 || !y.norm_squared().is_finite() {
+            return;
+        }
+        if self.is_guess {
+            let n = s.len();
+            let size = if sy > 1e-10 * s.norm() * y.norm() { y.norm_squared() / sy } else { y.norm() / ss.sqrt() };
+            if size > 0.0 {
+                self.b = DMatrix::identity(n, n) * size;
+                self.is_guess = false;
+            }
+        }
+        let bs = &self.b * &s;
+        let sbs = s.dot(&bs);
+        let theta = if sy >= DAMPING * sbs { 1.0 } else { (1.0 - DAMPING) * sbs / (sbs - sy) };
+        let r = &y * theta + &bs * (1.0 - theta);
+        self.b.ger(-1.0 / sbs, &bs, &bs, 1.0);
+        self.b.ger(1.0 / s.dot(&r), &r, &r, 1.0);
+    }
+}

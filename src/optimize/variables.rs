@@ -1,0 +1,315 @@
+//! [`Variables`]: what of a motion's inputs is free, and how: x ↔ inputs, and the transposed chain rule.
+
+use super::problem::Interval;
+use crate::{Control, Coordinate, Design, Error, Gradient, Inputs, System};
+
+/// What an optimiser may change.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Quantity {
+    /// A control at all nodes.
+    Control(Control),
+    /// A control at so many knots, evenly spread in time, linear between them.
+    LinearControl(Control, usize),
+    /// A control in so many pieces of equal length, constant in each; a node between two pieces belongs to the later one.
+    PiecewiseControl(Control, usize),
+    /// A design variable.
+    Design(Design),
+    /// An initial coordinate; of a start that is assembled, a guess or what is held.
+    Coordinate(Coordinate),
+    /// An initial velocity, or momentum where momenta are given.
+    Rate(Coordinate),
+    /// The duration of the motion, s: all steps are longer or shorter alike.
+    Duration,
+}
+
+/// A free quantity with its bounds, scale and form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Free {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Its bounds, in its own unit.
+    pub bounds: Interval,
+    /// A variable of 1 is so much of it.
+    pub scale: f64,
+    /// Whether the variable is its logarithm, for what must be positive and may be of any size.
+    pub logarithm: bool,
+}
+
+impl Free {
+    /// Without bounds, a variable of 1 being 1.
+    pub fn new(quantity: Quantity) -> Self {
+        Free { quantity, bounds: Interval::FREE, scale: 1.0, logarithm: false }
+    }
+
+    /// A control at all nodes.
+    pub fn control(control: Control) -> Self {
+        Free::new(Quantity::Control(control))
+    }
+
+    /// A design variable.
+    pub fn design(design: Design) -> Self {
+        Free::new(Quantity::Design(design))
+    }
+
+    /// The duration of the motion.
+    pub fn duration() -> Self {
+        Free::new(Quantity::Duration)
+    }
+
+    /// From `least` to `most`, in the unit of the quantity.
+    pub fn within(self, least: f64, most: f64) -> Self {
+        Free { bounds: Interval::new(least, most), ..self }
+    }
+
+    /// A variable of 1 is so much.
+    pub fn scaled(self, scale: f64) -> Self {
+        Free { scale, ..self }
+    }
+
+    /// By its logarithm.
+    pub fn logarithmic(self) -> Self {
+        Free { logarithm: true, ..self }
+    }
+
+    fn to_variable(&self, value: f64) -> f64 {
+        if self.logarithm { (value / self.scale).ln() } else { value / self.scale }
+    }
+
+    fn to_value(&self, x: f64) -> f64 {
+        self.scale * if self.logarithm { x.exp() } else { x }
+    }
+
+    /// d value / dx.
+    fn slope(&self, x: f64) -> f64 {
+        self.scale * if self.logarithm { x.exp() } else { 1.0 }
+    }
+
+    fn knots(&self, nodes: usize) -> usize {
+        match self.quantity {
+            Quantity::Control(_) => nodes,
+            Quantity::LinearControl(_, knots) | Quantity::PiecewiseControl(_, knots) => knots,
+            _ => 1,
+        }
+    }
+}
+
+/// All that is free, in order, with the inputs that it belongs to.
+#[derive(Clone, Debug)]
+pub struct Variables {
+    free: Vec<Free>,
+    /// Where the variables of each begin, and the end.
+    first: Vec<usize>,
+    /// The share of the motion's time that has passed at each node.
+    shares: Vec<f64>,
+    /// The share of each step.
+    steps: Vec<f64>,
+    names: Vec<String>,
+}
+
+impl Variables {
+    /// What is free of these inputs.
+    ///
+    /// # Errors
+    /// A quantity that is listed twice, or that the system does not have; bounds that no value is between; scales that are not positive; no or one knot where
+    /// two are needed, more knots than nodes; a logarithm of something whose bounds or value are not positive; a free duration of none.
+    pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
+        inputs.check(system)?;
+        let times = inputs.grid.times();
+        let duration = times[times.len() - 1] - times[0];
+        let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
+        for (at, of) in free.iter().enumerate() {
+            let name = name(system, &of.quantity)?;
+            of.bounds.check(|| format!("`{name}`"))?;
+            require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
+            let least = of.bounds.least;
+            let is_positive = !of.logarithm || least > 0.0 || least == f64::NEG_INFINITY;
+            require(is_positive, || format!("the lower bound of `{name}`, whose logarithm is taken,"), least, "positive")?;
+            if of.quantity == Quantity::Duration {
+                require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
+            }
+            let (knots, nodes) = (of.knots(times.len()), times.len());
+            let fewest = if matches!(of.quantity, Quantity::LinearControl(..)) { 2 } else { 1 };
+            let count = || format!("the number of knots or pieces of `{name}`");
+            require(
+                (fewest..=nodes).contains(&knots),
+                count,
+                knots as f64,
+                "at least 1 (2 if linear) and at most that of the nodes",
+            )?;
+            if free[..at].iter().any(|other| subject(&other.quantity) == subject(&of.quantity)) {
+                return Err(Error::DuplicateName { kind: "free quantity", name });
+            }
+            first.push(first[at] + knots);
+            match knots {
+                1 => names.push(name),
+                _ => names.extend((0..knots).map(|k| format!("{name} [{k}]"))),
+            }
+        }
+        let share = |t: &f64| if duration == 0.0 { 0.0 } else { (t - times[0]) / duration };
+        let shares = times.iter().map(share).collect();
+        let steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
+        let variables = Variables { free, first, shares, steps, names };
+        let x = variables.of(inputs);
+        match x.iter().position(|x| !x.is_finite()) {
+            Some(i) => {
+                Err(Error::NotFinite { what: format!("the variable `{}` at the start", variables.names[i]), value: x[i] })
+            }
+            None => Ok(variables),
+        }
+    }
+
+    /// The number of variables.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether nothing is free.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// What variable i is called.
+    pub fn name(&self, i: usize) -> &str {
+        &self.names[i]
+    }
+
+    /// The bounds of all variables.
+    pub fn bounds(&self) -> Vec<Interval> {
+        let of = |free: &Free| {
+            let bound = |value: f64| if value.is_finite() { free.to_variable(value) } else { value };
+            Interval::new(bound(free.bounds.least), bound(free.bounds.most))
+        };
+        self.parts().flat_map(|(free, range)| range.map(move |_| of(free))).collect()
+    }
+
+    fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
+        self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
+    }
+
+    /// The variables that give these inputs; controls on coarser knots by their values there.
+    pub fn of(&self, inputs: &Inputs) -> Vec<f64> {
+        let mut x = vec![0.0; self.len()];
+        for (free, range) in self.parts() {
+            let values = &mut x[range];
+            match free.quantity {
+                Quantity::Control(control) => {
+                    values.iter_mut().enumerate().for_each(|(i, x)| *x = inputs.controls[(control.index(), i)]);
+                }
+                Quantity::LinearControl(control, _) | Quantity::PiecewiseControl(control, _) => {
+                    // Of the nodes that the knot has most to say of, the first.
+                    let mut most = vec![0.0; values.len()];
+                    for node in 0..self.shares.len() {
+                        for (knot, weight) in self.weights(&free.quantity, node) {
+                            if weight > most[knot] {
+                                (most[knot], values[knot]) = (weight, inputs.controls[(control.index(), node)]);
+                            }
+                        }
+                    }
+                }
+                Quantity::Design(design) => values[0] = inputs.design[design.index()],
+                Quantity::Coordinate(q) => values[0] = inputs.start.q()[q.index()],
+                Quantity::Rate(q) => values[0] = inputs.start.rate()[q.index()],
+                Quantity::Duration => values[0] = inputs.grid.steps.iter().sum(),
+            }
+            values.iter_mut().for_each(|x| *x = free.to_variable(*x));
+        }
+        x
+    }
+
+    /// Sets what is free to what the variables say.
+    pub fn apply(&self, x: &[f64], inputs: &mut Inputs) {
+        for (free, range) in self.parts() {
+            let value = |k: usize| free.to_value(x[range.start + k]);
+            match free.quantity {
+                Quantity::Control(control)
+                | Quantity::LinearControl(control, _)
+                | Quantity::PiecewiseControl(control, _) => {
+                    for node in 0..self.shares.len() {
+                        let sum = self.weights(&free.quantity, node).map(|(knot, weight)| weight * value(knot)).sum();
+                        inputs.controls[(control.index(), node)] = sum;
+                    }
+                }
+                Quantity::Design(design) => inputs.design[design.index()] = value(0),
+                Quantity::Coordinate(q) => inputs.start.set_coordinate(q, value(0)),
+                Quantity::Rate(q) => inputs.start.set_rate(q, value(0)),
+                Quantity::Duration => {
+                    inputs.grid.steps.iter_mut().zip(&self.steps).for_each(|(dt, share)| *dt = share * value(0));
+                }
+            }
+        }
+    }
+
+    /// dJ/dx from dJ by the inputs: the transpose of [`apply`](Self::apply), exact.
+    pub fn pull_back(&self, x: &[f64], of: &Gradient, gradient: &mut [f64]) {
+        gradient.fill(0.0);
+        for (free, range) in self.parts() {
+            let g = &mut gradient[range.clone()];
+            match free.quantity {
+                Quantity::Control(control)
+                | Quantity::LinearControl(control, _)
+                | Quantity::PiecewiseControl(control, _) => {
+                    for node in 0..self.shares.len() {
+                        let row = of.controls[(control.index(), node)];
+                        self.weights(&free.quantity, node).for_each(|(knot, weight)| g[knot] += weight * row);
+                    }
+                }
+                Quantity::Design(design) => g[0] = of.design[design.index()],
+                Quantity::Coordinate(q) => g[0] = of.start.q()[q.index()],
+                Quantity::Rate(q) => g[0] = of.start.rate()[q.index()],
+                Quantity::Duration => g[0] = of.steps.iter().zip(&self.steps).map(|(dt, share)| dt * share).sum(),
+            }
+            g.iter_mut().zip(&x[range]).for_each(|(g, x)| *g *= free.slope(*x));
+        }
+    }
+
+    /// The knots that a node's control is made of, with their weights.
+    fn weights(&self, of: &Quantity, node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let share = self.shares[node];
+        let [first, second] = match *of {
+            Quantity::LinearControl(_, knots) => {
+                let place = share.clamp(0.0, 1.0) * (knots - 1) as f64;
+                let left = (place as usize).min(knots - 2);
+                [(left, 1.0 - (place - left as f64)), (left + 1, place - left as f64)]
+            }
+            Quantity::PiecewiseControl(_, pieces) => {
+                // A node at the end of a piece, to rounding, begins the next one.
+                let place = share.clamp(0.0, 1.0) * pieces as f64 * (1.0 + 1e-12);
+                [((place as usize).min(pieces - 1), 1.0), (0, 0.0)]
+            }
+            _ => [(node, 1.0), (0, 0.0)],
+        };
+        [first, second].into_iter().filter(|(_, weight)| *weight != 0.0)
+    }
+}
+
+/// What may be free only once.
+fn subject(quantity: &Quantity) -> (u8, usize) {
+    match quantity {
+        Quantity::Control(control) | Quantity::LinearControl(control, _) | Quantity::PiecewiseControl(control, _) => {
+            (0, control.index())
+        }
+        Quantity::Design(design) => (1, design.index()),
+        Quantity::Coordinate(q) => (2, q.index()),
+        Quantity::Rate(q) => (3, q.index()),
+        Quantity::Duration => (4, 0),
+    }
+}
+
+fn name(system: &System, quantity: &Quantity) -> Result<String, Error> {
+    let ((kind, index), counts) = (subject(quantity), [system.k(), system.designs(), system.n(), system.n(), 1]);
+    if index >= counts[usize::from(kind)] {
+        let kinds = ["control", "design variable", "coordinate", "coordinate", "duration"];
+        return Err(Error::NoSuchInput { input: format!("{} {index}", kinds[usize::from(kind)]) });
+    }
+    Ok(match kind {
+        0 => system.control_name(index).to_string(),
+        1 => system.design_name(index).to_string(),
+        2 => format!("initial {}", system.coordinate_name(index)),
+        3 => format!("initial rate of {}", system.coordinate_name(index)),
+        _ => "duration".to_string(),
+    })
+}
+
+fn require(holds: bool, what: impl Fn() -> String, value: f64, must_be: &'static str) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::Parameter { what: what(), value, must_be }) }
+}

@@ -1,0 +1,426 @@
+//! Optimisation: problems with known solutions, the swing-up, the chain rule of what is free, and what goes wrong.
+mod common;
+
+use common::assert_says;
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Variables, augmented_lagrangian, lbfgs,
+    levenberg_marquardt, silent,
+};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{
+    Control, Cost, CostPoint, Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, System,
+};
+use nalgebra::SVector;
+use std::f64::consts::FRAC_PI_2;
+use std::ops::ControlFlow;
+
+/// f and c with their gradients, row by row, as functions of x.
+type Function = fn(&[f64], &mut [f64], &mut [f64]) -> f64;
+
+/// A problem given by a function that writes c and the gradients of f and of all c.
+struct Given {
+    function: Function,
+    bounds: Vec<Interval>,
+    constraints: Vec<Interval>,
+    gradients: Vec<f64>,
+}
+
+impl Given {
+    fn new(function: Function, bounds: Vec<Interval>, constraints: Vec<Interval>) -> Self {
+        let gradients = vec![0.0; (1 + constraints.len()) * bounds.len()];
+        Given { function, bounds, constraints, gradients }
+    }
+}
+
+impl Problem for Given {
+    fn variables(&self) -> usize {
+        self.bounds.len()
+    }
+    fn bounds(&self) -> Vec<Interval> {
+        self.bounds.clone()
+    }
+    fn constraints(&self) -> Vec<Interval> {
+        self.constraints.clone()
+    }
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        Ok((self.function)(x, c, &mut self.gradients))
+    }
+    fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let n = self.bounds.len();
+        for i in 0..n {
+            gradient[i] = f * self.gradients[i] + (0..c.len()).map(|j| c[j] * self.gradients[(1 + j) * n + i]).sum::<f64>();
+        }
+        Ok(())
+    }
+}
+
+fn rosenbrock(x: &[f64], _: &mut [f64], g: &mut [f64]) -> f64 {
+    g.fill(0.0);
+    (1..x.len()).fold(0.0, |sum, i| {
+        let (a, b) = (x[i] - x[i - 1] * x[i - 1], 1.0 - x[i - 1]);
+        g[i] += 200.0 * a;
+        g[i - 1] -= 400.0 * a * x[i - 1] + 2.0 * b;
+        sum + 100.0 * a * a + b * b
+    })
+}
+
+#[test]
+fn a_curved_valley_is_followed_to_its_end() {
+    let mut problem = Given::new(rosenbrock, vec![Interval::FREE; 10], vec![]);
+    let outcome =
+        lbfgs(&mut problem, &[-1.2; 10], &Options { stationarity: 1e-10, ..Options::default() }, &mut silent).expect("fits");
+    assert_eq!(outcome.reason, Reason::Stationary);
+    let error = outcome.x.iter().fold(0.0, |most: f64, x| most.max((x - 1.0).abs()));
+    assert!(error < 1e-8 && outcome.evaluations < 150, "{error} after {}", outcome.evaluations);
+    assert!(outcome.history.windows(2).all(|two| two[1].value < two[0].value), "it never goes up");
+}
+
+#[test]
+fn bounds_are_kept_and_reached() {
+    let bounds = vec![Interval::new(-2.0, 0.5), Interval::at_least(-1.0)];
+    let mut problem = Given::new(rosenbrock, bounds, vec![]);
+    // The start is moved into the bounds.
+    let outcome = lbfgs(&mut problem, &[3.0, 2.0], &Options::default(), &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged(), "{:?}", outcome.reason);
+    assert!((outcome.x[0] - 0.5).abs() < 1e-12 && (outcome.x[1] - 0.25).abs() < 1e-7, "{:?}", outcome.x);
+}
+
+/// Problem 71 of Hock and Schittkowski.
+fn hs71(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    let [a, b, d, e] = [x[0], x[1], x[2], x[3]];
+    c[0] = a * b * d * e;
+    c[1] = a * a + b * b + d * d + e * e;
+    g.copy_from_slice(
+        &[
+            [e * (2.0 * a + b + d), a * e, a * e + 1.0, a * (a + b + d)],
+            [b * d * e, a * d * e, a * b * e, a * b * d],
+            [2.0 * a, 2.0 * b, 2.0 * d, 2.0 * e],
+        ]
+        .concat(),
+    );
+    a * e * (a + b + d) + d
+}
+
+#[test]
+fn equalities_inequalities_and_bounds_hold_at_once() {
+    let constraints = vec![Interval::at_least(25.0), Interval::new(40.0, 40.0)];
+    let mut problem = Given::new(hs71, vec![Interval::new(1.0, 5.0); 4], constraints);
+    let outcome = augmented_lagrangian(&mut problem, &[1.0, 5.0, 5.0, 1.0], &Options::default(), &mut silent).expect("fits");
+    assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+    assert!(
+        (outcome.value - 17.0140173).abs() < 1e-6 && outcome.violation < 1e-9,
+        "{} {}",
+        outcome.value,
+        outcome.violation
+    );
+    // The multipliers are those of the literature: −0.5523 and 0.1615.
+    assert!((outcome.multipliers[0] + 0.55229).abs() < 1e-4 && (outcome.multipliers[1] - 0.16147).abs() < 1e-4);
+    assert!(outcome.x.iter().all(|x| (1.0..=5.0).contains(x)));
+}
+
+/// x e^(y t) at five times less measured values with errors that add up to nothing along both columns.
+fn decay(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    const MEASURED: [f64; 5] = [2.01, 1.2, 0.74, 0.44, 0.28];
+    for (k, measured) in MEASURED.iter().enumerate() {
+        let (t, power) = (0.5 * k as f64, (x[1] * 0.5 * k as f64).exp());
+        c[k] = x[0] * power - measured;
+        (g[2 + 2 * k], g[3 + 2 * k]) = (power, x[0] * t * power);
+    }
+    0.0
+}
+
+#[test]
+fn a_fit_says_how_well_its_variables_are_known() {
+    let mut problem = Given::new(decay, vec![Interval::FREE; 2], vec![Interval::ZERO; 5]);
+    let options = Options { stationarity: 1e-12, ..Options::default() };
+    let fit = levenberg_marquardt(&mut problem, &[1.0, 0.0], &options, &mut silent).expect("fits");
+    assert!(fit.outcome.reason.is_converged() && fit.outcome.evaluations < 15, "{:?}", fit.outcome);
+    // As scipy.optimize.curve_fit has them would be another's word; here from the normal equations.
+    let normal = (fit.jacobian.tr_mul(&fit.jacobian)).try_inverse().expect("regular") * (2.0 * fit.outcome.value / 3.0);
+    let errors = fit.standard_errors().expect("determined");
+    for i in 0..2 {
+        assert!((errors[i] - normal[(i, i)].sqrt()).abs() < 1e-10 * errors[i]);
+    }
+    assert!((fit.outcome.x[0] - 2.0).abs() < 0.05 && (fit.outcome.x[1] + 1.0).abs() < 0.05, "{:?}", fit.outcome.x);
+}
+
+#[test]
+fn with_few_residuals_the_step_is_the_shortest() {
+    // x + 2 y + 2 z = 9: the nearest point to the origin is (1, 2, 2).
+    fn plane(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+        c[0] = x[0] + 2.0 * x[1] + 2.0 * x[2] - 9.0;
+        g[3..].copy_from_slice(&[1.0, 2.0, 2.0]);
+        0.0
+    }
+    let mut problem = Given::new(plane, vec![Interval::FREE; 3], vec![Interval::ZERO]);
+    let fit = levenberg_marquardt(&mut problem, &[0.0; 3], &Options::default(), &mut silent).expect("fits");
+    let error = fit.outcome.x.iter().zip([1.0, 2.0, 2.0]).fold(0.0, |most: f64, (x, y)| most.max((x - y).abs()));
+    assert!(error < 1e-6, "{:?}", fit.outcome.x);
+    assert!(fit.covariance().is_none(), "nothing is determined");
+    // With x held by a bound the others do it.
+    problem.bounds[0] = Interval::at_most(0.5);
+    let fit = levenberg_marquardt(&mut problem, &[0.0; 3], &Options::default(), &mut silent).expect("fits");
+    assert!(fit.outcome.value < 1e-12 && fit.outcome.x[0] <= 0.5, "{:?}", fit.outcome);
+}
+
+/// q − b.
+struct Angle;
+impl Cost<1, 0, 0, 1> for Angle {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+        at.q[0] - b[0]
+    }
+}
+
+/// u².
+struct Effort;
+impl Cost<0, 0, 1, 1> for Effort {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, b: &SVector<S, 1>) -> S {
+        at.u[0] * at.u[0] * b[0]
+    }
+}
+
+/// The swing-up: as the paper's cost, or with the angles as outputs and the effort as cost.
+fn swing_up(as_outputs: bool) -> (System, Control) {
+    let example = CartPendulum::default();
+    if !as_outputs {
+        let scene = example.scene();
+        let force = scene.control_named("force on the cart").expect("a control");
+        return (scene.compile().expect("a system"), force);
+    }
+    let mut cart = example.mechanism();
+    for (j, link) in cart.links.iter().enumerate() {
+        let angle = cart.scene.output(&format!("angle {j}"));
+        cart.scene.term(
+            angle,
+            &format!("angle {j}"),
+            Angle,
+            Sum::Terminal,
+            [link.coordinates[2]],
+            [],
+            [],
+            [FRAC_PI_2.into()],
+        );
+    }
+    let force = cart.force;
+    cart.scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1e-4.into()]);
+    (cart.scene.compile().expect("a system"), force)
+}
+
+fn constant(system: &System, force: f64) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.02));
+    inputs.controls.fill(force);
+    inputs
+}
+
+#[test]
+fn the_cart_swings_up_within_forty_simulations() {
+    let (system, force) = swing_up(false);
+    let inputs = constant(&system, 10.0);
+    let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let options = Options { target: Some(1e-10), ..Options::default() };
+    let start = problem.start();
+    let outcome = lbfgs(&mut problem, &start, &options, &mut silent).expect("fits");
+    println!("{} simulations, {} gradients: {:.1e}", outcome.evaluations, outcome.gradients, outcome.value);
+    assert_eq!(outcome.reason, Reason::Target);
+    assert!(outcome.evaluations <= 40 && outcome.gradients <= 40, "{} {}", outcome.evaluations, outcome.gradients);
+    // What the problem keeps is the motion of the answer.
+    assert_eq!(problem.solver.cost().expect("a motion"), outcome.value);
+}
+
+#[test]
+fn the_least_effort_brings_the_links_upright() {
+    let (system, force) = swing_up(true);
+    let inputs = constant(&system, 10.0);
+    let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let start = problem.start();
+    let outcome = augmented_lagrangian(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+    println!(
+        "{:?}: {} simulations, {} gradients: f = {:.6}, violation {:.1e}",
+        outcome.reason, outcome.evaluations, outcome.gradients, outcome.value, outcome.violation
+    );
+    assert!(outcome.reason.is_converged() && outcome.violation <= 1e-9);
+    assert!(outcome.value < 0.1397, "{}", outcome.value);
+    // Residuals alone: the angles, by few steps.
+    let fit = levenberg_marquardt(&mut problem, &start, &Options { target: Some(1e-20), ..Options::default() }, &mut silent);
+    let fit = fit.expect("fits").outcome;
+    println!("angles alone: {} simulations, {} gradients: {:.1e}", fit.evaluations, fit.gradients, fit.value);
+    assert_eq!(fit.reason, Reason::Target);
+}
+
+/// A spring between the ground and a body, with everything free that can be.
+fn everything_free() -> (System, Inputs, Vec<Free>) {
+    let mut scene = Scene::new();
+    let stiffness = scene.design("stiffness", 20.0);
+    let (push, pull) = (scene.control("push"), scene.control("pull"));
+    let body = scene.body("body", 1.5, 0.2, [0.5, 0.2, 0.1]);
+    scene.spring_damper("spring", Body::GROUND.at(0.0, 0.0), body.at(0.1, 0.1), stiffness, 0.3, 0.4);
+    scene.actuator("pusher", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.1), push);
+    scene.actuator("puller", Body::GROUND.at(0.0, 0.0), 1.2, body.at(0.0, 0.0), pull);
+    let spare = scene.control("spare");
+    scene.actuator("third", Body::GROUND.at(0.0, 0.0), 0.4, body.at(0.0, 0.0), spare);
+    scene.cost("end", Angle, Sum::Terminal, [body.coordinates[0]], [], [], [0.2.into()]);
+    scene.cost("effort", Effort, Sum::Integral, [], [], [push], [0.3.into()]);
+    let system = scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::new(0.1, vec![0.1, 0.05, 0.2, 0.1, 0.15, 0.1, 0.1]));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (1.3 * i as f64).sin());
+    let free = vec![
+        Free::control(push).scaled(2.5),
+        Free::new(Quantity::LinearControl(pull, 4)),
+        Free::new(Quantity::PiecewiseControl(spare, 3)).scaled(0.5),
+        Free::design(stiffness).logarithmic().within(1.0, 1000.0).scaled(3.0),
+        Free::new(Quantity::Coordinate(body.coordinates[1])),
+        Free::new(Quantity::Rate(body.coordinates[2])).scaled(0.1),
+        Free::duration(),
+    ];
+    (system, inputs, free)
+}
+
+#[test]
+fn the_chain_rule_of_what_is_free_is_exact() {
+    let (system, inputs, free) = everything_free();
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    assert_eq!(variables.len(), 8 + 4 + 3 + 4);
+    let mut x = variables.of(&inputs);
+    // Controls on coarser knots are not what they were.
+    x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.05 * (i as f64).cos());
+    let mut at = inputs.clone();
+    variables.apply(&x, &mut at);
+    let back = variables.of(&at);
+    let knots = 8..15;
+    assert!(
+        x.iter().zip(&back).enumerate().all(|(i, (x, y))| knots.contains(&i) || (x - y).abs() < 1e-14),
+        "{x:?} {back:?}"
+    );
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut value = |x: &[f64]| {
+        let mut at = inputs.clone();
+        variables.apply(x, &mut at);
+        solver.simulate(&at).expect("a motion");
+        (solver.cost().expect("a cost"), solver.gradient().expect("a gradient").clone())
+    };
+    let mut gradient = vec![0.0; x.len()];
+    variables.pull_back(&x, &value(&x).1, &mut gradient);
+    for i in 0..x.len() {
+        // Ridders' extrapolation of central differences.
+        let mut difference = |step: f64| {
+            let mut moved = x.clone();
+            moved[i] = x[i] + step;
+            let above = value(&moved).0;
+            moved[i] = x[i] - step;
+            (above - value(&moved).0) / (2.0 * step)
+        };
+        let (coarse, fine) = (difference(2e-3), difference(1e-3));
+        let expected = fine + (fine - coarse) / 3.0;
+        assert!((gradient[i] - expected).abs() < 1e-9, "{}: {} {expected}", variables.name(i), gradient[i]);
+    }
+    let named: Vec<&str> = [0, 8, 12, 15, 16, 17, 18].map(|i| variables.name(i)).to_vec();
+    assert_eq!(
+        named,
+        ["push [0]", "pull [0]", "spare [0]", "stiffness", "initial body.y", "initial rate of body.φ", "duration"]
+    );
+    assert_eq!(variables.bounds()[15], Interval::new((1.0f64 / 3.0).ln(), (1000.0f64 / 3.0).ln()));
+}
+
+#[test]
+fn a_trial_without_a_value_is_no_abort() {
+    // √x − x/2, which ends at 0 on the left.
+    fn edge(x: &[f64], _: &mut [f64], g: &mut [f64]) -> f64 {
+        g[0] = 1.0 - 0.5 / x[0].sqrt();
+        x[0] - x[0].sqrt()
+    }
+    let mut problem = Given::new(edge, vec![Interval::FREE], vec![]);
+    let outcome =
+        lbfgs(&mut problem, &[4.0], &Options { first_step: Some(100.0), ..Options::default() }, &mut silent).expect("fits");
+    assert!(outcome.failures > 0 && outcome.first_failure.is_some());
+    assert!((outcome.x[0] - 0.25).abs() < 1e-7 && outcome.reason.is_converged(), "{outcome:?}");
+    let error = lbfgs(&mut problem, &[-1.0], &Options::default(), &mut silent).expect_err("no value at the start");
+    assert_says(&error, &["cost", "NaN"]);
+}
+
+#[test]
+fn what_cannot_be_done_is_said() {
+    let any = || Options::default();
+    let flat: Function = |_, c, g| {
+        c.fill(1.0);
+        g.fill(0.0);
+        3.0
+    };
+    let outcome =
+        lbfgs(&mut Given::new(flat, vec![Interval::FREE; 3], vec![]), &[0.0; 3], &any(), &mut silent).expect("fits");
+    assert_eq!((outcome.reason, outcome.history.len(), outcome.evaluations <= 3), (Reason::Stationary, 1, true));
+    let outcome = lbfgs(&mut Given::new(flat, vec![], vec![]), &[], &any(), &mut silent).expect("nothing to do");
+    assert_eq!(outcome.reason, Reason::Stationary);
+    // c = x, which must be 1 and 2.
+    let contradiction: Function = |x, c, g| {
+        (c[0], c[1]) = (x[0] - 1.0, x[0] - 2.0);
+        g.copy_from_slice(&[2.0 * x[0], 1.0, 1.0]);
+        x[0] * x[0]
+    };
+    let mut problem = Given::new(contradiction, vec![Interval::FREE], vec![Interval::ZERO; 2]);
+    let outcome = augmented_lagrangian(&mut problem, &[0.0], &any(), &mut silent).expect("fits");
+    assert_eq!(outcome.reason, Reason::Infeasible);
+    assert!((outcome.x[0] - 1.5).abs() < 1e-3 && (outcome.violation - 0.5).abs() < 1e-3, "between both: {outcome:?}");
+    let error = |problem: &mut Given, start: &[f64]| lbfgs(problem, start, &any(), &mut silent).expect_err("wrong");
+    let free = || Given::new(flat, vec![Interval::FREE; 2], vec![]);
+    assert_says(&error(&mut free(), &[0.0]), &["start", "expected 2", "found 1"]);
+    assert_says(&error(&mut free(), &[0.0, f64::NAN]), &["`x1`", "NaN"]);
+    assert_says(&error(&mut Given::new(flat, vec![Interval::new(1.0, 0.0)], vec![]), &[0.0]), &["bound", "`x0`", "0"]);
+    assert_says(&error(&mut problem, &[0.0]), &["constraints", "augmented_lagrangian"]);
+    let mut seen = 0;
+    let mut twice = |_: &Iterate| {
+        seen += 1;
+        if seen < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let mut valley = Given::new(rosenbrock, vec![Interval::FREE; 4], vec![]);
+    let outcome = lbfgs(&mut valley, &[0.0; 4], &any(), &mut twice).expect("fits");
+    assert_eq!((outcome.reason, outcome.history.len()), (Reason::Asked, 3));
+}
+
+#[test]
+fn wrong_variables_are_named() {
+    let (system, inputs, free) = everything_free();
+    let wrong = |change: &dyn Fn(&mut Vec<Free>)| {
+        let mut free = free.clone();
+        change(&mut free);
+        Variables::new(&system, &inputs, free).expect_err("wrong")
+    };
+    assert_says(&wrong(&|free| free.push(free[0].clone())), &["push", "free quantity"]);
+    assert_says(&wrong(&|free| free[3].bounds = Interval::new(-1.0, 2.0)), &["stiffness", "logarithm"]);
+    assert_says(&wrong(&|free| free[3].scale = 0.0), &["scale", "stiffness"]);
+    assert_says(&wrong(&|free| free[6].bounds = Interval::new(2.0, 1.0)), &["duration", "bound"]);
+    let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
+    assert_says(&wrong(&|free| free[1].quantity = Quantity::LinearControl(pull, 1)), &["knots", "pull"]);
+    assert_says(&wrong(&|free| free[1].quantity = Quantity::PiecewiseControl(pull, 99)), &["knots", "pull"]);
+    assert_says(&wrong(&|free| free[4] = Free::new(free[4].quantity.clone()).logarithmic().scaled(-1.0)), &["scale"]);
+    let standing = Inputs { grid: Grid::new(0.0, vec![0.1, -0.1]), ..Inputs::at_rest(&system, Grid::uniform(2, 0.1)) };
+    let error = Variables::new(&system, &standing, vec![Free::duration()]).expect_err("no duration");
+    assert_says(&error, &["duration", "not zero"]);
+}
+
+#[test]
+fn a_start_that_is_assembled_may_be_free() {
+    let mut scene = Scene::new();
+    let bob = scene.body("bob", 1.0, 0.1, [0.3, -0.4, 0.0]);
+    scene.gravity(0.0, -9.81);
+    scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.at(0.0, 0.0), 0.5);
+    let [x, _, _] = bob.coordinates;
+    let reach = scene.output("reach");
+    scene.term(reach, "reach", Angle, Sum::Terminal, [x], [], [], [(-0.2).into()]);
+    let system = scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.01));
+    inputs.start = Start::assembled(&system).hold(&[x]);
+    let free = vec![Free::new(Quantity::Coordinate(x)).within(-0.45, 0.45)];
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let start = problem.start();
+    let options = Options { target: Some(1e-24), ..Options::default() };
+    let fit = levenberg_marquardt(&mut problem, &start, &options, &mut silent).expect("fits");
+    assert_eq!(fit.outcome.reason, Reason::Target, "{:?}", fit.outcome);
+    let motion = problem.solver.trajectory();
+    assert!((motion.q[(0, 40)] + 0.2).abs() < 1e-11);
+    let (x0, y0) = (motion.q[(0, 0)], motion.q[(1, 0)]);
+    assert!((x0 * x0 + y0 * y0 - 0.25).abs() < 1e-12, "it starts on the circle");
+}
