@@ -137,6 +137,12 @@ pub mod guide {
     #[doc = include_str!("../docs/parameters-and-starts.md")]
     pub mod parameters_and_starts {}
 
+    #[doc = include_str!("../docs/optimisation.md")]
+    pub mod optimisation {}
+
+    #[doc = include_str!("../docs/derivation.md")]
+    pub mod derivation {}
+
     #[doc = include_str!("../docs/programs.md")]
     pub mod programs {}
 

@@ -143,6 +143,14 @@ const LBFGS: Method = ("L-BFGS", |problem, start, options| lbfgs(problem, start,
 const AUGMENTED: Method =
     ("augmented Lagrangian", |problem, start, options| augmented_lagrangian(problem, start, options, &mut silent));
 const SQP: Method = ("SQP", |problem, start, options| sqp(problem, start, options, &mut silent));
+/// First to where the constraints hold.
+const AFTER_FIT: Method = ("constraints first, then SQP", |problem, start, options| {
+    let there = MethodOptions { target: Some(1e-6), iterations: 200, ..*options };
+    let fit = levenberg_marquardt(problem, start, &there, &mut silent)?.outcome;
+    let outcome = sqp(problem, &fit.x, options, &mut silent)?;
+    let (evaluations, gradients) = (fit.evaluations + outcome.evaluations, fit.gradients + outcome.gradients);
+    Ok(Outcome { evaluations, gradients, ..outcome })
+});
 const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options| {
     levenberg_marquardt(problem, start, options, &mut silent).map(|fit| fit.outcome)
 });
@@ -163,7 +171,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let names = if options.problems.is_empty() { all.to_vec() } else { options.problems.clone() };
     let mut runs = Vec::new();
     for name in names {
-        let methods: &[Method] = if name == Name::Paper { &[LBFGS, LEAST_SQUARES] } else { &[SQP, AUGMENTED] };
+        let methods: &[Method] = if name == Name::Paper { &[LBFGS, LEAST_SQUARES] } else { &[SQP, AFTER_FIT, AUGMENTED] };
         for method in methods {
             runs.push(solve(name, *method, settings)?);
         }
@@ -185,7 +193,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
         rows: runs.iter().map(|run| run.cells(gradient)).collect(),
     };
     let words = format!(
-        "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of 5 on one thread, one value with its gradient takes {:.3} ms.",
+        "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of up to 5 on one thread, one value with its gradient takes {:.3} ms.",
         settings.links,
         1e3 * gradient
     );
@@ -201,7 +209,6 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
 }
 
 fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<Run, Error> {
-    const REPEATS: usize = 5;
     let (system, force, outputs) = system(name, settings)?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
     inputs.controls.fill(10.0);
@@ -213,9 +220,10 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     let variables = Variables::new(&system, &inputs, free)?;
     let target = (name == Name::Paper).then_some(1e-10);
     // What the cost is more exact in is not asked for.
-    let options = MethodOptions { target, stationarity: 1e-5, iterations: 5000, ..MethodOptions::default() };
+    let options = MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() };
     let (mut times, mut last) = (Vec::new(), None);
-    for _ in 0..REPEATS {
+    // Short ones are timed again.
+    while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
         let mut problem = MotionProblem::new(&system, SolverSettings::default(), inputs.clone(), variables.clone())?;
         if method == LBFGS.0 {
             outputs.iter().for_each(|output| problem.constrain(*output, Interval::FREE));

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::Counted;
+use super::problem::Interval;
 use super::quadratic::{Quadratic, Solution};
 use super::{Iterate, Options, Outcome, Problem, Reason};
 use crate::Error;
@@ -15,7 +16,10 @@ use crate::Error;
 const DECREASE: f64 = 1e-4;
 /// The least curvature of an update, as a share of what was there.
 const DAMPING: f64 = 0.2;
-const SHORTEST: f64 = 1e-10;
+const SHORTER: f64 = 0.3;
+const MOST_TRIALS: usize = 20;
+/// Differences of the merit function below this share are rounding.
+const ROUNDING: f64 = 1e-15;
 
 /// Minimises f(x) subject to constraints and bounds; the constraints should be few, their Jacobian is a backward sweep for each.
 ///
@@ -34,7 +38,7 @@ pub fn sqp<P: Problem + ?Sized>(
     let mut at = Linearisation::at(&mut counted, x, value)?;
     let mut hessian = Hessian::new(&at);
     let mut w = DVector::zeros(counted.c.len());
-    let mut penalty: f64 = 0.0;
+    let (mut penalty, mut radius): (f64, f64) = (0.0, f64::INFINITY);
     let mut history = vec![at.iterate(&counted, &w, 0.0)];
     let mut failed = false;
     let reason = loop {
@@ -58,7 +62,7 @@ pub fn sqp<P: Problem + ?Sized>(
         if penalty < 1.1 * largest || penalty > 100.0 * largest {
             penalty = 1.5 * largest;
         }
-        let found = at.search(&mut counted, &step, penalty)?;
+        let found = at.search(&mut counted, &step, &mut penalty, &mut radius)?;
         let Some((x, value)) = found else {
             // What was learnt of the curvature may have misled it: once more without.
             if failed || hessian.is_new() {
@@ -67,9 +71,15 @@ pub fn sqp<P: Problem + ?Sized>(
             }
             failed = true;
             hessian = Hessian::new(&at);
+            radius = f64::INFINITY;
             continue;
         };
-        failed = false;
+        let is_null =
+            value >= at.value && x.iter().zip(&at.x).all(|(new, old)| (new - old).abs() <= 1e-15 * old.abs().max(1.0));
+        if is_null && failed {
+            break Reason::NoLowerValue;
+        }
+        failed = is_null;
         let next = Linearisation::at(&mut counted, x, value)?;
         w = multipliers;
         hessian.update(&at, &next, &w);
@@ -131,68 +141,112 @@ impl Linearisation {
         }
     }
 
-    /// A point on the way of the step with a lower value of f + ν Σ |violation of c|, evaluated; none if there is none.
+    /// A point with a lower value of f + ν Σ |violation of c|, evaluated; none if there is none.
+    ///
+    /// The step is split into the least change that takes constraints to what they must be, which is kept, and the rest, which is shortened
+    /// (Byrd and Omojokun), unless variables have bounds. After each trial what constraints bent away meanwhile is taken back. `radius` is the length of the rest that went well last.
     fn search<P: Problem + ?Sized>(
         &self,
         problem: &mut Counted<P>,
         step: &DVector<f64>,
-        penalty: f64,
+        penalty: &mut f64,
+        radius: &mut f64,
     ) -> Result<Option<(Vec<f64>, f64)>, Error> {
         let sum = |problem: &Counted<P>, c: &[f64]| -> f64 {
             c.iter().zip(&problem.intervals).map(|(c, of)| of.violation(*c)).sum()
         };
         let violation = sum(problem, self.c.as_slice());
-        let ahead = &self.c + &self.jacobian * step;
-        let slope = (self.gradient.dot(step) + penalty * (sum(problem, ahead.as_slice()) - violation)).min(0.0);
-        let here = self.value + penalty * violation;
-        // Differences below this are rounding.
-        let rounding = 1e-15 * (self.value.abs() + penalty * violation).max(f64::MIN_POSITIVE);
-        let mut alpha = 1.0;
-        while alpha > SHORTEST {
-            let mut x: Vec<f64> = self.x.iter().zip(step).map(|(x, d)| x + alpha * d).collect();
+        let normal = self.least_change(problem, self.x.as_slice(), self.c.as_slice());
+        let tangential = step - &normal;
+        let length = tangential.amax();
+        // A point between x and x + d keeps the bounds; one beside it may not.
+        let meets = problem.bounds.iter().any(|of| *of != Interval::FREE);
+        let is_shortened = length > *radius && !meets;
+        let (mut alpha, mut beta) = (if is_shortened { *radius / length } else { 1.0 }, 1.0);
+        for trial in 0..MOST_TRIALS {
+            let part = &normal * beta + &tangential * alpha;
+            let mut x: Vec<f64> = self.x.iter().zip(&part).map(|(x, d)| x + d).collect();
             problem.project(&mut x);
             if x == self.x.as_slice() {
                 return Ok(None);
             }
-            let good = |merit: f64| merit <= here + DECREASE * alpha * slope + rounding;
-            let value = problem.evaluate(&x);
-            let merit = value + penalty * sum(problem, &problem.c);
-            if good(merit) {
-                return Ok(Some((x, value)));
+            let ahead = &self.c + &self.jacobian * &part;
+            let (closer, rise) = (violation - sum(problem, ahead.as_slice()), self.gradient.dot(&part));
+            // What is gained in constraints outweighs what it costs.
+            if !meets && closer > 0.0 && rise > 0.5 * *penalty * closer {
+                *penalty = 2.5 * rise / closer;
             }
-            if alpha == 1.0
-                && value.is_finite()
-                && let Some(corrected) = self.corrected(problem, &x)
-            {
-                let value = problem.evaluate(&corrected);
-                if good(value + penalty * sum(problem, &problem.c)) {
-                    return Ok(Some((corrected, value)));
+            let here = self.value + *penalty * violation;
+            let enough = here + DECREASE * (rise - *penalty * closer).min(0.0) + ROUNDING * here.abs();
+            let value = problem.evaluate(&x);
+            if value.is_finite() {
+                let merit = value + *penalty * sum(problem, &problem.c);
+                let back = self.least_change(problem, &x, &problem.c.clone());
+                // Where constraints hold well the first point will do.
+                let is_close = sum(problem, &problem.c) <= 1e-3 * violation;
+                let good = merit <= enough;
+                if good && (is_close || meets) {
+                    *radius = widened(alpha, length);
+                    return Ok(Some((x, value)));
+                }
+                if meets && trial > 0 {
+                    alpha *= SHORTER;
+                    beta = alpha;
+                    continue;
+                }
+                let mut corrected: Vec<f64> = x.iter().zip(&back).map(|(x, d)| x + d).collect();
+                problem.project(&mut corrected);
+                let corrected_value = problem.evaluate(&corrected);
+                let corrected_merit = corrected_value + *penalty * sum(problem, &problem.c);
+                if corrected_merit <= enough && corrected_merit <= merit {
+                    *radius = widened(alpha, length);
+                    return Ok(Some((corrected, corrected_value)));
+                }
+                if good {
+                    *radius = widened(alpha, length);
+                    problem.evaluate(&x);
+                    return Ok(Some((x, value)));
                 }
             }
-            let rise = merit - here - alpha * slope;
-            let share = if rise.is_finite() && rise > 0.0 { -0.5 * alpha * slope / rise } else { 0.1 };
-            alpha *= share.clamp(0.1, 0.5);
+            alpha *= SHORTER;
+            beta = if meets {
+                alpha
+            } else if trial < 2 {
+                1.0
+            } else {
+                beta * SHORTER
+            };
         }
         Ok(None)
     }
 
-    /// x + d with what the constraints bend away taken back: −Aᵀ (A Aᵀ)⁻¹ c(x + d).
-    fn corrected<P: Problem + ?Sized>(&self, problem: &Counted<P>, x: &[f64]) -> Option<Vec<f64>> {
-        let off: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)).collect();
+    /// The least change of x that takes values of c to what they must be, to first order: −Aᵀ (A Aᵀ)⁻¹ (c − P(c)).
+    fn least_change<P: Problem + ?Sized>(&self, problem: &Counted<P>, x: &[f64], c: &[f64]) -> DVector<f64> {
+        let off = DVector::from_iterator(c.len(), c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)));
         let mut a = self.jacobian.clone();
         for (i, of) in problem.bounds.iter().enumerate() {
             if x[i] <= of.least || x[i] >= of.most {
                 a.column_mut(i).fill(0.0);
             }
         }
+        for (j, of) in problem.intervals.iter().enumerate() {
+            if of.least != of.most && off[j] == 0.0 {
+                a.row_mut(j).fill(0.0);
+            }
+        }
         let mut square = &a * a.transpose();
-        let most = square.diagonal().amax();
+        let most = square.diagonal().amax().max(f64::MIN_POSITIVE);
         (0..square.nrows()).for_each(|j| square[(j, j)] += 1e-12 * most);
-        let back = a.tr_mul(&square.cholesky()?.solve(&DVector::from_vec(off)));
-        let mut corrected: Vec<f64> = x.iter().zip(&back).map(|(x, d)| x - d).collect();
-        problem.project(&mut corrected);
-        Some(corrected)
+        match square.cholesky() {
+            Some(factors) => -a.tr_mul(&factors.solve(&off)),
+            None => DVector::zeros(x.len()),
+        }
     }
+}
+
+/// How long the next step may be after one of this share of a length.
+fn widened(alpha: f64, length: f64) -> f64 {
+    if alpha == 1.0 { 4.0 * length.max(1e-6) } else { 2.0 * alpha * length }
 }
 
 /// B.
@@ -228,10 +282,17 @@ impl Hessian {
             return;
         }
         if self.is_guess {
-            let n = s.len();
-            let size = if sy > 1e-10 * s.norm() * y.norm() { y.norm_squared() / sy } else { y.norm() / ss.sqrt() };
+            // The curvature of f, if it has one: what constraints add to it acts on few directions, which updates learn soon.
+            let of_cost = s.dot(&(&to.gradient - &from.gradient)) / ss;
+            let size = if of_cost > 1e-12 * to.gradient.norm() / ss.sqrt() {
+                of_cost
+            } else if sy > 1e-10 * s.norm() * y.norm() {
+                y.norm_squared() / sy
+            } else {
+                y.norm() / ss.sqrt()
+            };
             if size > 0.0 {
-                self.b = DMatrix::identity(n, n) * size;
+                self.b = DMatrix::identity(s.len(), s.len()) * size;
                 self.is_guess = false;
             }
         }
