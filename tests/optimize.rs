@@ -3,13 +3,14 @@ mod common;
 
 use common::assert_says;
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Variables, augmented_lagrangian, lbfgs,
-    levenberg_marquardt, silent, sqp,
+    Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Trials, Variables, augmented_lagrangian,
+    lbfgs, levenberg_marquardt, silent, sqp,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Control, Cost, CostPoint, Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, System,
+    Control, Cost, CostPoint, Error, Grid, Inputs, LongSolver, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
+    gradient,
 };
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
@@ -48,8 +49,8 @@ impl Problem for Given {
     }
     fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         let n = self.bounds.len();
-        for i in 0..n {
-            gradient[i] = f * self.gradients[i] + (0..c.len()).map(|j| c[j] * self.gradients[(1 + j) * n + i]).sum::<f64>();
+        for (i, g) in gradient.iter_mut().enumerate() {
+            *g = f * self.gradients[i] + (0..c.len()).map(|j| c[j] * self.gradients[(1 + j) * n + i]).sum::<f64>();
         }
         Ok(())
     }
@@ -449,4 +450,124 @@ fn a_start_that_is_assembled_may_be_free() {
     assert!((motion.q[(0, 40)] - 0.04).abs() < 1e-11);
     let (x0, y0) = (motion.q[(0, 0)], motion.q[(1, 0)]);
     assert!((x0 * x0 + y0 * y0 - 0.25).abs() < 1e-12, "it starts on the circle");
+}
+
+/// A pendulum with friction and a spring, whose angle is read off every tenth of a second for 2 s.
+fn pendulum(readings: &[f64]) -> (System, [Free; 3]) {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (mass, friction) = (scene.design("mass", 1.0), scene.design("friction", 0.1));
+    let stiffness = scene.design("stiffness", 1.0);
+    let rod = scene.body("rod", mass, mass * (1.0 / 12.0), [0.0, -0.5, -FRAC_PI_2]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.joint_friction("pivot friction", Body::GROUND, rod, friction);
+    scene.torsional_spring_damper("coil", Body::GROUND, rod, stiffness, -FRAC_PI_2, 0.0);
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    for (k, reading) in readings.iter().enumerate() {
+        let name = format!("reading {k}");
+        let output = scene.output(&name);
+        scene.term(output, &name, Angle, Sum::Node(5 * (k + 1)), [rod.coordinates[2]], [], [], [(*reading).into()]);
+    }
+    let free = [mass, friction, stiffness].map(|design| Free::design(design).logarithmic());
+    (scene.compile().expect("a system"), free)
+}
+
+#[test]
+fn parameters_are_found_within_their_standard_errors() {
+    const TRUTH: [f64; 3] = [1.3, 0.25, 2.0];
+    const NOISE: f64 = 0.01;
+    let inputs = |system: &System, trial: usize| {
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(100, 0.02));
+        let scale = 1.0 + trial as f64;
+        inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = scale * (0.02 * scale * i as f64 + 1.0).sin());
+        inputs
+    };
+    let angles = |trial: usize| -> Vec<f64> {
+        let (system, _) = pendulum(&[]);
+        let mut inputs = inputs(&system, trial);
+        inputs.design.copy_from_slice(&TRUTH);
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&inputs).expect("a motion");
+        (1..=20).map(|k| motion.q[(2, 5 * k)]).collect()
+    };
+    let truth = [angles(0), angles(1)];
+    // Nearly normal: sums of 12 uniform numbers of a linear congruential generator.
+    let mut state = 12345u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut normal = move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    let (mut within, mut all) = (0, 0);
+    for _ in 0..30 {
+        let systems = truth.clone().map(|angles| {
+            let noisy: Vec<f64> = angles.iter().map(|angle| angle + NOISE * normal()).collect();
+            pendulum(&noisy)
+        });
+        let motions = systems.iter().enumerate().map(|(trial, (system, free))| {
+            let inputs = inputs(system, trial);
+            let variables = Variables::new(system, &inputs, free.to_vec()).expect("free");
+            MotionProblem::new(system, Settings::default(), inputs, variables).expect("a motion")
+        });
+        let mut trials = Trials::new(motions.collect()).expect("two trials");
+        let start = trials.motions()[0].start();
+        let fit = levenberg_marquardt(&mut trials, &start, &Options::default(), &mut silent).expect("fits");
+        assert!(fit.outcome.reason.is_converged() && fit.outcome.evaluations < 30, "{:?}", fit.outcome.reason);
+        // Of logarithms: relative errors.
+        let errors = fit.standard_errors().expect("determined");
+        for ((x, truth), error) in fit.outcome.x.iter().zip(TRUTH).zip(errors) {
+            all += 1;
+            within += usize::from((x - truth.ln()).abs() <= 2.0 * error);
+        }
+        // The size of the noise is found, too: 40 readings less 3 parameters.
+        let noise = (2.0 * fit.outcome.value / 37.0).sqrt();
+        assert!((0.6 * NOISE..1.5 * NOISE).contains(&noise), "{noise}");
+    }
+    println!("{within} of {all} parameters within two standard errors");
+    assert!((82..=90).contains(&within), "{within} of {all}");
+    let error = Trials::new(Vec::new()).err().expect("no trials");
+    assert_says(&error, &["trials", "at least 1"]);
+}
+
+#[test]
+fn a_cost_at_a_node_is_the_terminal_cost_of_a_shorter_motion() {
+    let build = |sum: Sum| {
+        let mut cart = CartPendulum::with_links(2).mechanism();
+        let b = [cart.scene.design("aim", 0.3).into()];
+        cart.scene.cost("angle", Angle, sum, [cart.links[1].coordinates[2]], [], [], b);
+        cart.scene.cost("effort", Effort, sum, [], [], [cart.force], [0.01.into()]);
+        cart.scene.compile().expect("a system")
+    };
+    let (at_node, terminal) = (build(Sum::Node(7)), build(Sum::Terminal));
+    for (scheme, composed) in [(Scheme::TRAPEZOIDAL, false), (Scheme::ESDIRK4, false), (Scheme::TRAPEZOIDAL, true)] {
+        let settings = Settings { scheme, ..Settings::default() };
+        let mut inputs = Inputs::at_rest(&at_node, Grid::new(0.0, (0..12).map(|i| 0.03 + 0.002 * f64::from(i)).collect()));
+        if composed {
+            inputs.grid.stages = 3;
+        }
+        inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 5.0 * (i as f64).cos());
+        let mut short = Inputs::at_rest(&terminal, Grid { steps: inputs.grid.steps[..7].to_vec(), ..inputs.grid.clone() });
+        short.controls.copy_from(&inputs.controls.columns(0, 8));
+        let whole = gradient(&at_node, &inputs, settings).expect("a gradient");
+        let part = gradient(&terminal, &short, settings).expect("a gradient");
+        let scale = part.controls.amax();
+        assert!((whole.value - part.value).abs() <= 1e-13 * part.value.abs());
+        assert!((whole.controls.columns(0, 8) - &part.controls).amax() <= 1e-12 * scale, "{scheme:?}");
+        assert_eq!(whole.controls.columns(8, 5).amax(), 0.0);
+        assert!((&whole.design - &part.design).amax() <= 1e-12 && whole.steps[7..].iter().all(|step| *step == 0.0));
+        // With a checkpoint now and then it is the same to the last bit.
+        let mut checked = 0;
+        for bytes in (5_000..100_000).step_by(5_000) {
+            // Too little for anything is an error.
+            if let Ok(of_long) = LongSolver::new(&at_node, settings, bytes).gradient(&inputs) {
+                assert_eq!((of_long.value, &of_long.controls), (whole.value, &whole.controls));
+                checked += 1;
+            }
+        }
+        assert!(checked > 3, "{checked}");
+    }
+    let short = Inputs::at_rest(&at_node, Grid::uniform(6, 0.01));
+    let error = gradient(&at_node, &short, Settings::default()).expect_err("no such node");
+    assert_says(&error, &["`Sum::Node`", "7", "number of steps"]);
 }

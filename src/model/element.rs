@@ -191,6 +191,8 @@ pub enum Sum {
     Integral,
     /// h_N alone: the terminal cost S of Eq. (5).
     Terminal,
+    /// h_i of this node of the given grid alone: a measured residual, a passage at a time.
+    Node(usize),
 }
 
 impl Sum {

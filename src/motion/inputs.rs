@@ -287,6 +287,10 @@ impl Inputs {
                 return Err(Error::TimeStep { step: step + 1, length });
             }
         }
+        if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= nodes) {
+            let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
+            return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
+        }
         if self.grid.stages == 0 {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
         }

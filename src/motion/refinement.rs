@@ -86,7 +86,7 @@ impl Refinement {
         let integral = part(before, scheme.weight(scheme.stages())) + part(after, scheme.weight(0));
         let given = self.given_node(node).map(|given| {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
-            GivenWeights::new(ends.0, ends.1)
+            GivenWeights::new(given, ends.0, ends.1)
         });
         Weights { given, integral }
     }

@@ -24,7 +24,7 @@
 //! let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables)?;
 //! let start = problem.start();
 //! let outcome = lbfgs(&mut problem, &start, &Options { target: Some(1e-10), ..Options::default() }, &mut silent)?;
-//! assert!(outcome.value < 1e-10 && outcome.evaluations < 60);
+//! assert!(outcome.value < 1e-10 && outcome.evaluations < 80);
 //! # Ok::<(), hamiltonian_adjoint::Error>(())
 //! ```
 
@@ -36,7 +36,9 @@ mod motion_problem;
 mod outcome;
 mod problem;
 mod quadratic;
+mod splitting;
 mod sqp;
+mod trials;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;
@@ -46,4 +48,5 @@ pub use motion_problem::MotionProblem;
 pub use outcome::{Iterate, Options, Outcome, Reason, silent};
 pub use problem::{Interval, Problem};
 pub use sqp::sqp;
+pub use trials::Trials;
 pub use variables::{Free, Quantity, Variables};

@@ -45,6 +45,11 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
+    /// The number of outputs.
+    pub(super) fn outputs(&self) -> usize {
+        self.constraints.len()
+    }
+
     /// What is free.
     pub fn free(&self) -> &Variables {
         &self.variables

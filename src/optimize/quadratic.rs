@@ -1,11 +1,12 @@
 //! A quadratic programme with few constraints: the primal–dual active set method (Hintermüller, Ito and Kunisch 2002).
 //!
 //! min gᵀd + ½ dᵀBd with x + d and c + A d within their bounds. Where a set of bounds is taken for active, it is a linear system; the solution says which
-//! bounds are active instead, until nothing changes.
+//! bounds are active instead, until nothing changes. Where that goes round in circles, `splitting` says where to begin.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::problem::Interval;
+use super::splitting;
 use super::sqp::Linearisation;
 
 const MOST_ROUNDS: usize = 30;
@@ -25,33 +26,46 @@ pub(super) struct Solution {
 }
 
 /// The value at which a variable or a constraint is held, if it is.
-type Held = Vec<Option<f64>>;
+pub(super) type Held = Vec<Option<f64>>;
 
 impl Quadratic<'_> {
     pub(super) fn solve(&self) -> Solution {
-        let (m, n) = self.at.jacobian.shape();
-        let mut variables: Held = vec![None; n];
-        for i in 0..n {
-            let (x, g, of) = (self.at.x[i], self.at.gradient[i], self.bounds[i]);
-            variables[i] = if x <= of.least && g > 0.0 {
-                Some(of.least)
-            } else if x >= of.most && g < 0.0 {
-                Some(of.most)
-            } else {
-                None
-            };
-        }
-        let mut constraints: Held = (0..m).map(|j| beyond(&self.intervals[j], self.at.c[j])).collect();
+        let first = |x: f64, g: f64, of: &Interval| match x {
+            _ if x <= of.least && g > 0.0 => Some(of.least),
+            _ if x >= of.most && g < 0.0 => Some(of.most),
+            _ => None,
+        };
+        let Linearisation { x, gradient, c, .. } = self.at;
+        let variables = (0..x.len()).map(|i| first(x[i], gradient[i], &self.bounds[i])).collect();
+        let constraints = (0..c.len()).map(|j| beyond(&self.intervals[j], c[j])).collect();
+        let (solution, _) = self.settle(variables, constraints);
+        self.within(solution)
+    }
+
+    /// The same where that has gone round in circles, and led nowhere.
+    pub(super) fn solve_surely(&self) -> Solution {
+        let none = || Solution { step: DVector::zeros(self.at.x.len()), multipliers: DVector::zeros(self.at.c.len()) };
+        let Some((rough, variables, constraints)) = splitting::solve(self) else { return none() };
+        let (solution, is_settled) = self.settle(variables, constraints);
+        self.within(if is_settled { solution } else { rough })
+    }
+
+    /// From these sets to those that are their own answer, and whether there are such.
+    fn settle(&self, mut variables: Held, mut constraints: Held) -> (Solution, bool) {
         let mut solution = self.held(&variables, &constraints);
         for _ in 0..MOST_ROUNDS {
             let (next, more) = self.active(&solution, &variables, &constraints);
             if next == variables && more == constraints {
-                break;
+                return (solution, true);
             }
             (variables, constraints) = (next, more);
             solution = self.held(&variables, &constraints);
         }
-        // Where sets go round in circles, what is beyond a bound stays at it.
+        (solution, false)
+    }
+
+    /// What is beyond a bound, at it.
+    fn within(&self, mut solution: Solution) -> Solution {
         for (i, of) in self.bounds.iter().enumerate() {
             solution.step[i] = of.nearest(self.at.x[i] + solution.step[i]) - self.at.x[i];
         }
@@ -133,7 +147,7 @@ fn beyond_open(of: &Interval, x: f64) -> Option<f64> {
 }
 
 /// The factors, with a little added to the diagonal where rounding has made it indefinite.
-fn regular(b: DMatrix<f64>) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
+pub(super) fn regular(b: DMatrix<f64>) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
     let most = b.diagonal().amax();
     let shifts = [0.0, 1e-12, 1e-8, 1e-4];
     shifts.into_iter().find_map(|shift| {

@@ -38,6 +38,7 @@ pub fn sqp<P: Problem + ?Sized>(
     let mut at = Linearisation::at(&mut counted, x, value)?;
     let mut hessian = Hessian::new(&at);
     let mut w = DVector::zeros(counted.c.len());
+    let is_bounded = counted.bounds.iter().chain(&counted.intervals).any(|of| of.least != of.most && *of != Interval::FREE);
     let (mut penalty, mut radius): (f64, f64) = (0.0, f64::INFINITY);
     let mut history = vec![at.iterate(&counted, &w, 0.0)];
     let mut failed = false;
@@ -57,12 +58,14 @@ pub fn sqp<P: Problem + ?Sized>(
         if history.len() > options.iterations {
             break Reason::Iterations;
         }
-        let Solution { step, multipliers } = hessian.solve(&at, &counted);
-        let largest = multipliers.amax();
-        if penalty < 1.1 * largest || penalty > 100.0 * largest {
-            penalty = 1.5 * largest;
+        let quadratic =
+            Quadratic { b: &hessian.b, at: &at, bounds: &counted.bounds.clone(), intervals: &counted.intervals.clone() };
+        let mut solution = quadratic.solve();
+        let mut found = at.search(&mut counted, &solution, &mut penalty, &mut radius)?;
+        if found.is_none() && is_bounded {
+            solution = quadratic.solve_surely();
+            found = at.search(&mut counted, &solution, &mut penalty, &mut radius)?;
         }
-        let found = at.search(&mut counted, &step, &mut penalty, &mut radius)?;
         let Some((x, value)) = found else {
             // What was learnt of the curvature may have misled it: once more without.
             if failed || hessian.is_new() {
@@ -81,7 +84,7 @@ pub fn sqp<P: Problem + ?Sized>(
         }
         failed = is_null;
         let next = Linearisation::at(&mut counted, x, value)?;
-        w = multipliers;
+        w = solution.multipliers;
         hessian.update(&at, &next, &w);
         let length = (&next.x - &at.x).amax();
         at = next;
@@ -148,10 +151,14 @@ impl Linearisation {
     fn search<P: Problem + ?Sized>(
         &self,
         problem: &mut Counted<P>,
-        step: &DVector<f64>,
+        Solution { step, multipliers }: &Solution,
         penalty: &mut f64,
         radius: &mut f64,
     ) -> Result<Option<(Vec<f64>, f64)>, Error> {
+        let largest = multipliers.amax();
+        if *penalty < 1.1 * largest || *penalty > 100.0 * largest {
+            *penalty = 1.5 * largest;
+        }
         let sum = |problem: &Counted<P>, c: &[f64]| -> f64 {
             c.iter().zip(&problem.intervals).map(|(c, of)| of.violation(*c)).sum()
         };
@@ -235,8 +242,9 @@ impl Linearisation {
             }
         }
         let mut square = &a * a.transpose();
-        let most = square.diagonal().amax().max(f64::MIN_POSITIVE);
-        (0..square.nrows()).for_each(|j| square[(j, j)] += 1e-12 * most);
+        let most = square.diagonal().amax();
+        // What no variable can change stays.
+        (0..square.nrows()).for_each(|j| square[(j, j)] += if square[(j, j)] > 0.0 { 1e-12 * most } else { 1.0 });
         match square.cholesky() {
             Some(factors) => -a.tr_mul(&factors.solve(&off)),
             None => DVector::zeros(x.len()),
@@ -267,10 +275,6 @@ impl Hessian {
 
     fn is_new(&self) -> bool {
         self.is_guess
-    }
-
-    fn solve<P: Problem + ?Sized>(&self, at: &Linearisation, problem: &Counted<P>) -> Solution {
-        Quadratic { b: &self.b, at, bounds: &problem.bounds, intervals: &problem.intervals }.solve()
     }
 
     /// Powell's damped update by the change of ∇f + Aᵀw.

@@ -31,7 +31,7 @@ impl Scene {
     }
 
     /// Adds a term to an output: a function as for [`cost`](Self::cost), which adds one to J. A measured residual is a term with
-    /// [`Sum::Terminal`], or a cost that is zero but at its time; a peak is soft, (∫ |h|ᵖ dt)^(1/p).
+    /// [`Sum::Terminal`] or [`Sum::Node`]; a peak is soft, (∫ |h|ᵖ dt)^(1/p).
     ///
     /// ```
     /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, planar::Body};

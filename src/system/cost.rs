@@ -24,6 +24,8 @@ pub struct Weights<R> {
 /// The factors at a given node.
 #[derive(Clone, Copy, Debug)]
 pub struct GivenWeights<R> {
+    /// Its number.
+    pub node: usize,
     pub plain: R,
     pub rectangle: R,
     pub trapezoidal: R,
@@ -45,16 +47,18 @@ impl<R: Real> Weights<R> {
             (Sum::Rectangle, Some(given)) => Some(given.rectangle),
             (Sum::Trapezoidal, Some(given)) => Some(given.trapezoidal),
             (Sum::Terminal, Some(given)) => Some(given.terminal),
+            (Sum::Node(node), Some(given)) => (node == given.node).then(R::one),
         }
     }
 }
 
 impl<R: Real> GivenWeights<R> {
-    /// The factors at a node between a given step of length `before` and one of length `after` (none at the ends).
-    pub fn new(before: Option<R>, after: Option<R>) -> Self {
+    /// The factors at a node of this number between a given step of length `before` and one of length `after` (none at the ends).
+    pub fn new(node: usize, before: Option<R>, after: Option<R>) -> Self {
         let (zero, one) = (R::zero(), R::one());
         let length = |step: Option<R>| step.unwrap_or(zero);
         GivenWeights {
+            node,
             plain: if after.is_some() { one } else { zero },
             rectangle: length(after),
             trapezoidal: (length(before) + length(after)) * 0.5,
@@ -236,6 +240,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
     /// Whether any of its costs is summed with the weights of the scheme.
     fn has_integral(&self) -> bool;
+    /// The last single node at which a cost counts, and the name of the cost.
+    fn last_node(&self) -> Option<(usize, &str)>;
     /// Adds value and derivatives.
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.

@@ -315,6 +315,11 @@ impl System {
         self.running
     }
 
+    /// The last single node at which a cost counts, and the name of the cost.
+    pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
+        self.costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node)
+    }
+
     /// Whether any cost is summed with the weights of the scheme.
     pub(crate) fn has_integral(&self) -> bool {
         self.integral

@@ -131,7 +131,7 @@ impl<C: ListCost> PlacedCost<C> {
                 rows.step_after += 0.5 * value;
             }
             Sum::Integral => rows.integrand += value,
-            Sum::Plain | Sum::Terminal => {}
+            Sum::Plain | Sum::Terminal | Sum::Node(_) => {}
         }
     }
 
@@ -243,6 +243,14 @@ impl<C: ListCost> AnyCosts for Costs<C> {
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
         let here = self.items.iter().filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
         here.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
+    }
+
+    fn last_node(&self) -> Option<(usize, &str)> {
+        let single = self.items.iter().filter_map(|item| match item.sum {
+            Sum::Node(node) => Some((node, item.name.as_str())),
+            _ => None,
+        });
+        single.max_by_key(|(node, _)| *node)
     }
 
     fn has_integral(&self) -> bool {

@@ -1,0 +1,80 @@
+//! [`Trials`]: several motions with the same variables.
+
+use super::motion_problem::MotionProblem;
+use super::problem::{Interval, Problem};
+use crate::Error;
+
+/// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
+///
+/// The variables of all must mean the same; bounds and names are those of the first.
+pub struct Trials<'s>(Vec<MotionProblem<'s>>);
+
+impl<'s> Trials<'s> {
+    /// Of these motions.
+    ///
+    /// # Errors
+    /// None at all, or other variables than those of the first.
+    pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
+        let Some(first) = motions.first() else {
+            return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
+        };
+        let names = |motion: &MotionProblem| (0..motion.variables()).map(|i| motion.variable_name(i)).collect::<Vec<_>>();
+        let expected = names(first);
+        match motions.iter().position(|motion| names(motion) != expected) {
+            Some(other) => Err(Error::Size {
+                what: "variables of a trial, which must be those of the first one",
+                expected: expected.len(),
+                found: motions[other].variables(),
+            }),
+            None => Ok(Trials(motions)),
+        }
+    }
+
+    /// The motions, each with the solver of the point that was evaluated last.
+    pub fn motions(&self) -> &[MotionProblem<'s>] {
+        &self.0
+    }
+}
+
+impl Problem for Trials<'_> {
+    fn variables(&self) -> usize {
+        self.0[0].variables()
+    }
+
+    fn bounds(&self) -> Vec<Interval> {
+        self.0[0].bounds()
+    }
+
+    fn constraints(&self) -> Vec<Interval> {
+        self.0.iter().flat_map(Problem::constraints).collect()
+    }
+
+    fn variable_name(&self, i: usize) -> String {
+        self.0[0].variable_name(i)
+    }
+
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        let (mut sum, mut rest) = (0.0, c);
+        for motion in &mut self.0 {
+            let (own, others) = rest.split_at_mut(motion.outputs());
+            sum += motion.evaluate(x, own)?;
+            rest = others;
+        }
+        Ok(sum)
+    }
+
+    fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let (mut part, mut rest) = (vec![0.0; gradient.len()], c_weights);
+        gradient.fill(0.0);
+        for motion in &mut self.0 {
+            let (own, others) = rest.split_at(motion.outputs());
+            rest = others;
+            if f_weight == 0.0 && own.iter().all(|w| *w == 0.0) {
+                continue;
+            }
+            motion.gradient(f_weight, own, &mut part)?;
+            gradient.iter_mut().zip(&part).for_each(|(sum, g)| *sum += g);
+        }
+        Ok(())
+    }
+}
