@@ -108,12 +108,7 @@ impl Inputs {
     /// # Errors
     /// What is no such file, with line and column; names that are missing or unknown; numbers that do not fit.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
-        let file: File = serde_json::from_str(json).map_err(|error| {
-            let problem = error.to_string();
-            // The place stands at its end, too.
-            let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem);
-            wrong(&format!("line {}, column {}", error.line(), error.column()), problem)
-        })?;
+        let file: File = super::read_json("inputs", json)?;
         if file.format != FORMAT || file.version != VERSION {
             let found =
                 format!("this is `{}`, version {}; expected `{FORMAT}`, version {VERSION}", file.format, file.version);

@@ -12,3 +12,17 @@ mod trajectory;
 
 pub use scene::SceneFile;
 pub use table::Table;
+
+use serde::de::DeserializeOwned;
+
+use crate::Error;
+
+/// What a JSON file of some kind says.
+fn read_json<T: DeserializeOwned>(kind: &'static str, json: &str) -> Result<T, Error> {
+    serde_json::from_str(json).map_err(|error| {
+        let problem = error.to_string();
+        // The place stands at its end, too.
+        let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem).to_string();
+        Error::File { kind, place: format!("line {}, column {}", error.line(), error.column()), problem }
+    })
+}

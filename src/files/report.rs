@@ -135,11 +135,7 @@ impl Trajectory {
     /// What is no such file, with line and column; names that are missing or unknown; lists that are not of one length; a scheme that is none of
     /// [`Scheme::ALL`].
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
-        let file: File = serde_json::from_str(json).map_err(|error| {
-            let problem = error.to_string();
-            let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem);
-            wrong(&format!("line {}, column {}", error.line(), error.column()), problem)
-        })?;
+        let file: File = super::read_json(KIND, json)?;
         if file.format != FORMAT || file.version != VERSION {
             return Err(wrong("`format`", &format!("this is `{}`; expected `{FORMAT}`, version {VERSION}", file.format)));
         }

@@ -38,11 +38,7 @@ impl SceneFile {
     /// # Errors
     /// What is no such file, with line and column; parts that are not what their kind wants, with their names.
     pub fn from_json(json: &str) -> Result<Self, Error> {
-        let file: Value = serde_json::from_str(json).map_err(|error| {
-            let problem = error.to_string();
-            let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem);
-            wrong(&format!("line {}, column {}", error.line(), error.column()), problem)
-        })?;
+        let file: Value = super::read_json("scene", json)?;
         let mut file = Fields::of("the file", &file)?;
         let (format, version) = (file.text("format")?, file.get("version")?.as_u64());
         if format != FORMAT || version != Some(VERSION) {

@@ -68,15 +68,14 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let mut counted = Counted::new(problem, start)?;
-    let mut x = start.to_vec();
-    counted.project(&mut x);
+    let (mut counted, x) = Counted::new(problem, start)?;
     let f = counted.evaluate_start(&x)?;
     let squares: f64 = counted.c.iter().zip(&counted.intervals).map(|(c, of)| of.violation(*c).powi(2)).sum();
     // f and what constraints add to it begin alike.
     let penalty = if squares > 0.0 && f != 0.0 { (2.0 * f.abs() / squares).clamp(1e-6, 10.0) } else { 1.0 };
     let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty, cost: f };
-    let mut descent = Descent::begin(&mut counted, &mut merit, x, options)?;
+    let value = merit.of(&counted);
+    let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let first = descent.history[0].stationarity;
     let mut tolerance = 0.1 * first;
     let mut violation = f64::INFINITY;
@@ -87,7 +86,7 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
         merit.value(&mut counted, &descent.at.x);
         let now = counted.violation();
         let weights = merit.multipliers(&counted);
-        let stationarity = problem_stationarity(&counted, &descent);
+        let stationarity = counted.stationarity(&descent.at.x, &descent.at.gradient);
         let is_stationary = stationarity <= options.stationarity * first || reason == Reason::NoLowerValue;
         merit.w.clone_from(&weights);
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
@@ -112,8 +111,4 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     }
     let (x, value, w) = (descent.at.x, merit.cost, merit.w);
     Ok(counted.outcome(x, value, w, descent.history, reason))
-}
-
-fn problem_stationarity<P: Problem + ?Sized>(problem: &Counted<P>, descent: &Descent) -> f64 {
-    problem.stationarity(&descent.at.x, &descent.at.gradient)
 }

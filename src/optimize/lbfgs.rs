@@ -52,17 +52,17 @@ pub fn lbfgs<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let mut counted = Counted::new(problem, start)?;
+    let (mut counted, x) = Counted::new(problem, start)?;
     if counted.intervals.iter().any(|of| *of != Interval::FREE) {
         let what = "the number of constraints".to_string();
         let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
         return Err(Error::Parameter { what, value: counted.intervals.len() as f64, must_be });
     }
-    let mut x = start.to_vec();
-    counted.project(&mut x);
-    let mut descent = Descent::begin(&mut counted, &mut Cost(0.0), x, options)?;
+    let value = counted.evaluate_start(&x)?;
+    let mut merit = Cost(value);
+    let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = descent.run(&mut counted, &mut Cost(0.0), tolerance, watch)?;
+    let reason = descent.run(&mut counted, &mut merit, tolerance, watch)?;
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -79,17 +79,17 @@ pub(super) struct Descent<'o> {
 }
 
 impl<'o> Descent<'o> {
+    /// At the point that was evaluated last, with its value.
+    ///
     /// # Errors
-    /// A start without a value or a gradient.
+    /// A start without a gradient.
     pub(super) fn begin<P: Problem + ?Sized>(
         problem: &mut Counted<P>,
         merit: &mut dyn Merit<P>,
-        x: Vec<f64>,
+        (x, value): (Vec<f64>, f64),
         options: &'o Options,
     ) -> Result<Self, Error> {
-        problem.evaluate_start(&x)?;
-        problem.evaluations -= 1;
-        let mut at = Point { value: merit.value(problem, &x), gradient: vec![0.0; x.len()], x };
+        let mut at = Point { value, gradient: vec![0.0; x.len()], x };
         merit.gradient(problem, &mut at.gradient)?;
         let mut descent = Descent { at, options, pairs: VecDeque::new(), history: Vec::new() };
         descent.note(problem, merit.cost(), 0.0);
@@ -155,7 +155,7 @@ impl<'o> Descent<'o> {
                 }
             };
             let Some(next) = found else { return Ok(Reason::NoLowerValue) };
-            self.remember(problem, &next);
+            self.remember(&next);
             let changes = next.x.iter().zip(&self.at.x).map(|(new, old)| (new - old).abs());
             let step = changes.fold(0.0, f64::max);
             self.at = next;
@@ -208,7 +208,7 @@ impl<'o> Descent<'o> {
     }
 
     /// The pair of a step, if the curvature along it is positive.
-    fn remember<P: Problem + ?Sized>(&mut self, _problem: &Counted<P>, next: &Point) {
+    fn remember(&mut self, next: &Point) {
         let s: Vec<f64> = next.x.iter().zip(&self.at.x).map(|(new, old)| new - old).collect();
         let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| new - old).collect();
         let curvature = dot(&s, &y);

@@ -55,9 +55,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
 ) -> Result<Fit, Error> {
-    let mut counted = Counted::new(problem, start)?;
-    let mut x = start.to_vec();
-    counted.project(&mut x);
+    let (mut counted, x) = Counted::new(problem, start)?;
     counted.evaluate_start(&x)?;
     let mut at = State { r: residuals(&counted), jacobian: DMatrix::zeros(counted.c.len(), x.len()), x };
     at.linearise(&mut counted)?;

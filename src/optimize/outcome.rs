@@ -113,9 +113,11 @@ pub(super) struct Counted<'p, P: ?Sized> {
 }
 
 impl<'p, P: Problem + ?Sized> Counted<'p, P> {
+    /// With the start, moved into its bounds.
+    ///
     /// # Errors
     /// Sizes that do not fit, a start that is not finite, bounds that no value is between.
-    pub(super) fn new(problem: &'p mut P, start: &[f64]) -> Result<Self, Error> {
+    pub(super) fn new(problem: &'p mut P, start: &[f64]) -> Result<(Self, Vec<f64>), Error> {
         let (intervals, bounds, n) = (problem.constraints(), problem.bounds(), problem.variables());
         for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
             if found != n {
@@ -128,7 +130,11 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
         intervals.iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))?;
         let c = vec![0.0; intervals.len()];
-        Ok(Counted { problem, c, intervals, bounds, evaluations: 0, gradients: 0, failures: 0, first_failure: None })
+        let counted =
+            Counted { problem, c, intervals, bounds, evaluations: 0, gradients: 0, failures: 0, first_failure: None };
+        let mut x = start.to_vec();
+        counted.project(&mut x);
+        Ok((counted, x))
     }
 
     /// f(x), infinite where it has no value.
@@ -150,11 +156,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// Why it has none.
     pub(super) fn evaluate_start(&mut self, x: &[f64]) -> Result<f64, Error> {
         let f = self.evaluate(x);
-        if f.is_finite() {
-            Ok(f)
-        } else {
-            Err(self.first_failure.take().unwrap_or(Error::NotFinite { what: "f".into(), value: f }))
-        }
+        self.first_failure.take().map_or(Ok(f), Err)
     }
 
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {

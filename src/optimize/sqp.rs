@@ -31,9 +31,7 @@ pub fn sqp<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
 ) -> Result<Outcome, Error> {
-    let mut counted = Counted::new(problem, start)?;
-    let mut x = start.to_vec();
-    counted.project(&mut x);
+    let (mut counted, x) = Counted::new(problem, start)?;
     let value = counted.evaluate_start(&x)?;
     let mut at = Linearisation::at(&mut counted, x, value)?;
     let mut hessian = Hessian::new(&at);
