@@ -539,34 +539,41 @@ fn a_cost_at_a_node_is_the_terminal_cost_of_a_shorter_motion() {
         cart.scene.cost("effort", Effort, sum, [], [], [cart.force], [0.01.into()]);
         cart.scene.compile().expect("a system")
     };
-    let (at_node, terminal) = (build(Sum::Node(7)), build(Sum::Terminal));
-    for (scheme, composed) in [(Scheme::TRAPEZOIDAL, false), (Scheme::ESDIRK4, false), (Scheme::TRAPEZOIDAL, true)] {
-        let settings = Settings { scheme, ..Settings::default() };
-        let mut inputs = Inputs::at_rest(&at_node, Grid::new(0.0, (0..12).map(|i| 0.03 + 0.002 * f64::from(i)).collect()));
-        if composed {
-            inputs.grid.stages = 3;
-        }
-        inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 5.0 * (i as f64).cos());
-        let mut short = Inputs::at_rest(&terminal, Grid { steps: inputs.grid.steps[..7].to_vec(), ..inputs.grid.clone() });
-        short.controls.copy_from(&inputs.controls.columns(0, 8));
-        let whole = gradient(&at_node, &inputs, settings).expect("a gradient");
-        let part = gradient(&terminal, &short, settings).expect("a gradient");
-        let scale = part.controls.amax();
-        assert!((whole.value - part.value).abs() <= 1e-13 * part.value.abs());
-        assert!((whole.controls.columns(0, 8) - &part.controls).amax() <= 1e-12 * scale, "{scheme:?}");
-        assert_eq!(whole.controls.columns(8, 5).amax(), 0.0);
-        assert!((&whole.design - &part.design).amax() <= 1e-12 && whole.steps[7..].iter().all(|step| *step == 0.0));
-        // With a checkpoint now and then it is the same to the last bit.
-        let mut checked = 0;
-        for bytes in (5_000..100_000).step_by(5_000) {
-            // Too little for anything is an error.
-            if let Ok(of_long) = LongSolver::new(&at_node, settings, bytes).gradient(&inputs) {
-                assert_eq!((of_long.value, &of_long.controls), (whole.value, &whole.controls));
-                checked += 1;
+    let terminal = build(Sum::Terminal);
+    for (node, at_node) in [0, 7].map(|node| (node, build(Sum::Node(node)))) {
+        for (scheme, composed) in [(Scheme::TRAPEZOIDAL, false), (Scheme::ESDIRK4, false), (Scheme::TRAPEZOIDAL, true)] {
+            let settings = Settings { scheme, ..Settings::default() };
+            let steps = (0..12).map(|i| 0.03 + 0.002 * f64::from(i)).collect();
+            let mut inputs = Inputs::at_rest(&at_node, Grid::new(0.0, steps));
+            if composed {
+                inputs.grid.stages = 3;
             }
+            inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 5.0 * (i as f64).cos());
+            let grid = Grid { steps: inputs.grid.steps[..node].to_vec(), ..inputs.grid.clone() };
+            let mut short = Inputs::at_rest(&terminal, grid);
+            short.controls.copy_from(&inputs.controls.columns(0, node + 1));
+            let whole = gradient(&at_node, &inputs, settings).expect("a gradient");
+            let part = gradient(&terminal, &short, settings).expect("a gradient");
+            let scale = part.controls.amax();
+            assert!((whole.value - part.value).abs() <= 1e-13 * part.value.abs());
+            assert!((whole.controls.columns(0, node + 1) - &part.controls).amax() <= 1e-12 * scale, "{scheme:?}");
+            assert_eq!(whole.controls.columns(node + 1, 12 - node).amax(), 0.0);
+            assert!((whole.start.q() - part.start.q()).amax() <= 1e-12 * part.start.q().amax(), "{scheme:?}");
+            assert!((whole.start.rate() - part.start.rate()).amax() <= 1e-12);
+            assert!((&whole.design - &part.design).amax() <= 1e-12 && whole.steps[node..].iter().all(|step| *step == 0.0));
+            // With a checkpoint now and then it is the same to the last bit.
+            let mut checked = 0;
+            for bytes in (5_000..100_000).step_by(5_000) {
+                // Too little for anything is an error.
+                if let Ok(of_long) = LongSolver::new(&at_node, settings, bytes).gradient(&inputs) {
+                    assert_eq!((of_long.value, &of_long.controls), (whole.value, &whole.controls));
+                    checked += 1;
+                }
+            }
+            assert!(checked > 3, "{checked}");
         }
-        assert!(checked > 3, "{checked}");
     }
+    let at_node = build(Sum::Node(7));
     let short = Inputs::at_rest(&at_node, Grid::uniform(6, 0.01));
     let error = gradient(&at_node, &short, Settings::default()).expect_err("no such node");
     assert_says(&error, &["`Sum::Node`", "7", "number of steps"]);
