@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::files;
-use crate::plot::{Axis, Chart, Place, Series, Style, colour};
+use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
 use crate::settings::Settings;
 use crate::statistics::median;
 use crate::table::Table;
@@ -290,33 +290,29 @@ impl Run {
     }
 }
 
-/// The forces found, and how cost and violation went.
+/// The forces found, and how violation and gradient went: a panel for each problem.
 fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
-    const COLOURS: [crate::plot::Colour; 6] =
-        [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE, colour::BLACK];
-    let series = |points: fn(&Run) -> Vec<(f64, f64)>| {
-        let of = |(run, colour): (&Run, &crate::plot::Colour)| {
-            Series::new(format!("{}, {}", run.name.text(), run.method), points(run), *colour, Style::Line)
+    const COLOURS: [Colour; 3] = [colour::BLUE, colour::RED, colour::GREEN];
+    let of_problems = || runs.chunk_by(|one, other| one.name == other.name);
+    let panels = |x: Axis, y: Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
+        let chart = |runs: &[Run]| Chart {
+            title: runs[0].name.text(),
+            x: x.clone(),
+            y: y.clone(),
+            legend: Place::UpperRight,
+            series: (runs.iter().zip(COLOURS))
+                .map(|(run, colour)| Series::new(run.method, points(run), colour, Style::Line))
+                .collect(),
+            size: (560.0, 330.0),
+            ..Chart::default()
         };
-        runs.iter().zip(COLOURS.iter().cycle()).map(of).collect::<Vec<_>>()
+        Panels { charts: of_problems().map(chart).collect(), columns: 2 }
     };
-    let forces = Chart {
-        x: Axis::linear("time t [s]"),
-        y: Axis::linear("force on the cart F [N]"),
-        legend: Place::UpperRight,
-        series: series(|run| run.force.clone()),
-        ..Chart::default()
-    };
-    forces.save(&folder.join("optimise_force"))?;
+    let (time, force) = (Axis::linear("time t [s]"), Axis::linear("force on the cart F [N]"));
+    panels(time, force, |run| run.force.clone()).save(&folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
     };
-    let progress = Chart {
-        x: Axis::linear("simulations"),
-        y: Axis::log("violation or gradient of the Lagrangian, whichever is larger", 1e-12),
-        legend: Place::UpperRight,
-        series: series(history),
-        ..Chart::default()
-    };
-    progress.save(&folder.join("optimise_progress"))
+    let error = Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
+    panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
 }
