@@ -86,8 +86,9 @@ impl Scene {
         }
         let mut left_out: Vec<String> = self.own().map(str::to_string).collect();
         let mut parts = Vec::new();
+        let designs = self.design_names();
         for (name, added) in self.added() {
-            match self.write(name, added) {
+            match self.write(name, added, &designs) {
                 Some(part) => parts.push(part),
                 None => left_out.push(name.clone()),
             }
@@ -100,10 +101,10 @@ impl Scene {
     }
 
     /// A part, if a file can say it.
-    fn write(&self, name: &str, added: &Added) -> Option<Value> {
+    fn write(&self, name: &str, added: &Added, designs: &[&str]) -> Option<Value> {
         let param = |param: &Param| match param.constant() {
             Some(number) => Some(json!(number)),
-            None => param.text(&self.design_names()).map(Value::String),
+            None => param.text(designs).map(Value::String),
         };
         Some(match added {
             Added::Control => json!({ "kind": "control", "name": name }),
@@ -149,17 +150,17 @@ impl Scene {
     }
 }
 
-/// The fields of an entry that were not asked for yet.
+/// The fields of an entry, and which of them were asked for.
 struct Fields<'a> {
     place: String,
-    fields: Map<String, Value>,
     all: &'a Map<String, Value>,
+    asked: Vec<String>,
 }
 
 impl<'a> Fields<'a> {
     fn of(place: &str, value: &'a Value) -> Result<Self, Error> {
         let all = value.as_object().ok_or_else(|| wrong(place, "an object { … } is expected"))?;
-        Ok(Fields { place: place.to_string(), fields: all.clone(), all })
+        Ok(Fields { place: place.to_string(), all, asked: Vec::new() })
     }
 
     fn wrong(&self, problem: &str) -> Error {
@@ -167,7 +168,7 @@ impl<'a> Fields<'a> {
     }
 
     fn get(&mut self, name: &str) -> Result<&'a Value, Error> {
-        self.fields.remove(name);
+        self.asked.push(name.to_string());
         self.all.get(name).ok_or_else(|| self.wrong(&format!("`{name}` is missing")))
     }
 
@@ -191,7 +192,7 @@ impl<'a> Fields<'a> {
     }
 
     fn nothing_more(&self) -> Result<(), Error> {
-        match self.fields.keys().next() {
+        match self.all.keys().find(|name| !self.asked.contains(name)) {
             Some(name) => Err(self.wrong(&format!("`{name}` is none of its fields"))),
             None => Ok(()),
         }

@@ -85,10 +85,9 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
         // The constraints of the point itself, not of the last trial.
         merit.value(&mut counted, &descent.at.x);
         let now = counted.violation();
-        let weights = merit.multipliers(&counted);
+        merit.w = merit.multipliers(&counted);
         let stationarity = counted.stationarity(&descent.at.x, &descent.at.gradient);
         let is_stationary = stationarity <= options.stationarity * first || reason == Reason::NoLowerValue;
-        merit.w.clone_from(&weights);
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
             break;
         }

@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 use super::line_search::{Point, search};
-use super::outcome::Counted;
+use super::outcome::{Counted, largest_change};
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason};
 use crate::Error;
-use crate::number::dot;
+use crate::number::{dot, largest};
 
 /// What a line search goes down on: f, or a function of f and c.
 pub(super) trait Merit<P: Problem + ?Sized> {
@@ -142,22 +142,15 @@ impl<'o> Descent<'o> {
             if self.history.len() > self.options.iterations {
                 return Ok(Reason::Iterations);
             }
-            let found = match self.pairs.is_empty() {
-                true => None,
-                false => self.step(problem, merit)?,
-            };
-            // What was remembered may have misled it.
-            let found = match found {
-                Some(point) => Some(point),
-                None => {
-                    self.pairs.clear();
-                    self.step(problem, merit)?
-                }
-            };
+            let mut found = self.step(problem, merit)?;
+            if found.is_none() && !self.pairs.is_empty() {
+                // What was remembered may have misled it.
+                self.pairs.clear();
+                found = self.step(problem, merit)?;
+            }
             let Some(next) = found else { return Ok(Reason::NoLowerValue) };
             self.remember(&next);
-            let changes = next.x.iter().zip(&self.at.x).map(|(new, old)| (new - old).abs());
-            let step = changes.fold(0.0, f64::max);
+            let step = largest_change(&next.x, &self.at.x);
             self.at = next;
             self.note(problem, merit.cost(), step);
         }
@@ -180,12 +173,8 @@ impl<'o> Descent<'o> {
     /// −H g over the variables that are not held by a bound, by the two loops.
     fn direction<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
         let Point { x, gradient, .. } = &self.at;
-        let held: Vec<bool> = x
-            .iter()
-            .zip(gradient)
-            .zip(&problem.bounds)
-            .map(|((x, g), of)| (*x <= of.least && *g > 0.0) || (*x >= of.most && *g < 0.0))
-            .collect();
+        let parts = x.iter().zip(gradient).zip(&problem.bounds);
+        let held: Vec<bool> = parts.map(|((x, g), of)| of.holds(*x, *g).is_some()).collect();
         let free = |d: &mut Vec<f64>| d.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(d, _)| *d = 0.0);
         let mut d: Vec<f64> = gradient.iter().map(|g| -g).collect();
         free(&mut d);
@@ -223,8 +212,4 @@ impl<'o> Descent<'o> {
 
 fn add(to: &mut [f64], factor: f64, what: &[f64]) {
     to.iter_mut().zip(what).for_each(|(to, x)| *to += factor * x);
-}
-
-pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }

@@ -6,8 +6,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lbfgs::largest;
-use super::outcome::Counted;
+use super::outcome::{Counted, largest_change};
 use super::{Iterate, Options, Outcome, Problem, Reason};
 use crate::Error;
 
@@ -57,8 +56,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
 ) -> Result<Fit, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     counted.evaluate_start(&x)?;
-    let mut at = State { r: residuals(&counted), jacobian: DMatrix::zeros(counted.c.len(), x.len()), x };
-    at.linearise(&mut counted)?;
+    let mut at = State::at(&mut counted, x)?;
     let mut history = vec![at.iterate(&counted, 0.0)];
     let first = history[0].stationarity;
     let mut damping = 1e-3 * at.jacobian.row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
@@ -100,9 +98,8 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
             }
         };
         let Some(x) = next else { break Reason::NoLowerValue };
-        let length = x.iter().zip(&at.x).fold(0.0, |most: f64, (new, old)| most.max((new - old).abs()));
-        (at.r, at.x) = (residuals(&counted), x);
-        at.linearise(&mut counted)?;
+        let length = largest_change(&x, &at.x);
+        at = State::at(&mut counted, x)?;
         history.push(at.iterate(&counted, length));
     };
     let value = half_square(&at.r);
@@ -117,7 +114,7 @@ fn half_square(r: &DVector<f64>) -> f64 {
 }
 
 fn residuals<P: Problem + ?Sized>(problem: &Counted<P>) -> DVector<f64> {
-    DVector::from_iterator(problem.c.len(), problem.c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)))
+    DVector::from_iterator(problem.c.len(), problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)))
 }
 
 struct State {
@@ -127,19 +124,16 @@ struct State {
 }
 
 impl State {
-    /// The Jacobian at the point that was evaluated last, by a gradient for each residual.
-    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
-        let (mut weights, mut row) = (vec![0.0; self.r.len()], vec![0.0; self.x.len()]);
-        for j in 0..self.r.len() {
-            weights[j] = 1.0;
-            problem.gradient(0.0, &weights, &mut row)?;
-            weights[j] = 0.0;
+    /// At the point that was evaluated last.
+    fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
+        let (r, mut jacobian) = (residuals(problem), problem.jacobian()?);
+        for (j, of) in problem.intervals.iter().enumerate() {
             // A residual that is within what it may be is zero around here.
-            let of = problem.intervals[j];
-            let is_there = of.least == of.most || self.r[j] != 0.0;
-            self.jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = if is_there { *x } else { 0.0 });
+            if of.least != of.most && r[j] == 0.0 {
+                jacobian.row_mut(j).fill(0.0);
+            }
         }
-        Ok(())
+        Ok(State { x, r, jacobian })
     }
 
     fn gradient(&self) -> DVector<f64> {
@@ -149,7 +143,7 @@ impl State {
     fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
         Iterate {
             value: half_square(&self.r),
-            violation: largest(self.r.as_slice()),
+            violation: problem.violation(),
             stationarity: problem.stationarity(&self.x, self.gradient().as_slice()),
             step,
             evaluations: problem.evaluations,
@@ -168,8 +162,7 @@ impl State {
         let gradient = self.gradient();
         let mut a = self.jacobian.clone();
         for (i, of) in problem.bounds.iter().enumerate() {
-            let (x, g) = (self.x[i], gradient[i]);
-            if (x <= of.least && g > 0.0) || (x >= of.most && g < 0.0) {
+            if of.holds(self.x[i], gradient[i]).is_some() {
                 a.column_mut(i).fill(0.0);
             }
         }

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use nalgebra::DMatrix;
+
 use super::Problem;
 use super::problem::Interval;
 use crate::Error;
@@ -100,6 +102,11 @@ pub fn silent(_: &Iterate) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
+/// The largest change of a variable.
+pub(super) fn largest_change(new: &[f64], old: &[f64]) -> f64 {
+    new.iter().zip(old).fold(0.0, |most: f64, (new, old)| most.max((new - old).abs()))
+}
+
 /// A problem with what was asked of it.
 pub(super) struct Counted<'p, P: ?Sized> {
     pub(super) problem: &'p mut P,
@@ -169,6 +176,19 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             }
             None => Ok(()),
         }
+    }
+
+    /// ∂c/∂x at the point that was evaluated last, by a gradient for each row.
+    pub(super) fn jacobian(&mut self) -> Result<DMatrix<f64>, Error> {
+        let (m, n) = (self.c.len(), self.bounds.len());
+        let (mut weights, mut row, mut jacobian) = (vec![0.0; m], vec![0.0; n], DMatrix::zeros(m, n));
+        for j in 0..m {
+            weights[j] = 1.0;
+            self.gradient(0.0, &weights, &mut row)?;
+            weights[j] = 0.0;
+            jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
+        }
+        Ok(jacobian)
     }
 
     pub(super) fn violation(&self) -> f64 {

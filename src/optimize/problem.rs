@@ -38,9 +38,23 @@ impl Interval {
         x.max(self.least).min(self.most)
     }
 
+    /// x less the value in it that is nearest: what is to be taken back of it.
+    pub fn excess(&self, x: f64) -> f64 {
+        x - self.nearest(x)
+    }
+
     /// How far x is outside.
     pub fn violation(&self, x: f64) -> f64 {
-        (x - self.nearest(x)).abs()
+        self.excess(x).abs()
+    }
+
+    /// The bound at which x is held where a function is to fall whose derivative is g, if it is.
+    pub(super) fn holds(&self, x: f64, g: f64) -> Option<f64> {
+        match x {
+            _ if x <= self.least && g > 0.0 => Some(self.least),
+            _ if x >= self.most && g < 0.0 => Some(self.most),
+            _ => None,
+        }
     }
 
     /// # Errors

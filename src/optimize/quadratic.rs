@@ -30,13 +30,8 @@ pub(super) type Held = Vec<Option<f64>>;
 
 impl Quadratic<'_> {
     pub(super) fn solve(&self) -> Solution {
-        let first = |x: f64, g: f64, of: &Interval| match x {
-            _ if x <= of.least && g > 0.0 => Some(of.least),
-            _ if x >= of.most && g < 0.0 => Some(of.most),
-            _ => None,
-        };
         let Linearisation { x, gradient, c, .. } = self.at;
-        let variables = (0..x.len()).map(|i| first(x[i], gradient[i], &self.bounds[i])).collect();
+        let variables = (0..x.len()).map(|i| self.bounds[i].holds(x[i], gradient[i])).collect();
         let constraints = (0..c.len()).map(|j| beyond(&self.intervals[j], c[j])).collect();
         let (solution, _) = self.settle(variables, constraints);
         self.within(solution)

@@ -36,7 +36,8 @@ pub fn sqp<P: Problem + ?Sized>(
     let mut at = Linearisation::at(&mut counted, x, value)?;
     let mut hessian = Hessian::new(&at);
     let mut w = DVector::zeros(counted.c.len());
-    let is_bounded = counted.bounds.iter().chain(&counted.intervals).any(|of| of.least != of.most && *of != Interval::FREE);
+    let (bounds, intervals) = (counted.bounds.clone(), counted.intervals.clone());
+    let is_bounded = bounds.iter().chain(&intervals).any(|of| of.least != of.most && *of != Interval::FREE);
     let (mut penalty, mut radius): (f64, f64) = (0.0, f64::INFINITY);
     let mut history = vec![at.iterate(&counted, &w, 0.0)];
     let mut failed = false;
@@ -56,8 +57,7 @@ pub fn sqp<P: Problem + ?Sized>(
         if history.len() > options.iterations {
             break Reason::Iterations;
         }
-        let quadratic =
-            Quadratic { b: &hessian.b, at: &at, bounds: &counted.bounds.clone(), intervals: &counted.intervals.clone() };
+        let quadratic = Quadratic { b: &hessian.b, at: &at, bounds: &bounds, intervals: &intervals };
         let mut solution = quadratic.solve();
         let mut found = at.search(&mut counted, &solution, &mut penalty, &mut radius)?;
         if found.is_none() && is_bounded {
@@ -66,7 +66,7 @@ pub fn sqp<P: Problem + ?Sized>(
         }
         let Some((x, value)) = found else {
             // What was learnt of the curvature may have misled it: once more without.
-            if failed || hessian.is_new() {
+            if failed || hessian.is_guess {
                 let hopeless = last.violation > options.violation;
                 break if hopeless { Reason::Infeasible } else { Reason::NoLowerValue };
             }
@@ -107,18 +107,9 @@ pub(super) struct Linearisation {
 impl Linearisation {
     /// At the point that was evaluated last.
     fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, value: f64) -> Result<Self, Error> {
-        let (n, m) = (x.len(), problem.c.len());
-        let (mut gradient, mut weights, mut row) = (vec![0.0; n], vec![0.0; m], vec![0.0; n]);
-        let c = DVector::from_column_slice(&problem.c);
-        problem.gradient(1.0, &weights, &mut gradient)?;
-        let mut jacobian = DMatrix::zeros(m, n);
-        for j in 0..m {
-            weights[j] = 1.0;
-            problem.gradient(0.0, &weights, &mut row)?;
-            weights[j] = 0.0;
-            jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
-        }
-        Ok(Linearisation { x: DVector::from_vec(x), value, gradient: DVector::from_vec(gradient), c, jacobian })
+        let (c, mut gradient) = (DVector::from_column_slice(&problem.c), DVector::zeros(x.len()));
+        problem.gradient(1.0, &vec![0.0; c.len()], gradient.as_mut_slice())?;
+        Ok(Linearisation { x: DVector::from_vec(x), value, gradient, c, jacobian: problem.jacobian()? })
     }
 
     /// ∇f + Aᵀw.
@@ -186,7 +177,6 @@ impl Linearisation {
             let value = problem.evaluate(&x);
             if value.is_finite() {
                 let merit = value + *penalty * sum(problem, &problem.c);
-                let back = self.least_change(problem, &x, &problem.c.clone());
                 // Where constraints hold well the first point will do.
                 let is_close = sum(problem, &problem.c) <= 1e-3 * violation;
                 let good = merit <= enough;
@@ -199,6 +189,7 @@ impl Linearisation {
                     beta = alpha;
                     continue;
                 }
+                let back = self.least_change(problem, &x, &problem.c);
                 let mut corrected: Vec<f64> = x.iter().zip(&back).map(|(x, d)| x + d).collect();
                 problem.project(&mut corrected);
                 let corrected_value = problem.evaluate(&corrected);
@@ -227,7 +218,7 @@ impl Linearisation {
 
     /// The least change of x that takes values of c to what they must be, to first order: −Aᵀ (A Aᵀ)⁻¹ (c − P(c)).
     fn least_change<P: Problem + ?Sized>(&self, problem: &Counted<P>, x: &[f64], c: &[f64]) -> DVector<f64> {
-        let off = DVector::from_iterator(c.len(), c.iter().zip(&problem.intervals).map(|(c, of)| c - of.nearest(*c)));
+        let off = DVector::from_iterator(c.len(), c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)));
         let mut a = self.jacobian.clone();
         for (i, of) in problem.bounds.iter().enumerate() {
             if x[i] <= of.least || x[i] >= of.most {
@@ -269,10 +260,6 @@ impl Hessian {
         let (square, value) = (at.gradient.norm_squared(), at.value.abs());
         let size = if square > 0.0 && value > 0.0 { square / value } else { 1.0 };
         Hessian { b: DMatrix::identity(n, n) * size, is_guess: true }
-    }
-
-    fn is_new(&self) -> bool {
-        self.is_guess
     }
 
     /// Powell's damped update by the change of ∇f + Aᵀw.

@@ -192,10 +192,9 @@ impl Variables {
         for (free, range) in self.parts() {
             let values = &mut x[range];
             match free.quantity {
-                Quantity::Control(control) => {
-                    values.iter_mut().enumerate().for_each(|(i, x)| *x = inputs.controls[(control.index(), i)]);
-                }
-                Quantity::LinearControl(control, _) | Quantity::PiecewiseControl(control, _) => {
+                Quantity::Control(control)
+                | Quantity::LinearControl(control, _)
+                | Quantity::PiecewiseControl(control, _) => {
                     // Of the nodes that the knot has most to say of, the first.
                     let mut most = vec![0.0; values.len()];
                     for node in 0..self.shares.len() {

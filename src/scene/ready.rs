@@ -138,18 +138,21 @@ impl Recipe {
 
 impl Scene {
     /// Notes what is added, and adds what it is made of.
-    pub(super) fn noted<R>(&mut self, name: &str, added: Added, add: impl FnOnce(&mut Self) -> R) -> R {
-        self.recipe.note(name, || added);
+    pub(super) fn noted<R>(&mut self, name: &str, added: Added, add: impl FnOnce(&mut Self, &Added) -> R) -> R {
         let outside = std::mem::replace(&mut self.recipe.within, true);
-        let result = add(self);
+        let result = add(self, &added);
         self.recipe.within = outside;
+        self.recipe.note(name, || added);
         result
     }
 
     /// Adds a ready part.
     pub(crate) fn ready(&mut self, name: &str, part: Part) {
-        let add = part.kind.add;
-        self.noted(name, Added::Part(part.clone()), |scene| add(scene, name, &part));
+        self.noted(name, Added::Part(part), |scene, added| {
+            if let Added::Part(part) = added {
+                (part.kind.add)(scene, name, part);
+            }
+        });
     }
 
     /// Adds a ready part between two points.

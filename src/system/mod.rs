@@ -88,6 +88,7 @@ pub struct System {
     costs: Vec<Box<dyn AnyCosts>>,
     running: bool,
     integral: bool,
+    last_cost_node: Option<(usize, String)>,
     uses: CostUse,
     symbolic: Symbolic,
     positions: Positions,
@@ -145,6 +146,8 @@ impl System {
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let running = costs.iter().any(|costs| costs.is_running());
         let integral = costs.iter().any(|costs| costs.has_integral());
+        let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
+        let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
         let every = vec![1.0; 1 + names.outputs.len()];
         let uses = uses_of(&costs, &|_| true, &every);
         let (initial, positive) = (scene.initial, scene.positive);
@@ -158,6 +161,7 @@ impl System {
             costs,
             running,
             integral,
+            last_cost_node,
             uses,
             symbolic,
             positions,
@@ -317,7 +321,7 @@ impl System {
 
     /// The last single node at which a cost counts, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
-        self.costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node)
+        self.last_cost_node.as_ref().map(|(node, name)| (*node, name.as_str()))
     }
 
     /// Whether any cost is summed with the weights of the scheme.

@@ -92,7 +92,9 @@ impl Scene {
     }
 
     fn add_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
-        self.noted(name, Added::Body([mass, inertia], place), |scene| scene.elements_of_body(name, [mass, inertia], place))
+        self.noted(name, Added::Body([mass, inertia], place), |scene, _| {
+            scene.elements_of_body(name, [mass, inertia], place)
+        })
     }
 
     fn elements_of_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
@@ -113,7 +115,7 @@ impl Scene {
     }
 
     fn add_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
-        self.noted(name, Added::Particle(mass, place), |scene| scene.elements_of_particle(name, mass, place))
+        self.noted(name, Added::Particle(mass, place), |scene, _| scene.elements_of_particle(name, mass, place))
     }
 
     fn elements_of_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {

@@ -98,7 +98,7 @@ impl Scene {
             Some(of) => {
                 let motion_of = Some((of, parameters.to_vec()));
                 let part = Part { kind, points: points.into(), numbers: numbers.into(), control: None, motion: motion_of };
-                self.noted(name, Added::Part(part), |scene| add(scene, motion));
+                self.noted(name, Added::Part(part), |scene, _| add(scene, motion));
             }
             None => add(self, motion),
         }
