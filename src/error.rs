@@ -306,6 +306,11 @@ pub enum Error {
         /// The scheme of the motion.
         found: &'static str,
     },
+    /// Second derivatives were asked for of a motion that has something without.
+    NoSecondDerivatives {
+        /// What it is.
+        of: String,
+    },
     /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
     Incomplete {
         /// The nodes that the grid has.
@@ -499,6 +504,9 @@ impl fmt::Display for Error {
                 "the paper's equations are those of the trapezoidal rule, and the motion was computed with {found}; simulate with \
                  `Scheme::TRAPEZOIDAL`"
             ),
+            Error::NoSecondDerivatives { of } => {
+                write!(f, "there are no exact second derivatives of {of}; use a method that needs gradients alone")
+            }
             Error::Incomplete { computed: 0, .. } => {
                 write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")
             }

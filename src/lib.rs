@@ -111,7 +111,7 @@ pub use model::element::{
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
 pub use motion::{Composition, Grid, Held, Inputs, Progress, Report, Stages, Start, Task, Trajectory};
-pub use number::{Arithmetic, Cx, Real, Scalar};
+pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
 pub use scene::{Scene, planar, scenes};
 pub use scheme::Scheme;
 pub use settings::Settings;

@@ -339,7 +339,7 @@ fn a_cost_that_is_no_number_is_an_error_whoever_asks_for_it() {
         check::complex_step(&system, &inputs, settings, &x).err(),
         check::tangent(&system, &inputs, settings, &x).err(),
         check::central_differences(&system, &inputs, settings, &x, 1e-6).err(),
-        check::direct_differentiation(&system, &inputs, settings, &check::no_change(&inputs)).err(),
+        check::direct_differentiation(&system, &inputs, settings, &inputs.no_change()).err(),
         PaperSystem::new(&system, &inputs, &motion).expect("complete").gradient().err(),
     ];
     for (who, error) in errors.into_iter().enumerate() {
@@ -425,14 +425,14 @@ fn a_formula_that_a_motion_runs_out_of_is_named() {
 #[test]
 fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
     use hamiltonian_adjoint::LiftedSolver;
-    use hamiltonian_adjoint::check::{direct_differentiation, no_change};
+    use hamiltonian_adjoint::check::direct_differentiation;
     let mut scene = Scene::new();
     let q = scene.coordinates("sled", ["x"]);
     scene.kinetic_energy("mass", Runaway, q, []);
     let _ = [scene.control("left"), scene.control("right")];
     let system = scene.compile().expect("scene");
     let inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.1));
-    let mut direction = no_change(&inputs);
+    let mut direction = inputs.no_change();
     direction.controls = DMatrix::zeros(3, 2);
     let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("3 × 2 for 2 × 3");
     assert!(matches!(error, Error::Size { expected: 2, found: 3, .. }), "{error:?}");
@@ -443,7 +443,7 @@ fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
     let start = Start::Momentum { q: inputs.start.q().clone(), p_star: inputs.start.rate().clone() };
     let other = Inputs { start: start.clone(), ..inputs.clone() };
     let of_lifted = solver.simulate(&other).expect_err("momenta");
-    let direction = Inputs { start, ..no_change(&inputs) };
+    let direction = Inputs { start, ..inputs.no_change() };
     let error = direct_differentiation(&system, &inputs, Settings::default(), &direction).expect_err("momenta");
     assert_eq!(error, of_lifted);
     assert_says(&error, &["augmented momenta", "velocities", "`Start`"]);

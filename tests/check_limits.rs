@@ -87,7 +87,7 @@ fn a_step_below_rounding_is_refused() {
     }
     let exact = gradient(&system, &inputs, Settings::default()).expect("gradient").controls[(0, 1)];
     assert!((by(1e-4).expect("differences")[0] - exact).abs() < 1e-6 * exact.abs());
-    let mut direction = check::no_change(&inputs);
+    let mut direction = inputs.no_change();
     direction.controls[(0, 2)] = f64::NAN;
     let refused = check::direct_differentiation(&system, &inputs, Settings::default(), &direction);
     assert!(matches!(refused, Err(Error::NotFinite { .. })));

@@ -95,7 +95,7 @@ fn costs() {
             solver.simulate(&inputs).expect("motion");
             solver.gradient().expect("gradient");
         });
-        let mut push = check::no_change(&inputs);
+        let mut push = inputs.no_change();
         push.controls.fill(1.0);
         let input = [check::Input::Control { channel: 0, node: 5 }];
         let direct = time(5, || drop(check::direct_differentiation(&system, &inputs, settings, &push)));

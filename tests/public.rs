@@ -197,8 +197,8 @@ fn inputs_that_do_not_fit_are_refused_by_everything_that_takes_them() {
         assert!(check::tangent(&system, &bad, settings, &some).is_err());
         assert!(check::central_differences(&system, &bad, settings, &some, 1e-6).is_err());
         assert!(check::gradient(&system, &bad, settings).run().is_err());
-        assert!(check::direct_differentiation(&system, &bad, settings, &check::no_change(&bad)).is_err());
-        assert_eq!(check::no_change(&bad).controls, bad.controls.map(|_| 0.0));
+        assert!(check::direct_differentiation(&system, &bad, settings, &bad.no_change()).is_err());
+        assert_eq!(bad.no_change().controls, bad.controls.map(|_| 0.0));
         let sizes = (bad.grid.steps.len(), bad.controls.shape(), bad.design.len(), bad.start.rate().len());
         if sizes != (20, (1, 21), 0, 6) {
             assert!(lifted.simulate(&bad.lift()).is_err() && lifted.cost().is_err());

@@ -10,14 +10,25 @@ impl AdjointSweep {
     /// J's terms at node `i`, their partials and their weights' derivatives.
     pub(super) fn cost_rows(&mut self, system: &System, motion: &Motion, i: usize) -> Result<(), Error> {
         self.clear_cost();
-        let (scheme, steps) = (&motion.trajectory.scheme, &motion.inputs.grid.steps);
-        let given = self.refinement.given_node(i);
-        let is_skipped = i < steps.len() && !system.has_running_cost() || given.is_none() && !system.has_integral();
-        if is_skipped {
+        if !self.has_cost(system, motion, i) {
             return Ok(());
         }
-        let weights = self.refinement.weights(scheme, steps, i);
+        let weights = self.refinement.weights(&motion.trajectory.scheme, &motion.inputs.grid.steps, i);
         self.add_cost(system, motion, &motion.at(i), &weights, i)?;
+        self.add_lengths_of_node(system, motion, i);
+        Ok(())
+    }
+
+    /// Whether any cost may count at a node.
+    pub(super) fn has_cost(&self, system: &System, motion: &Motion, i: usize) -> bool {
+        let is_inside = i + 1 < motion.nodes();
+        (system.has_running_cost() || !is_inside) && (system.has_integral() || self.refinement.given_node(i).is_some())
+    }
+
+    /// What the costs of a node give to the derivatives with respect to the steps beside it, with which their weights grow.
+    pub(super) fn add_lengths_of_node(&mut self, system: &System, motion: &Motion, i: usize) {
+        let (scheme, last) = (&motion.trajectory.scheme, motion.nodes() - 1);
+        let given = self.refinement.given_node(i);
         if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
             self.gradient.steps[before] += self.cost.step_before;
         }
@@ -26,15 +37,14 @@ impl AdjointSweep {
         }
         if system.has_integral() {
             for (step, weight) in [(i, scheme.weight(scheme.stages())), (i + 1, scheme.weight(0))] {
-                if (1..=steps.len()).contains(&step) {
+                if (1..=last).contains(&step) {
                     self.refinement.add_step(step, weight * self.cost.integrand, &mut self.gradient.steps);
                 }
             }
         }
-        Ok(())
     }
 
-    /// The same at a stage between nodes.
+    /// The same as [`cost_rows`](Self::cost_rows) at a stage between nodes.
     pub(super) fn stage_cost_rows(
         &mut self,
         system: &System,
@@ -45,14 +55,19 @@ impl AdjointSweep {
         if !system.has_integral() {
             return Ok(());
         }
-        let weight = motion.trajectory.scheme.weight(s);
-        let weights = Weights::between(weight * motion.length(node));
+        let weights = Weights::between(motion.trajectory.scheme.weight(s) * motion.length(node));
         let added = self.add_cost(system, motion, &motion.at_stage(node, s), &weights, node);
-        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
+        self.add_length_of_stage(motion, (node, s));
         added
     }
 
-    fn clear_cost(&mut self) {
+    /// What its costs give to the derivative with respect to the length of the step.
+    pub(super) fn add_length_of_stage(&mut self, motion: &Motion, (node, s): (usize, usize)) {
+        let weight = motion.trajectory.scheme.weight(s);
+        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
+    }
+
+    pub(super) fn clear_cost(&mut self) {
         self.u.fill(0.0);
         if !self.cost_is_zero {
             self.cost.clear();
@@ -76,10 +91,7 @@ impl AdjointSweep {
         let given = self.refinement.given_step(node);
         self.cost_node.evaluate(system, (at, given), weights, &mut self.cost)?;
         self.report.cost_evaluations += self.cost.evaluations;
-        self.gradient.value += self.cost.value;
-        self.u.copy_from_slice(&self.cost.u);
-        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
-        self.time += self.cost.time;
+        self.take_cost();
         if !self.cost.is_finite() {
             return Err(system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given));
         }
@@ -87,6 +99,14 @@ impl AdjointSweep {
             self.add_control_rates(motion, node.max(1));
         }
         Ok(())
+    }
+
+    /// Takes the value of the rows at hand and their derivatives with respect to inputs.
+    pub(super) fn take_cost(&mut self) {
+        self.gradient.value += self.cost.value;
+        self.u.copy_from_slice(&self.cost.u);
+        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        self.time += self.cost.time;
     }
 
     /// From u̇ = (u_i − u_{i−1})/Δt_i of a step to its controls and its length.

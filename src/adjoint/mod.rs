@@ -5,10 +5,13 @@ mod assembly;
 mod costs;
 mod gradient;
 mod growth;
+mod record;
 mod resolution;
 mod restart;
+mod second_order;
 mod stage;
 mod sweep;
 
 pub use gradient::{AdjointVariables, Gradient};
+pub(crate) use second_order::SecondOrderSweep;
 pub(crate) use sweep::AdjointSweep;

@@ -37,6 +37,9 @@ impl AdjointSweep {
             Err(breakdown) => return Err(self.singular(system, motion, i, &breakdown)),
         }
         self.insert(system, newton, h, blocks);
+        if let Some(record) = &mut self.record {
+            record.store(at, &self.step[self.stage]);
+        }
         Ok(())
     }
 

@@ -18,6 +18,7 @@ use std::ops::Range;
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::costs::CostNode;
 use crate::adjoint::growth::Growth;
+use crate::adjoint::record::Record;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::restart::Restart;
@@ -36,6 +37,9 @@ pub(crate) struct AdjointSweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
     variables: Option<AdjointVariables>,
+    /// The adjoint variables of all stages, where second derivatives are asked for, and whether they are those of the motion and of the factors at hand.
+    pub(super) record: Option<Record>,
+    pub(super) is_recorded: bool,
     /// The stages of the step at hand, and which of them is at hand; the last one is the node.
     pub(crate) step: Vec<StageAdjoint>,
     pub(crate) stage: usize,
@@ -76,6 +80,8 @@ impl AdjointSweep {
             gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
             report: Report::default(),
             variables: None,
+            record: None,
+            is_recorded: false,
             step: vec![stage; scheme.stages()],
             stage: scheme.inner(),
             carried: Carried::new(n, m),
@@ -98,9 +104,20 @@ impl AdjointSweep {
         }
     }
 
-    /// Drops what belonged to another motion.
+    /// Drops what belonged to another motion, and takes J for what is to be differentiated.
     pub(crate) fn forget(&mut self) {
         self.variables = None;
+        self.is_recorded = false;
+        self.take_factors(None);
+    }
+
+    /// Takes the factors of J and of the outputs; of J alone if there are none.
+    fn take_factors(&mut self, factors: Option<&[f64]>) {
+        self.cost.factors.fill(0.0);
+        self.cost.factors[0] = 1.0;
+        if let Some(factors) = factors {
+            self.cost.factors.copy_from_slice(factors);
+        }
     }
 
     pub(crate) fn variables(&self) -> Option<&AdjointVariables> {
@@ -119,10 +136,9 @@ impl AdjointSweep {
         motion.trajectory.check_complete(&motion.inputs)?;
         let nodes = motion.inputs.grid.nodes();
         self.begin(system, motion, &stepper.newton, settings);
-        if let Some(factors) = factors {
-            self.cost.factors.copy_from_slice(factors);
-        }
+        self.take_factors(factors);
         self.back(system, motion, &mut stepper.newton, (0..nodes, watch))?;
+        self.is_recorded = self.record.is_some();
         self.finish(system, &monitor.report)
     }
 
@@ -213,15 +229,19 @@ impl AdjointSweep {
             self.stage_cost_rows(system, motion, (node, s))?;
             self.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
             self.input_rows(system, newton, || motion.at_stage(node, s), node)?;
-            // Controls are linear between nodes.
-            let c = scheme.c(s);
-            self.refinement.add_controls(node - 1, 1.0 - c, &self.u, &mut self.gradient.controls);
-            self.refinement.add_controls(node, c, &self.u, &mut self.gradient.controls);
-            // A longer step moves the stage by its share of it, and all that comes later by all of it.
-            self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
+            self.add_inner_inputs(node, scheme.c(s));
             self.time += before;
         }
         Ok(())
+    }
+
+    /// Adds the derivatives with respect to the inputs of a stage at a share c of the step into a node.
+    pub(super) fn add_inner_inputs(&mut self, node: usize, c: f64) {
+        // Controls are linear between nodes.
+        self.refinement.add_controls(node - 1, 1.0 - c, &self.u, &mut self.gradient.controls);
+        self.refinement.add_controls(node, c, &self.u, &mut self.gradient.controls);
+        // A longer step moves the stage by its share of it, and all that comes later by all of it.
+        self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
     }
 
     /// Makes room for the gradient with respect to the given inputs and sets it to zero.
@@ -249,8 +269,11 @@ impl AdjointSweep {
             gradient.start = inputs.start.clone();
         }
         gradient.value = 0.0;
-        self.cost.factors.fill(0.0);
-        self.cost.factors[0] = 1.0;
+        self.is_recorded = false;
+        if let Some(record) = &mut self.record {
+            record.fit(system, motion.blocks.ncols());
+        }
+        self.take_factors(None);
         self.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;
@@ -263,7 +286,7 @@ impl AdjointSweep {
     }
 
     /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
-    fn input_rows<'a>(
+    pub(super) fn input_rows<'a>(
         &mut self,
         system: &System,
         newton: &mut Newton,
@@ -287,7 +310,7 @@ impl AdjointSweep {
     }
 
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
-    fn step_row(&mut self, motion: &Motion, restart: Option<Restart>, i: usize) {
+    pub(super) fn step_row(&mut self, motion: &Motion, restart: Option<Restart>, i: usize) {
         let (trajectory, k) = (&motion.trajectory, i - motion.first);
         let (scheme, last) = (&trajectory.scheme, trajectory.last_stage());
         let rates = |j: usize| match (j, restart) {
@@ -329,7 +352,7 @@ impl AdjointSweep {
     }
 
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
-    fn start_rows(&mut self, system: &System, motion: &Motion, newton: &mut Newton) {
+    pub(super) fn start_rows(&mut self, system: &System, motion: &Motion, newton: &mut Newton) {
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
         let StageAdjoint { a, b, .. } = &self.step[self.stage];
         self.gradient.start.q_mut().iter_mut().zip(a).for_each(|(q, a)| *q = -a);

@@ -9,11 +9,11 @@
 //! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep gives
 //! dJ/ds and dy/ds at all nodes: for a few design variables and many outputs it is the better half of the two methods.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use crate::number::Real;
-use crate::{Error, Grid, Inputs, LiftedSolver, Settings, Stages, Start, System, Trajectory};
+use crate::{Error, Inputs, LiftedSolver, Settings, Stages, System, Trajectory};
 
 /// How a motion and its cost change along a direction of the inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct Sensitivity {
 
 /// dJ/ds and dy/ds at s = 0 for the inputs x + s·`direction`.
 ///
-/// `direction` has the shape of the inputs; [`no_change`] gives one of zeros to set what shall move. Initial values
+/// `direction` has the shape of the inputs; [`Inputs::no_change`] gives one of zeros to set what shall move. Initial values
 /// may leave the constraints: the derivative is that of the motion from the moved values.
 ///
 /// ```
@@ -35,7 +35,7 @@ pub struct Sensitivity {
 /// let system = CartPendulum::default().scene().compile()?;
 /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
 /// inputs.controls.fill(10.0);
-/// let mut push = check::no_change(&inputs);
+/// let mut push = inputs.no_change();
 /// push.controls.row_mut(0).fill(1.0);
 /// let settings = Settings::default();
 /// let sensitivity = check::direct_differentiation(&system, &inputs, settings, &push)?;
@@ -58,38 +58,9 @@ pub fn direct_differentiation(
     Ok(Sensitivity { cost: solver.cost()?.eps, motion })
 }
 
-/// A direction of zeros, to be changed.
-pub fn no_change(inputs: &Inputs) -> Inputs {
-    let zero = |x: &DVector<f64>| DVector::zeros(x.len());
-    let start = match &inputs.start {
-        Start::Velocity { q, v } => Start::Velocity { q: zero(q), v: zero(v) },
-        Start::Momentum { q, p_star } => Start::Momentum { q: zero(q), p_star: zero(p_star) },
-        Start::Assembled { q, v, held } => Start::Assembled { q: zero(q), v: zero(v), held: held.clone() },
-    };
-    let grid = Grid { start: 0.0, steps: vec![0.0; inputs.grid.steps.len()], ..inputs.grid };
-    Inputs { grid, start, controls: inputs.controls.map(|_| 0.0), design: zero(&inputs.design) }
-}
-
 /// The inputs on other numbers, each made of its value and its change.
 pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Result<Inputs<R>, Error> {
-    let sizes = [
-        ("direction: time steps", inputs.grid.steps.len(), direction.grid.steps.len()),
-        ("direction: q0", inputs.start.q().len(), direction.start.q().len()),
-        ("direction: v0 or p*0", inputs.start.rate().len(), direction.start.rate().len()),
-        ("direction: controls: rows (channels)", inputs.controls.nrows(), direction.controls.nrows()),
-        ("direction: controls: columns (nodes)", inputs.controls.ncols(), direction.controls.ncols()),
-        ("direction: design variables", inputs.design.len(), direction.design.len()),
-    ];
-    if let Some((what, expected, found)) = sizes.into_iter().find(|(_, expected, found)| expected != found) {
-        return Err(Error::Size { what, expected, found });
-    }
-    inputs.start.check_kind(&direction.start)?;
-    let starts = direction.start.q().iter().chain(direction.start.rate().iter());
-    let changes = direction.grid.steps.iter().chain([&direction.grid.start]).chain(starts);
-    let mut changes = changes.chain(direction.controls.iter()).chain(direction.design.iter());
-    if let Some(&value) = changes.find(|x| !x.is_finite()) {
-        return Err(Error::NotFinite { what: "a number of the direction".into(), value });
-    }
+    inputs.check_direction(direction, 0)?;
     let mut moved = inputs.lift::<R>();
     let change = |to: &mut [R], from: &[f64], by: &[f64]| {
         to.iter_mut().zip(from.iter().zip(by)).for_each(|(to, (&x, &d))| *to = make(x, d));

@@ -42,7 +42,7 @@ mod scan;
 mod step;
 
 pub use derivative::{Input, central_differences, complex_step, tangent};
-pub use direct::{Sensitivity, direct_differentiation, no_change};
+pub use direct::{Sensitivity, direct_differentiation};
 pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
 pub use formula::Function;
 pub use function::{FunctionCheck, function};

@@ -238,6 +238,28 @@ impl Inputs {
         }
     }
 
+    /// A direction of zeros, to be changed: what derivatives along a direction are asked for with.
+    pub fn no_change(&self) -> Inputs {
+        let grid = Grid { start: 0.0, steps: vec![0.0; self.grid.steps.len()], ..self.grid };
+        let (start, controls) = (self.start.map(|_| 0.0), self.controls.map(|_| 0.0));
+        Inputs { grid, start, controls, design: self.design.map(|_| 0.0) }
+    }
+
+    /// Refuses a direction of other sizes, or with numbers that are not finite; so many nodes were inserted after it was given.
+    pub(crate) fn check_direction(&self, direction: &Inputs, inserted: usize) -> Result<(), Error> {
+        let nodes = self.grid.nodes() - inserted;
+        size("direction: time steps", nodes - 1, direction.grid.steps.len())?;
+        size("direction: q0", self.start.q().len(), direction.start.q().len())?;
+        size("direction: v0 or p*0", self.start.rate().len(), direction.start.rate().len())?;
+        size("direction: controls: rows (channels)", self.controls.nrows(), direction.controls.nrows())?;
+        size("direction: controls: columns (nodes)", nodes, direction.controls.ncols())?;
+        size("direction: design variables", self.design.len(), direction.design.len())?;
+        self.start.check_kind(&direction.start)?;
+        let starts = direction.start.q().iter().chain(direction.start.rate().iter());
+        let changes = direction.grid.steps.iter().chain([&direction.grid.start]).chain(starts);
+        finite(changes.chain(&direction.controls).chain(&direction.design).copied(), |_| "a number of the direction".into())
+    }
+
     /// Takes over the values of `other`, without allocation where the sizes are the same.
     pub(crate) fn copy_from(&mut self, other: &Inputs) {
         let same = self.controls.shape() == other.controls.shape()

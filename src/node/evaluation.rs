@@ -8,7 +8,7 @@ use num_dual::Dual64;
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::system::{
-    Constants, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Wanted, Within, Workspace,
+    Constants, CostRows, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Wanted, Within, Workspace,
 };
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
@@ -221,6 +221,20 @@ impl Evaluation {
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.pull_back(angles, with, rows);
         self.formulas(system).assembly.pull_back(rest, with, Wanted::ALL, rows);
+    }
+
+    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state and of controls of constant elements.
+    pub(crate) fn push_forward(&self, system: &System, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        sums.clear();
+        self.constants.push_forward(along, sums);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.push_forward(angles, along, sums);
+        self.formulas(system).assembly.push_forward(rest, along, sums);
+    }
+
+    /// Adds the derivatives with respect to the state of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction, of sinusoidal elements.
+    pub(crate) fn pull_back_along(&self, blocks: &[f64], along: &NodeView<f64>, with: &Covector, rows: &mut CostRows) {
+        self.sines.pull_back_along(&blocks[..self.sines.block_len()], along, with, rows);
     }
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, without those that are constant.

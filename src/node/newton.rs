@@ -98,12 +98,11 @@ impl<F: Factorization> Newton<F> {
         }
     }
 
-    /// Assembles K(h) from given derivatives and factors it.
-    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
+    /// Assembles K(h) from given derivatives and factors it; returns the smallest pivot ratio.
+    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<f64, Breakdown> {
         self.assemble(system, h, blocks, report)?;
         self.matrix.factor(system.symbolic())?;
-        self.watch_pivots(report);
-        Ok(())
+        Ok(self.watch_pivots(report))
     }
 
     /// As `factor`, and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.

@@ -3,6 +3,7 @@
 mod boundary;
 mod complex;
 mod fingerprint;
+mod hyper;
 mod lanes;
 mod look;
 mod real;
@@ -11,6 +12,8 @@ mod sincos;
 
 pub use complex::Cx;
 pub(crate) use fingerprint::Fingerprint;
+pub use hyper::Hyper;
+pub(crate) use hyper::{Slope, hyper, hyper_parts, slope};
 pub(crate) use lanes::{add, all_finite, dot, larger, largest};
 pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};

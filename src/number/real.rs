@@ -2,7 +2,7 @@
 
 use num_dual::{Dual64, DualNum};
 
-use super::{Cx, Scalar};
+use super::{Cx, Hyper, Scalar, hyper, hyper_parts};
 
 /// One thing for each type of [`Real`] numbers.
 #[doc(hidden)]
@@ -11,9 +11,11 @@ pub trait Family {
     fn real(self) -> Self::Of<f64>;
     fn complex(self) -> Self::Of<Cx>;
     fn dual(self) -> Self::Of<Dual64>;
+    fn hyper(self) -> Self::Of<Hyper>;
 }
 
-/// A number that a whole simulation can run on: `f64`, [`Cx`](crate::Cx) (complex step) or `Dual64` (tangent).
+/// A number that a whole simulation can run on: `f64`, [`Cx`](crate::Cx) (complex step) `Dual64` (tangent), or [`Hyper`](crate::Hyper) (two tangents
+/// and the mixed second derivative).
 ///
 /// It may stand inside num-dual's types, since the residual of a step contains derivatives itself. The Newton
 /// matrix is always real: its factors serve every part alike, because an iteration matrix decides how fast an
@@ -21,7 +23,7 @@ pub trait Family {
 pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {
     /// How many real numbers it consists of.
     const PARTS: usize;
-    /// Part `k`: 0 is the real value, 1 the imaginary or derivative part.
+    /// Part `k`: 0 is the real value, 1 the imaginary or derivative part; of hyper-dual numbers 1 and 2 are those along both directions, 3 the mixed one.
     fn part(&self, k: usize) -> f64;
     /// Adds `x` to part `k`.
     fn add_to_part(&mut self, k: usize, x: f64);
@@ -68,5 +70,21 @@ impl Real for Dual64 {
     }
     fn of<F: Family>(family: F) -> F::Of<Self> {
         family.dual()
+    }
+}
+
+impl Real for Hyper {
+    const PARTS: usize = 4;
+    fn part(&self, k: usize) -> f64 {
+        hyper_parts(self)[k]
+    }
+    fn add_to_part(&mut self, k: usize, x: f64) {
+        let mut parts = hyper_parts(self);
+        parts[k] += x;
+        let [re, eps1, eps2, mixed] = parts;
+        *self = hyper(re, eps1, eps2, mixed);
+    }
+    fn of<F: Family>(family: F) -> F::Of<Self> {
+        family.hyper()
     }
 }

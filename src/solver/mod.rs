@@ -15,8 +15,7 @@ pub use stopped::Stopped;
 
 use nalgebra::DVector;
 
-use crate::adjoint::AdjointSweep;
-use crate::adjoint::{AdjointVariables, Gradient};
+use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, SecondOrderSweep};
 use crate::forward::{ForwardSweep, Motion};
 use std::ops::ControlFlow;
 
@@ -45,6 +44,7 @@ pub struct Solver<'s> {
     settings: Settings,
     forward: ForwardSweep,
     sweep: AdjointSweep,
+    products: Option<Box<SecondOrderSweep>>,
 }
 
 impl<'s> Solver<'s> {
@@ -55,6 +55,7 @@ impl<'s> Solver<'s> {
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
             sweep: AdjointSweep::new(system, settings.scheme),
+            products: None,
         }
     }
 
@@ -232,6 +233,35 @@ impl<'s> Solver<'s> {
         }
         let factors = [&[of_cost], of_outputs].concat();
         self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors))
+    }
+
+    /// The Hessian of what was differentiated last ([`gradient`](Self::gradient) or a weighted one; J if nothing was), times a direction of the inputs
+    /// ([`Inputs::no_change`]): exact, and about the price of a gradient. Its value is the derivative along the direction.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes::CartPendulum};
+    ///
+    /// let system = CartPendulum::default().scene().compile()?;
+    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    /// inputs.controls.fill(10.0);
+    /// let mut solver = Solver::new(&system, Settings::default());
+    /// solver.simulate(&inputs)?;
+    /// let mut push = inputs.no_change();
+    /// push.controls[(0, 3)] = 1.0;
+    /// let column = solver.hessian_product(&push)?.controls.clone();
+    /// push.controls.fill(0.0);
+    /// push.controls[(0, 7)] = 1.0;
+    /// assert!((solver.hessian_product(&push)?.controls[(0, 3)] - column[(0, 7)]).abs() < 1e-12);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; a motion that was started anew, a start that
+    /// is assembled, costs that depend on accelerations or reactions.
+    pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
+        let Solver { system, settings, forward, sweep, products } = self;
+        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        products.run(system, (forward, sweep), settings, direction)
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

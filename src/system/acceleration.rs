@@ -11,17 +11,18 @@
 
 use std::sync::Arc;
 
-use super::acceleration_kernels::{AccelerationKernels, AccelerationOf};
-use super::assembly::{Input, by_formula, input};
+use super::acceleration_kernels::AccelerationKernels;
+use super::assembly::by_formula;
 use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
 use super::cost::CostRows;
 use super::element::Element;
 use super::formula::{Component, Formula};
-use super::jet::{Hyper, hyper, hyper_parts};
 use super::plain::HyperPoint;
 use super::point::Layout;
+use super::target::Target;
 use super::view::NodeView;
 use crate::System;
+use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Kernel, Lanes, Registers};
 
 /// Elements of one formula.
@@ -35,14 +36,6 @@ struct Group {
     rows: Lanes,
     rows_fixed: Vec<f64>,
     of: Vec<(Target, f64)>,
-}
-
-/// What c·f + e·g is differentiated by, in the numbering of the scene.
-#[derive(Clone, Copy)]
-enum Target {
-    Coordinate(usize),
-    Velocity(usize),
-    Input(Input),
 }
 
 /// The equations of accelerations and reactions of a scene.
@@ -141,29 +134,6 @@ impl Group {
     }
 }
 
-impl Target {
-    fn of(element: &Element, of: AccelerationOf) -> (Self, f64) {
-        match of {
-            AccelerationOf::Coordinate(i) => (Target::Coordinate(element.q[i]), 1.0),
-            AccelerationOf::Velocity(i) => (Target::Velocity(element.q[i]), 1.0),
-            AccelerationOf::Input(of) => {
-                let (input, factor) = input(element, of);
-                (Target::Input(input), factor)
-            }
-        }
-    }
-
-    fn add(self, rows: &mut CostRows, x: f64) {
-        match self {
-            Target::Coordinate(i) => rows.q[i] += x,
-            Target::Velocity(i) => rows.v[i] += x,
-            Target::Input(Input::Control(k)) => rows.u[k] += x,
-            Target::Input(Input::Design(p)) => rows.design[p] += x,
-            Target::Input(Input::Time) => rows.time += x,
-        }
-    }
-}
-
 /// The derivatives of f and g at a state, at fixed v̇ and λ, along the direction of q, v, u, t and parameters that `direction` holds in the same places.
 ///
 /// By the plain formulas, which is what lifted numbers need: ε₁ goes along the direction, ε₂ along the motion.
@@ -182,6 +152,7 @@ pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, directio
         u: list([at.u, direction.u], [&[], &[]]),
         t: hyper(at.t, direction.t, 1.0, 0.0),
         design: list([at.design, direction.design], [&[], &[]]),
+        of_costs: Default::default(),
     };
     let mut sums = Sums::new(system.n(), system.m());
     for batch in system.batches() {

@@ -8,18 +8,10 @@
 //! ```
 
 use super::derivatives::{Derivatives, input_node, sum_of_products};
-use super::formula::{Component, Formula, InputOf};
+use super::formula::{ArgumentOf, Component, Formula, InputOf};
 use super::jet::ElementKind;
 use super::shape::Shape;
 use crate::program::{Graph, Kernel, Node};
-
-/// What c·f + e·g of an element is differentiated by.
-#[derive(Clone, Copy, Debug)]
-pub enum AccelerationOf {
-    Coordinate(usize),
-    Velocity(usize),
-    Input(InputOf),
-}
 
 /// The programs.
 pub struct AccelerationKernels {
@@ -28,7 +20,7 @@ pub struct AccelerationKernels {
     pub components: Vec<Component>,
     /// The derivatives of c·f + e·g.
     pub rows: Kernel,
-    pub of: Vec<AccelerationOf>,
+    pub of: Vec<ArgumentOf>,
 }
 
 impl AccelerationKernels {
@@ -94,12 +86,11 @@ fn equations(
     }
 }
 
-fn arguments(graph: &mut Graph, shape: Shape, bound: &[bool]) -> (Vec<AccelerationOf>, Vec<Node>) {
-    let mut all: Vec<(AccelerationOf, Node)> =
-        (0..shape.n).map(|i| (AccelerationOf::Coordinate(i), graph.input(i))).collect();
-    all.extend((0..shape.n).map(|i| (AccelerationOf::Velocity(i), graph.input(shape.v() + i))));
+fn arguments(graph: &mut Graph, shape: Shape, bound: &[bool]) -> (Vec<ArgumentOf>, Vec<Node>) {
+    let mut all: Vec<(ArgumentOf, Node)> = (0..shape.n).map(|i| (ArgumentOf::Coordinate(i), graph.input(i))).collect();
+    all.extend((0..shape.n).map(|i| (ArgumentOf::Velocity(i), graph.input(shape.v() + i))));
     let constants = (0..shape.p).filter(|&p| bound[p]).map(InputOf::Constant);
     let inputs = (0..shape.k).map(InputOf::Control).chain(constants).chain([InputOf::Time]);
-    all.extend(inputs.map(|of| (AccelerationOf::Input(of), input_node(graph, shape, of))));
+    all.extend(inputs.map(|of| (ArgumentOf::Input(of), input_node(graph, shape, of))));
     all.into_iter().unzip()
 }

@@ -226,6 +226,13 @@ impl Assembly {
         }
     }
 
+    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, made from blocks.
+    pub(crate) fn push_forward(&self, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        for (run, range) in &self.stored {
+            run.push_forward(&blocks[range.clone()], &self.places[range.clone()], along, sums);
+        }
+    }
+
     /// Whether any element may bend within a step.
     pub(crate) fn may_bend(&self) -> bool {
         !self.bending.is_empty()

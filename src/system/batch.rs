@@ -10,11 +10,11 @@ use super::constants::Entry;
 use super::cost::CostRows;
 use super::element::Recordings;
 use super::item::PlacedElement;
-use super::jet::{ElementKind, Hyper, Jet, Local, Number};
+use super::jet::{ElementKind, Jet, Local, Number};
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
-use crate::number::{Fingerprint, add};
+use crate::number::{Fingerprint, Hyper, add};
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
 #[derive(Clone, Debug, Default)]
@@ -182,6 +182,10 @@ pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Hyper> + Any {
     fn add_acceleration(&self, item: usize, at: &NodeView<f64>, right: &mut Pair);
     /// Adds the derivatives of what it adds to them, with c and e.
     fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows);
+    /// Adds the changes of an element's 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs of a direction, by dual numbers.
+    fn add_changes(&self, item: usize, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>);
+    /// Adds the derivatives of the change of its c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
+    fn pull_back_along(&self, item: usize, at: (&NodeView<f64>, &NodeView<f64>), with: &Covector, rows: &mut CostRows);
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element, and its rate.
     fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2];
     /// The first element whose contributions or their derivatives are not finite.
@@ -280,6 +284,14 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
         self.items[item].pull_back_acceleration(at, with, rows);
+    }
+
+    fn add_changes(&self, item: usize, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        self.items[item].add_changes(at, along, sums);
+    }
+
+    fn pull_back_along(&self, item: usize, at: (&NodeView<f64>, &NodeView<f64>), with: &Covector, rows: &mut CostRows) {
+        self.items[item].pull_back_along(at, with, rows);
     }
 
     fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {

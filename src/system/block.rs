@@ -11,8 +11,9 @@
 
 use std::ops::Range;
 
-use super::batch::{Covector, StateRows};
+use super::batch::{Covector, StateRows, Sums};
 use super::jet::ElementKind;
+use super::view::NodeView;
 
 /// One kind of second derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -211,6 +212,31 @@ impl BlockRun {
             }
             if !term.transposed || self.like.mirrored {
                 x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
+            }
+        }
+    }
+
+    /// Adds to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state what values at some places contribute: the transpose of
+    /// [`pull_back`](Self::pull_back).
+    #[inline]
+    pub fn push_forward(&self, x: &[f64], places: &[[u32; 2]], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        let [l_v, force, phi_dot] = sums.parts_mut();
+        for term in self.like.block.terms() {
+            let of = match term.to {
+                Row::V => along.v,
+                Row::Q => along.q,
+                Row::Sigma => along.sigma,
+            };
+            let to: &mut [f64] = match term.of {
+                Variable::C => l_v,
+                Variable::D => force,
+                Variable::E => phi_dot,
+            };
+            if term.transposed || self.like.mirrored {
+                x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
+            }
+            if !term.transposed || self.like.mirrored {
+                x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
             }
         }
     }

@@ -6,7 +6,7 @@
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
 //! ```
 
-use super::batch::{Covector, Positions, StateRows};
+use super::batch::{Covector, Positions, StateRows, Sums};
 use super::block::{Block, BlockEntry};
 use super::sines::SinusoidalTerm;
 use super::view::NodeView;
@@ -178,6 +178,18 @@ impl Constants {
         multiply_transposed(&self.vq, with.c, &mut rows.q);
         multiply_transposed(&self.qq, with.d, &mut rows.q);
         multiply(&self.phi_q, with.c, &mut rows.sigma);
+    }
+
+    /// Adds the constant part of the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of state and controls.
+    pub fn push_forward(&self, along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        let [l_v, force, phi_dot] = sums.parts_mut();
+        multiply(&self.vv, along.v, l_v);
+        multiply(&self.vq, along.q, l_v);
+        multiply_transposed(&self.phi_q, along.sigma, l_v);
+        multiply(&self.qv, along.v, force);
+        multiply(&self.qq, along.q, force);
+        multiply(&self.q_u, along.u, force);
+        multiply(&self.phi_q, along.v, phi_dot);
     }
 
     /// Adds Q_uᵀ d.

@@ -5,12 +5,13 @@ use std::any::Any;
 
 use super::blame::{Argument, Suspect};
 use super::cost_formula::CostMemory;
+use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::Of;
 use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
 use crate::model::element::Sum;
-use crate::number::{Fingerprint, Real};
+use crate::number::{Fingerprint, Hyper, Real};
 
 /// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +37,18 @@ impl<R: Real> Weights<R> {
     /// The factors between given nodes.
     pub fn between(integral: R) -> Self {
         Weights { given: None, integral }
+    }
+
+    /// The same on other numbers.
+    pub fn map<T>(&self, f: impl Fn(R) -> T) -> Weights<T> {
+        let given = self.given.as_ref().map(|given| GivenWeights {
+            node: given.node,
+            plain: f(given.plain),
+            rectangle: f(given.rectangle),
+            trapezoidal: f(given.trapezoidal),
+            terminal: f(given.terminal),
+        });
+        Weights { given, integral: f(self.integral) }
     }
 
     /// The factor for one way; none if it has nothing to do with this place.
@@ -223,7 +236,7 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 }
 
 /// Costs in real numbers, with derivatives.
-pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any {
+pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     /// Takes the parameters of all costs through `resolve`.
     fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
     /// Records every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
@@ -242,6 +255,18 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Dual64> + Any 
     fn has_integral(&self) -> bool;
     /// The last single node at which a cost counts, and the name of the cost.
     fn last_node(&self) -> Option<(usize, &str)>;
+    /// The programs for second derivatives, of all costs that can be recorded.
+    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
+    /// Takes over design variables.
+    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]);
+    /// Adds the changes of value and derivatives along a direction of what they depend on and of the weights, with these programs.
+    fn gradient_along(
+        &self,
+        programs: &mut [Option<CostSecondOrder>],
+        at: (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    );
     /// Adds value and derivatives.
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.

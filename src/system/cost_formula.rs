@@ -152,7 +152,7 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], slopes: &[Node], parameter
 }
 
 /// The partial derivatives of a node, without those that vanish.
-fn gradient(graph: &mut Graph, value: Node, of: Vec<Partial>) -> (Vec<Partial>, Vec<Node>) {
+pub(super) fn gradient(graph: &mut Graph, value: Node, of: Vec<Partial>) -> (Vec<Partial>, Vec<Node>) {
     let one = graph.constant(1.0);
     let arguments: Vec<Node> = of
         .iter()

@@ -31,6 +31,15 @@ pub enum InputOf {
     Time,
 }
 
+/// What a sum of an element's is differentiated by.
+#[derive(Clone, Copy, Debug)]
+pub enum ArgumentOf {
+    Coordinate(usize),
+    Velocity(usize),
+    Multiplier(usize),
+    Input(InputOf),
+}
+
 /// The programs of an element that has a graph.
 #[derive(Clone, Debug)]
 pub struct Kernels {

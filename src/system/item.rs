@@ -9,11 +9,11 @@ use super::blame::Argument;
 use super::constants::Entry;
 use super::element::Element;
 use super::formula::Formula;
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number, Slope, hyper, hyper_parts, slope};
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use super::shape::{Place, Shape};
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::Fingerprint;
+use crate::number::{Fingerprint, Slope, hyper, hyper_parts, slope};
 use crate::program::{Obstacle, Symbol, Template, record};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
@@ -173,7 +173,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
-    fn pair<R: Number>(&self, first: &FirstDerivatives<R, N, M>, with: &Covector) -> R {
+    pub(super) fn pair<R: Number>(&self, first: &FirstDerivatives<R, N, M>, with: &Covector) -> R {
         let mut sum = R::zero();
         for (i, &coordinate) in self.q.iter().enumerate() {
             sum += first.l_v[i] * with.c[coordinate] + first.force[i] * with.d[coordinate];

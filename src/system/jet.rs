@@ -1,40 +1,10 @@
 //! Elements seen through automatic differentiation: what each kind contributes to the equations of a step.
 
 use nalgebra::SVector;
-use num_dual::{Derivative, DualNum, DualSVec, DualSVec64};
+use num_dual::DualNum;
 
 use crate::Scalar;
-
-/// A number with one derivative, or without: num-dual's `Dual64` cannot tell a derivative that vanishes from none, and the root of a constant
-/// zero has a derivative that is zero, while that of a number that vanishes has not.
-pub type Slope = DualSVec64<1>;
-
-/// The derivative.
-#[inline]
-pub fn slope(x: &Slope) -> f64 {
-    x.eps.0.map_or(0.0, |eps| eps[0])
-}
-
-/// A number with derivatives along two directions and the mixed one, each there or not: ε₁ inside, ε₂ outside.
-pub type Hyper = DualSVec<Slope, 1>;
-
-/// A hyper-dual number by its parts; what vanishes counts as none.
-pub fn hyper(re: f64, eps1: f64, eps2: f64, eps1eps2: f64) -> Hyper {
-    let with = |x: f64, slope: f64| {
-        let eps = if slope == 0.0 { Derivative::none() } else { Derivative::some(SVector::from([slope])) };
-        Slope::new(x, eps)
-    };
-    let is_none = eps2 == 0.0 && eps1eps2 == 0.0;
-    let eps = if is_none { Derivative::none() } else { Derivative::some(SVector::from([with(eps2, eps1eps2)])) };
-    Hyper::new(with(re, eps1), eps)
-}
-
-/// The value and the derivatives along ε₁, ε₂ and both.
-#[inline]
-pub fn hyper_parts(x: &Hyper) -> [f64; 4] {
-    let [eps2, mixed] = x.eps.0.map_or([0.0; 2], |eps| [eps[0].re, slope(&eps[0])]);
-    [x.re.re, slope(&x.re), eps2, mixed]
-}
+use crate::number::Slope;
 
 /// A number that formulas and their derivatives are evaluated with.
 pub trait Number: DualNum<Primitive = f64> + Copy {}

@@ -3,6 +3,7 @@
 mod accelerated;
 mod acceleration;
 mod acceleration_kernels;
+mod along;
 mod applied;
 mod assembly;
 mod batch;
@@ -11,6 +12,7 @@ mod block;
 mod constants;
 mod cost;
 mod cost_formula;
+mod cost_second_order;
 mod cost_shape;
 mod derivatives;
 mod element;
@@ -28,9 +30,12 @@ mod placed_cost;
 mod plain;
 mod point;
 mod print;
+mod second_order;
+mod second_order_kernels;
 mod shape;
 mod sines;
 mod structure;
+mod target;
 mod verify;
 #[cfg(test)]
 pub(crate) mod verify_tests;
@@ -48,6 +53,7 @@ pub(crate) use constants::{Constants, Entry};
 use cost::CostUse;
 pub(crate) use cost::{AnyCosts, CostRows, Depends, GivenWeights, Weights, factors_of};
 pub(crate) use cost_formula::CostMemory;
+pub(crate) use cost_second_order::CostSecondOrder;
 pub(crate) use cost_shape::CostShape;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
@@ -56,6 +62,7 @@ pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
 pub(crate) use placed_cost::{Costs, Fixed, PlacedCost};
+pub(crate) use second_order::SecondOrderEquations;
 pub(crate) use sines::Sines;
 pub(crate) use view::NodeView;
 
@@ -73,7 +80,7 @@ use element::{Element, Recordings};
 use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
-use plain::{add_sums, plain_costs, write_phi};
+use plain::{add_sums, sum_of_costs, write_phi};
 use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -447,8 +454,7 @@ impl System {
 
     /// The weighted sum of all costs at one node, with the factors of J and of the outputs.
     pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
-        let values = self.costs.iter().map(|costs| plain_costs::<R>(costs.as_ref()).value(at, weights, factors));
-        values.fold(R::zero(), |sum, value| sum + value)
+        sum_of_costs(&self.costs, at, weights, factors)
     }
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.

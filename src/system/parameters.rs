@@ -72,7 +72,7 @@ impl Parameters {
     }
 
     /// (∂z/∂b)ᵀ w at b.
-    pub(crate) fn pull_back(&self, design: &[f64], w: &[f64], gradient: &mut [f64]) {
+    pub(crate) fn pull_back<S: Scalar>(&self, design: &[S], w: &[S], gradient: &mut [S]) {
         gradient.copy_from_slice(&w[..self.designs]);
         let (graph, nodes) = &self.pulled_back;
         if nodes.is_empty() {

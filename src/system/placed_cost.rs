@@ -1,18 +1,19 @@
 //! Costs of one type: their programs, and their values and derivatives at a node.
 
 use nalgebra::SVector;
-use num_dual::DualSVec64;
+use num_dual::{Dual64, DualSVec64};
 use std::any::Any;
 
 use super::blame::Suspect;
 use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts, Weights};
 use super::cost_formula::{CostFormula, CostMemory, Partial};
+use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
 use super::view::NodeView;
 use crate::model::Param;
 use crate::model::element::{CostPoint, ListCost, ListPoint, Sum};
-use crate::number::{Fingerprint, Real};
+use crate::number::{Fingerprint, Real, hyper, hyper_parts};
 use crate::program::{Obstacle, Symbol, Template, record};
 use crate::{Cost, Scalar};
 
@@ -123,6 +124,11 @@ impl<C: ListCost> PlacedCost<C> {
                 _ => self.dual_gradient(at, weight * factor, rows),
             };
         rows.value += weight * value;
+        self.add_by_steps(value, rows);
+    }
+
+    /// Adds h to the derivatives with respect to what its weight is made of.
+    fn add_by_steps(&self, value: f64, rows: &mut CostRows) {
         rows.evaluations += 1;
         match self.sum {
             Sum::Rectangle => rows.step_after += value,
@@ -133,6 +139,64 @@ impl<C: ListCost> PlacedCost<C> {
             Sum::Integral => rows.integrand += value,
             Sum::Plain | Sum::Terminal | Sum::Node(_) => {}
         }
+    }
+
+    /// The change of value and derivatives along a direction.
+    fn gradient_along(
+        &self,
+        program: &mut Option<CostSecondOrder>,
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    ) {
+        let factor = rows.factors[self.output];
+        let is_summed = |weight: &Dual64| weight.re != 0.0 || weight.eps != 0.0 || self.sum.is_of_both_steps();
+        let Some(weight) = weights.of(self.sum).filter(is_summed).filter(|_| factor != 0.0) else { return };
+        let (_, mut slopes) = rows.memory_and_slopes();
+        let put = |of: Partial, [slope, change]: [f64; 2]| {
+            let x = factor * (weight.re * change + weight.eps * slope);
+            match of {
+                Partial::Argument(which) => slopes.add(self.shape.places[which], x),
+                Partial::Constant(p) => {
+                    if let Some((design, factor)) = self.b[p].bound() {
+                        slopes.design[design] += factor * x;
+                    }
+                }
+            }
+        };
+        let rate_of_constant = |p: usize| self.b[p].bound().map_or(0.0, |(place, factor)| factor * along.design[place]);
+        let rate = |which| self.argument(along, which);
+        let [value, change] = match program {
+            Some(program) => program.evaluate(|which| self.argument(at, which), rate, rate_of_constant, put),
+            None => self.dual_gradient_along(at, rate, rate_of_constant, put),
+        };
+        rows.value += factor * (weight.re * change + weight.eps * value);
+        self.add_by_steps(factor * change, rows);
+    }
+
+    /// h and its change along a direction, and each partial derivative with its change, by hyper-dual numbers.
+    fn dual_gradient_along(
+        &self,
+        at: &NodeView<f64>,
+        rate: impl Fn(usize) -> f64,
+        rate_of_constant: impl Fn(usize) -> f64,
+        mut put: impl FnMut(Partial, [f64; 2]),
+    ) -> [f64; 2] {
+        let arguments = (0..self.shape.len()).map(Partial::Argument);
+        let constants = (0..self.b.len()).filter(|&p| self.b[p].bound().is_some()).map(Partial::Constant);
+        let evaluate = |of: Option<Partial>| {
+            let seeded = |is_seed: bool, x: f64, rate: f64| hyper(x, if is_seed { 1.0 } else { 0.0 }, rate, 0.0);
+            let argument = |i: usize| seeded(of == Some(Partial::Argument(i)), self.argument(at, i), rate(i));
+            let constant =
+                |p: usize| seeded(of == Some(Partial::Constant(p)), self.b[p].value(at.design), rate_of_constant(p));
+            hyper_parts(&self.evaluate(argument, constant))
+        };
+        for of in arguments.chain(constants) {
+            let [_, slope, _, change] = evaluate(Some(of));
+            put(of, [slope, change]);
+        }
+        let [value, _, change, _] = evaluate(None);
+        [value, change]
     }
 
     /// Value and gradient by the program.
@@ -261,6 +325,31 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         for item in &self.items {
             item.gradient(at, weights, rows);
         }
+    }
+
+    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
+        let of = |item: &PlacedCost<C>| {
+            item.formula.as_ref()?;
+            let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
+            CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
+        };
+        self.items.iter().map(of).collect()
+    }
+
+    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
+        for (item, program) in self.items.iter().zip(programs) {
+            program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
+        }
+    }
+
+    fn gradient_along(
+        &self,
+        programs: &mut [Option<CostSecondOrder>],
+        at: (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    ) {
+        self.items.iter().zip(programs).for_each(|(item, program)| item.gradient_along(program, at, weights, rows));
     }
 
     fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {

@@ -5,11 +5,10 @@
 use num_dual::Dual64;
 
 use super::batch::{AnyBatch, PlainBatch, Sums};
-use super::cost::{AnyCosts, PlainCosts};
-use super::jet::{Hyper, hyper, hyper_parts};
+use super::cost::{AnyCosts, PlainCosts, Weights};
 use super::view::NodeView;
 use crate::Cx;
-use crate::number::{Family, Real};
+use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
 
 /// The formulas of a batch, for numbers of one type.
 pub(super) enum Plain<'a, R: Real> {
@@ -31,26 +30,63 @@ impl<'a> Family for Elements<'a> {
     fn dual(self) -> Plain<'a, Dual64> {
         Plain::ByHyper(self.0)
     }
+    fn hyper(self) -> Plain<'a, Hyper> {
+        Plain::Direct(self.0)
+    }
 }
 
 struct OfCosts<'a>(&'a dyn AnyCosts);
 
-impl<'a> Family for OfCosts<'a> {
-    type Of<R: Real> = &'a dyn PlainCosts<R>;
+/// The costs of a batch, for numbers of one type.
+enum PlainCost<'a, R: Real> {
+    Direct(&'a dyn PlainCosts<R>),
+    ByHyper(&'a dyn PlainCosts<Hyper>),
+}
 
-    fn real(self) -> &'a dyn PlainCosts<f64> {
-        self.0
+impl<'a> Family for OfCosts<'a> {
+    type Of<R: Real> = PlainCost<'a, R>;
+
+    fn real(self) -> PlainCost<'a, f64> {
+        PlainCost::Direct(self.0)
     }
-    fn complex(self) -> &'a dyn PlainCosts<Cx> {
-        self.0
+    fn complex(self) -> PlainCost<'a, Cx> {
+        PlainCost::Direct(self.0)
     }
-    fn dual(self) -> &'a dyn PlainCosts<Dual64> {
-        self.0
+    fn dual(self) -> PlainCost<'a, Dual64> {
+        PlainCost::ByHyper(self.0)
+    }
+    fn hyper(self) -> PlainCost<'a, Hyper> {
+        PlainCost::Direct(self.0)
     }
 }
 
-pub(super) fn plain_costs<R: Real>(costs: &dyn AnyCosts) -> &dyn PlainCosts<R> {
-    R::of(OfCosts(costs))
+/// The weighted sum of all costs of some batches at one node.
+pub(super) fn sum_of_costs<R: Real>(
+    all: &[Box<dyn AnyCosts>],
+    at: &NodeView<R>,
+    weights: &Weights<R>,
+    factors: &[f64],
+) -> R {
+    let mut lifted: Option<(HyperPoint, Weights<Hyper>)> = None;
+    let mut sum = R::zero();
+    for costs in all {
+        match R::of(OfCosts(costs.as_ref())) {
+            PlainCost::Direct(costs) => sum += costs.value(at, weights, factors),
+            PlainCost::ByHyper(costs) => {
+                let (point, weights) = lifted.get_or_insert_with(|| (HyperPoint::of_cost(at), weights.map(lift)));
+                add_back(std::slice::from_mut(&mut sum), &[costs.value(&point.view(), weights, factors)]);
+            }
+        }
+    }
+    sum
+}
+
+fn lift<R: Real>(x: R) -> Hyper {
+    hyper(x.part(0), x.part(1), 0.0, 0.0)
+}
+
+fn lift_all<R: Real>(x: &[R]) -> Vec<Hyper> {
+    x.iter().map(|x| lift(*x)).collect()
 }
 
 /// A point in hyper-dual numbers.
@@ -61,19 +97,29 @@ pub(super) struct HyperPoint {
     pub u: Vec<Hyper>,
     pub t: Hyper,
     pub design: Vec<Hyper>,
+    /// p*, ṗ*, v̇, λ and u̇, for costs alone.
+    pub of_costs: [Vec<Hyper>; 5],
 }
 
 impl HyperPoint {
     /// With the derivative parts along ε₁.
     fn of<R: Real>(at: &NodeView<R>) -> Self {
-        let lift = |x: &R| hyper(x.part(0), x.part(1), 0.0, 0.0);
-        let list = |x: &[R]| x.iter().map(lift).collect::<Vec<Hyper>>();
-        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(list);
-        HyperPoint { q, v, sigma, u, t: lift(&at.t), design }
+        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(lift_all);
+        HyperPoint { q, v, sigma, u, t: lift(at.t), design, of_costs: Default::default() }
+    }
+
+    /// With what costs may depend on besides.
+    fn of_cost<R: Real>(at: &NodeView<R>) -> Self {
+        HyperPoint {
+            of_costs: [at.p_star, at.p_star_dot, at.v_dot, at.lambda, at.u_dot].map(lift_all),
+            ..HyperPoint::of(at)
+        }
     }
 
     pub fn view(&self) -> NodeView<'_, Hyper> {
-        NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design))
+        let [p_star, p_star_dot, v_dot, lambda, u_dot] = &self.of_costs;
+        let equations = NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design));
+        NodeView { p_star, p_star_dot, v_dot, lambda, u_dot, ..equations }
     }
 }
 

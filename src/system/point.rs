@@ -8,7 +8,8 @@ use super::formula::Component;
 use super::shape::Place;
 use super::view::NodeView;
 
-/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e, then the rates of the former.
+/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e, then the rates of the former, and where
+/// second derivatives are wanted those of the values of parameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Layout {
     pub(crate) n: usize,
@@ -47,6 +48,7 @@ impl Layout {
             Place::SigmaRate(j) => self.rates() + 2 * n + element.sigma[j],
             Place::URate(k) => self.rates() + 2 * n + m + element.u[k],
             Place::TRate => self.rates() + self.t(),
+            Place::ConstantRate(p) => self.len() + element.b[p].bound().map_or(0, |(place, _)| place),
         }
     }
 
@@ -76,6 +78,12 @@ impl Layout {
         let (v_dot, rest) = point[self.rates() + self.n..].split_at_mut(self.n);
         v_dot.copy_from_slice(at.v_dot);
         rest[..self.m].copy_from_slice(at.lambda);
+    }
+
+    /// A direction of all arguments, and of the values of parameters, as rates.
+    pub(crate) fn load_direction(&self, along: &NodeView<f64>, point: &mut [f64]) {
+        let all = [along.q, along.v, along.sigma, along.u].into_iter().flatten().chain([&along.t]).chain(along.design);
+        point[self.rates()..].iter_mut().zip(all).for_each(|(rate, x)| *rate = *x);
     }
 
     /// A point and its rates.

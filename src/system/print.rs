@@ -24,6 +24,7 @@ impl Place {
             Place::SigmaRate(j) => format!("dsigma{j}"),
             Place::URate(k) => format!("du{k}"),
             Place::TRate => "dt".into(),
+            Place::ConstantRate(p) => format!("db{p}"),
         }
     }
 }

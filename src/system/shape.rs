@@ -2,7 +2,8 @@
 
 /// How many coordinates, equations, controls and constants an element has.
 ///
-/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t.
+/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t, and those of the
+/// constants (p).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shape {
     pub n: usize,
@@ -27,6 +28,7 @@ pub enum Place {
     SigmaRate(usize),
     URate(usize),
     TRate,
+    ConstantRate(usize),
 }
 
 impl Shape {
@@ -55,6 +57,10 @@ impl Shape {
         self.e() + self.m
     }
 
+    pub const fn constant_rates(self) -> usize {
+        self.rates() + self.sigma() + self.m
+    }
+
     /// The arguments that have rates, in their order.
     pub fn moving(self) -> impl Iterator<Item = usize> {
         (0..self.u()).chain(self.sigma()..self.c()).chain(self.u()..self.sigma())
@@ -71,6 +77,7 @@ impl Shape {
             i if i < self.d() => Place::C(i - self.c()),
             i if i < self.e() => Place::D(i - self.d()),
             i if i < self.rates() => Place::E(i - self.e()),
+            i if i >= self.constant_rates() => Place::ConstantRate(i - self.constant_rates()),
             i => match self.moving().nth(i - self.rates()).map(|which| self.place(which)) {
                 Some(Place::Q(i)) => Place::QRate(i),
                 Some(Place::V(i)) => Place::VRate(i),

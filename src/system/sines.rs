@@ -10,7 +10,9 @@
 //!
 //! The plain formulas hold these expressions to account in the tests.
 
-use super::batch::{Covector, StateRows};
+use super::batch::{Covector, StateRows, Sums};
+use super::cost::CostRows;
+use super::view::NodeView;
 use crate::number::Known;
 
 /// α sin q + β cos q in one equation.
@@ -220,6 +222,54 @@ impl Sines {
             }
             rows.v[i] += row_v;
             rows.q[i] += row_q;
+        }
+    }
+
+    /// Adds the changes of 𝓛_v, 𝓛_q and dΦ/dt along a direction.
+    pub fn push_forward(&self, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+        let [l_v, force, phi_dot] = sums.parts_mut();
+        for (angle, terms, at) in self.each(blocks) {
+            let i = angle.coordinate;
+            let (q, v) = (along.q[i], along.v[i]);
+            let (mut of_l_v, mut of_force) = (at.s_prime * q, at.s_prime * v - at.v * at.s * q);
+            for term in terms {
+                let (phi_q, phi_dot_q, sigma) = (term.phi_q(&at), term.phi_dot_q(&at), along.sigma[term.equation]);
+                of_l_v += phi_q * sigma;
+                of_force += phi_dot_q * sigma;
+                phi_dot[term.equation] += phi_q * v + phi_dot_q * q;
+            }
+            l_v[i] += of_l_v;
+            force[i] += of_force;
+        }
+    }
+
+    /// Adds the derivatives with respect to the state of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction: with ŝ and ŝ′ as s and s′, of e
+    /// in the place of σ, and ṡ and ṡ′ of the direction's σ,
+    ///
+    /// ```text
+    ///   ψ_q = c s′ − d v s + v ŝ′      ψ_v = d s′ + ŝ      ψ_σ = c Φ_q + d (dΦ/dt)_q
+    /// ```
+    pub fn pull_back_along(&self, blocks: &[f64], along: &NodeView<f64>, with: &Covector, rows: &mut CostRows) {
+        for (angle, terms, at) in self.each(blocks) {
+            let i = angle.coordinate;
+            let (q, v, c, d) = (along.q[i], along.v[i], with.c[i], with.d[i]);
+            let ([mut a, mut b], [mut a_of_e, mut b_of_e]) = ([0.0; 2], [0.0; 2]);
+            // ψ_σ = α of_sine + β of_cosine, changed.
+            let of_sine = -c * at.sin * q - d * (v * at.sin + at.v * at.cos * q);
+            let of_cosine = -c * at.cos * q - d * (v * at.cos - at.v * at.sin * q);
+            for term in terms {
+                let (sigma, e) = (along.sigma[term.equation], with.e[term.equation]);
+                a += sigma * term.sine;
+                b += sigma * term.cosine;
+                a_of_e += e * term.sine;
+                b_of_e += e * term.cosine;
+                rows.sigma[term.equation] += term.sine * of_sine + term.cosine * of_cosine;
+            }
+            let (s, s_prime) = (a * at.cos - b * at.sin, -(a * at.sin + b * at.cos));
+            let (s_of_e, s_prime_of_e) = (a_of_e * at.cos - b_of_e * at.sin, -(a_of_e * at.sin + b_of_e * at.cos));
+            let of_c = s_prime - at.s * q;
+            rows.q[i] += c * of_c - d * (v * at.s + at.v * (at.s_prime * q + s)) + v * s_prime_of_e - at.v * s_of_e * q;
+            rows.v[i] += d * of_c + s_prime_of_e * q;
         }
     }
 

@@ -6,9 +6,10 @@ use super::batch::Covector;
 use super::block::BlockEntry;
 use super::formula::{Component, Formula, InputOf};
 use super::item::PlacedElement;
-use super::jet::{FirstDerivatives, Hyper, Jet, Local, Slope, hyper, hyper_parts, slope};
+use super::jet::{FirstDerivatives, Jet, Local};
 use super::shape::Place;
 use super::view::NodeView;
+use crate::number::{Hyper, Slope, hyper, hyper_parts, slope};
 
 /// Random numbers of a linear congruential generator, between −1 and 1; the same ones every time.
 pub(super) struct Draw(pub u64);
@@ -51,7 +52,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             Place::VRate(i) => with.c[i],
             Place::SigmaRate(j) => with.e[j],
             Place::URate(_) => 0.37,
-            Place::TRate => 1.3,
+            Place::TRate | Place::ConstantRate(_) => 1.3,
         };
         let mut first = FirstDerivatives::zero();
         let mut dual = vec![0.0; J::KIND.length(N, M)];

@@ -1,6 +1,6 @@
 //! Motions of any length, and how exact their gradients are.
 
-use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation, no_change};
+use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation};
 use hamiltonian_adjoint::{
     Error, Gradient, Grid, Inputs, LongSolver, Report, Scheme, Settings, Start, State, System, Trajectory, Warning, gradient,
 };
@@ -240,7 +240,7 @@ pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usi
 ///
 /// Rounding is amplified alike, and two computations of one motion, or of its gradient, cannot agree better.
 pub fn amplification(system: &System, inputs: &Inputs) -> Result<f64, Error> {
-    let mut direction = no_change(inputs);
+    let mut direction = inputs.no_change();
     direction.start.rate_mut().fill(1.0);
     let settings = Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, ..Settings::default() };
     Ok(direct_differentiation(system, inputs, settings, &direction)?.motion.q.amax())

@@ -1,6 +1,5 @@
 //! Random directions of the inputs, and the gradient along them.
 
-use super::super::direct::no_change;
 use super::super::random::Random;
 use crate::{Gradient, Inputs};
 
@@ -68,7 +67,7 @@ impl Part {
 
 /// A random direction in some parts, each number moving as far as numbers of its kind are large.
 pub(super) fn random(inputs: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
-    let mut direction = no_change(inputs);
+    let mut direction = inputs.no_change();
     for &part in parts {
         let values = part.of(inputs);
         let largest = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));

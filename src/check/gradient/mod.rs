@@ -14,7 +14,6 @@ pub use report::{DirectionReport, GradientReport};
 pub use taylor::{Remainder, Taylor};
 
 use super::derivative::Input;
-use super::direct::no_change;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
@@ -155,7 +154,7 @@ impl GradientCheck<'_> {
         let inputs = Input::all(self.inputs);
         let mut rows = Vec::new();
         for input in &inputs {
-            let mut direction = no_change(self.inputs);
+            let mut direction = self.inputs.no_change();
             let x = input.of(&mut self.inputs.clone()).abs();
             *input.of(&mut direction) = if x == 0.0 { 1.0 } else { x };
             rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);

@@ -213,7 +213,7 @@ impl Near<'_> {
     /// Factors K(h) with the blocks of a stage of the step into a node.
     fn factor(&mut self, i: usize, h: f64, blocks: &[f64]) -> Result<(), Error> {
         let factored = self.newton.factor(self.system, h, blocks, self.report);
-        factored.map_err(|breakdown| self.system.singular_step(&breakdown, i, self.motion.trajectory.times[i]))
+        factored.map(|_| ()).map_err(|breakdown| self.system.singular_step(&breakdown, i, self.motion.trajectory.times[i]))
     }
 }
 

@@ -1,0 +1,138 @@
+//! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
+
+use num_dual::Dual64;
+
+use super::SecondOrderSweep;
+use super::forward::along_start;
+use crate::adjoint::{AdjointSweep, Gradient};
+use crate::forward::Motion;
+use crate::node::Newton;
+use crate::number::dot;
+use crate::scheme::carried_part;
+use crate::system::Covector;
+use crate::{Error, Settings, Start, System};
+
+impl SecondOrderSweep {
+    pub(super) fn backward(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        first: &AdjointSweep,
+    ) -> Result<&Gradient, Error> {
+        self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
+        self.sweep.cost.factors.copy_from_slice(&first.cost.factors);
+        for node in (0..motion.nodes()).rev() {
+            self.visit(system, motion, (newton, first), node)?;
+        }
+        self.begin_rows(system, motion, (newton, first));
+        self.parameter_rows(system, motion, first);
+        self.sweep.gradient.warnings.clear();
+        self.sweep.gradient.check_finite(system)?;
+        Ok(&self.sweep.gradient)
+    }
+
+    /// Goes back through one node, and through the step into it.
+    fn visit(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (newton, first): (&mut Newton, &AdjointSweep),
+        node: usize,
+    ) -> Result<(), Error> {
+        let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
+        self.sources_of_node(system, motion, (newton, first), node)?;
+        let sweep = &mut self.sweep;
+        sweep.solve_stage(system, motion, newton, (node, last), dt * scheme.a(last, last), None)?;
+        sweep.input_rows(system, newton, || motion.at(node), node)?;
+        sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
+        if node == 0 {
+            return Ok(());
+        }
+        for s in (1..last).rev() {
+            self.inner_stage(system, motion, (newton, first), (node, s))?;
+        }
+        self.sweep.step_row(motion, None, node);
+        self.step_row(motion, first, node);
+        carried_part((&scheme, 0), dt, &mut self.sweep.step, &mut self.sweep.carried);
+        self.carry(motion, first, (node, 0));
+        Ok(())
+    }
+
+    /// Goes back through a stage between a node and the one before it.
+    fn inner_stage(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (newton, first): (&mut Newton, &AdjointSweep),
+        (node, s): (usize, usize),
+    ) -> Result<(), Error> {
+        let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
+        let before = std::mem::take(&mut self.sweep.time);
+        carried_part((&scheme, s), dt, &mut self.sweep.step, &mut self.sweep.carried);
+        self.carry(motion, first, (node, s));
+        self.sources_of_stage(system, motion, (newton, first), (node, s))?;
+        self.sweep.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
+        self.sweep.input_rows(system, newton, || motion.at_stage(node, s), node)?;
+        self.sweep.add_inner_inputs(node, scheme.c(s));
+        self.sweep.time += before;
+        Ok(())
+    }
+
+    /// Δt˙ Σ_{r>s} a_rs (a_r, b_r), the change of what is carried with the length of the step.
+    fn carry(&mut self, motion: &Motion, first: &AdjointSweep, (node, s): (usize, usize)) {
+        let (scheme, dt_dot) = (motion.trajectory.scheme, self.change.length(node));
+        let carried = &mut self.sweep.carried;
+        if scheme.stages() == 1 {
+            carried.alpha.fill(0.0);
+            carried.beta.fill(0.0);
+        }
+        let Some(record) = first.record.as_ref().filter(|_| dt_dot != 0.0) else { return };
+        for r in s + 1..=scheme.stages() {
+            let ([a, b], factor) = (record.of_step(motion.block_column(node, r)), dt_dot * scheme.a(r, s));
+            carried.alpha.iter_mut().zip(a).for_each(|(sum, a)| *sum += factor * a);
+            carried.beta.iter_mut().zip(b).for_each(|(sum, b)| *sum += factor * b);
+        }
+    }
+
+    /// What dJ/dΔt = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ g_j) changes by with v_j and g_j.
+    fn step_row(&mut self, motion: &Motion, first: &AdjointSweep, node: usize) {
+        let (scheme, Some(record)) = (motion.trajectory.scheme, &first.record) else { return };
+        let mut own = 0.0;
+        for (s, row) in scheme.rows.iter().enumerate() {
+            let [a, b] = record.of_step(motion.block_column(node, s + 1));
+            for (j, weight) in row.iter().enumerate() {
+                let (v, rate) = self.change.trajectory.rates(node, j);
+                own += weight * (dot(a, v) + dot(b, rate));
+            }
+        }
+        self.sweep.refinement.add_step(node, -own, &mut self.sweep.gradient.steps);
+    }
+
+    /// To q₀ and v₀ or p*₀, with what p*₀ = T_v(q₀, v₀; b) changes by itself.
+    fn begin_rows(&mut self, system: &System, motion: &Motion, (newton, first): (&mut Newton, &AdjointSweep)) {
+        let SecondOrderSweep { sweep, change, programs, zeros, no_controls, right, .. } = self;
+        sweep.start_rows(system, motion, newton);
+        let (Some(record), Some(programs)) = (&first.record, programs) else { return };
+        let [_, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
+        let Start::Velocity { q, v } = &mut sweep.gradient.start else { return };
+        right.v.iter_mut().zip(b).for_each(|(c, b)| *c = -b);
+        let (with, rows) = (Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma }, &mut sweep.cost);
+        let along = along_start(change, (&zeros.sigma, no_controls));
+        rows.clear();
+        newton.evaluation.pull_back_along(motion.node_blocks(0), &along, &with, rows);
+        programs.equations.pull_back(system.batches(), (&motion.at(0), &along), &with, rows);
+        q.iter_mut().zip(&rows.q).for_each(|(sum, row)| *sum += row);
+        v.iter_mut().zip(&rows.v).for_each(|(sum, row)| *sum += row);
+        sweep.design.iter_mut().zip(&rows.design).for_each(|(sum, row)| *sum += row);
+    }
+
+    /// From the values z(b) of the parameters to b: the change of (∂z/∂b)ᵀ w.
+    fn parameter_rows(&mut self, system: &System, motion: &Motion, first: &AdjointSweep) {
+        let dual = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect::<Vec<_>>();
+        let design = dual(motion.inputs.design.as_slice(), self.change.inputs.design.as_slice());
+        let mut gradient = design.clone();
+        system.parameters().pull_back(&design, &dual(&first.design, &self.sweep.design), &mut gradient);
+        self.sweep.gradient.design.iter_mut().zip(&gradient).for_each(|(sum, row)| *sum = row.eps);
+    }
+}

@@ -1,0 +1,142 @@
+//! The motion, differentiated along a direction: one linear system with K(h) for each stage.
+
+use super::SecondOrderSweep;
+use crate::forward::Motion;
+use crate::motion::column;
+use crate::node::Newton;
+use crate::number::largest;
+use crate::scheme::known_part;
+use crate::system::NodeView;
+use crate::{Error, Start, System};
+
+impl SecondOrderSweep {
+    pub(super) fn forward(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
+        let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
+        self.begin_motion(system, motion, newton);
+        self.solve(system, motion, newton, (0, last), 0.0)?;
+        for node in 1..motion.nodes() {
+            for s in 1..=last {
+                self.known_part(motion, (node, s));
+                self.solve(system, motion, newton, (node, s), motion.length(node) * scheme.a(s, s))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
+    fn begin_motion(&mut self, system: &System, motion: &Motion, newton: &Newton) {
+        self.change.trajectory.times[0] = self.change.inputs.grid.start;
+        self.known_q.copy_from_slice(self.change.inputs.start.q().as_slice());
+        if let Start::Momentum { p_star, .. } = &self.change.inputs.start {
+            self.known_p.copy_from_slice(p_star.as_slice());
+            return;
+        }
+        let along = along_start(&self.change, (&self.zeros.sigma, &self.no_controls));
+        newton.evaluation.push_forward(system, motion.node_blocks(0), &along, &mut self.sums);
+        if let Some(programs) = &mut self.programs {
+            programs.equations.add_changes(system.batches(), (&motion.at(0), &along), &mut self.sums);
+        }
+        self.known_p.copy_from_slice(self.sums.l_v());
+    }
+
+    /// q̄˙ + ḣ v and p̄˙ + ḣ g of a stage, and its place in time.
+    fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize)) {
+        let (trajectory, inputs) = (&mut self.change.trajectory, &self.change.inputs);
+        let (scheme, dt, dt_dot) = (motion.trajectory.scheme, motion.length(node), inputs.grid.steps[node - 1]);
+        if s < scheme.stages() {
+            trajectory.place_stage(node, s, dt_dot, inputs.at_ends(node));
+        } else {
+            trajectory.times[node] = trajectory.times[node - 1] + dt_dot;
+        }
+        let before = trajectory.columns(node - 1);
+        known_part((&scheme, s), dt, (before.q, before.v), |j| trajectory.rates(node, j).0, &mut self.known_q);
+        let p_star = (before.p_star, before.p_star_dot);
+        known_part((&scheme, s), dt, p_star, |j| trajectory.rates(node, j).1, &mut self.known_p);
+        if dt_dot == 0.0 {
+            return;
+        }
+        for j in 0..=s {
+            let (factor, (v, g)) = (dt_dot * scheme.a(s, j), motion.trajectory.rates(node, j));
+            self.known_q.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * v);
+            self.known_p.iter_mut().zip(g).for_each(|(sum, g)| *sum += factor * g);
+        }
+    }
+
+    /// v̇ and σ̇ of a stage, and what follows from them.
+    fn solve(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        (node, s): (usize, usize),
+        h: f64,
+    ) -> Result<(), Error> {
+        let (at, blocks) = (motion.at_stage(node, s), motion.stage_blocks(node, s));
+        let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
+        let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
+        newton.evaluation.push_forward(system, blocks, &along, &mut self.sums);
+        if let Some(programs) = &mut self.programs {
+            programs.equations.add_changes(system.batches(), (&at, &along), &mut self.sums);
+        }
+        let (l_v, force) = (self.sums.l_v(), self.sums.force());
+        for (i, right) in self.right.v.iter_mut().enumerate() {
+            *right = self.known_p[i] - l_v[i] + h * force[i];
+        }
+        self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
+        if node > 0 {
+            let sigma = column(&self.change.trajectory.sigma, node - 1);
+            motion.trajectory.compliance.iter().for_each(|&(j, mu)| self.right.sigma[j] -= mu * sigma[j]);
+        }
+        let factored = newton.factor(system, h, blocks, &mut self.report);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
+        let pivot = factored.map_err(singular)?;
+        self.x.clone_from(&self.right);
+        newton.solve(system, &mut self.x);
+        self.change_with_state(system, newton, h, blocks);
+        if self.accuracy.is_in_doubt(pivot) {
+            self.refine(system, motion, newton, (h, blocks), pivot);
+        }
+        self.store((node, s), h);
+        Ok(())
+    }
+
+    /// What v̇ and σ̇ change 𝓛_v, 𝓛_q + Q and dΦ/dt by.
+    fn change_with_state(&mut self, system: &System, newton: &Newton, h: f64, blocks: &[f64]) {
+        self.x_q.iter_mut().zip(&self.x.v).for_each(|(q, v)| *q = h * v);
+        let along = NodeView::of_equations([&self.x_q, &self.x.v, &self.x.sigma], (&self.no_controls, 0.0, &[]));
+        newton.evaluation.push_forward(system, blocks, &along, &mut self.of_state);
+    }
+
+    /// One step of iterative refinement.
+    #[cold]
+    fn refine(&mut self, system: &System, motion: &Motion, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
+        let (l_v, force) = (self.of_state.l_v(), self.of_state.force());
+        self.left.v.iter_mut().enumerate().for_each(|(i, left)| *left = l_v[i] - h * force[i]);
+        self.left.sigma.copy_from_slice(self.of_state.phi_dot());
+        let compliance = motion.trajectory.compliance.iter();
+        compliance.for_each(|&(j, mu)| self.left.sigma[j] -= mu * self.x.sigma[j]);
+        self.left.subtract_from(&self.right);
+        newton.solve(system, &mut self.left);
+        self.x.add(&self.left);
+        self.accuracy.note(largest(&self.left.v) / largest(&self.x.v), pivot);
+        self.change_with_state(system, newton, h, blocks);
+    }
+
+    fn store(&mut self, (node, s): (usize, usize), h: f64) {
+        let now = self.change.trajectory.stage_mut(node, s);
+        now.v.copy_from_slice(&self.x.v);
+        now.sigma.copy_from_slice(&self.x.sigma);
+        for i in 0..now.q.len() {
+            let g = self.sums.force()[i] + self.of_state.force()[i];
+            now.q[i] = self.known_q[i] + h * self.x.v[i];
+            now.p_star_dot[i] = g;
+            now.p_star[i] = self.known_p[i] + h * g;
+        }
+    }
+}
+
+/// The direction of (q₀, v₀) and the design variables, where velocities are given.
+pub(super) fn along_start<'a>(change: &'a Motion, (sigma, u): (&'a [f64], &'a [f64])) -> NodeView<'a, f64> {
+    let start = &change.inputs.start;
+    NodeView::of_equations([start.q().as_slice(), start.rate().as_slice(), sigma], (u, 0.0, &change.design))
+}

@@ -1,0 +1,139 @@
+//! Products of the Hessian with a direction: the motion and its adjoint equations, differentiated along a direction of the inputs.
+//!
+//! A dot is the derivative along the direction. With ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of the gradient's adjoint variables at a stage:
+//!
+//! ```text
+//!   forward    K(h) (v̇, σ̇) = (p̄˙ + ḣ g − D[𝓛_v − h g],  −D dΦ/dt)      D along q̄˙ + ḣ v and the inputs;   q̇ = q̄˙ + ḣ v + h v̇
+//!   backward   the adjoint equations of a, b, c, d, e for their derivatives, with S_z in the place of every J_z,
+//!              S_z = (J_z)˙ + ∂(Dψ)/∂z  for z = q, v, σ,      less ḣ a in S_v,      S_g = (J_g)˙ − ḣ b
+//!   outputs    dJ/du, dJ/db, dJ/dΔt of the backward sweep, and what their formulas change by themselves
+//! ```
+//!
+//! A product is exact, symmetric to rounding, and costs about as much as a gradient.
+
+mod backward;
+mod forward;
+mod programs;
+mod sources;
+
+use nalgebra::DVector;
+use num_dual::Dual64;
+
+use crate::adjoint::accuracy::Accuracy;
+use crate::adjoint::{AdjointSweep, Gradient};
+use crate::forward::{ForwardSweep, Motion};
+use crate::motion::Report;
+use crate::node::Newton;
+use crate::system::{CostRows, Pair, Sums};
+use crate::{Error, Inputs, Scheme, Settings, System, Trajectory};
+use programs::Programs;
+
+/// Memory for products.
+pub(crate) struct SecondOrderSweep {
+    /// The derivatives of the motion along the direction, in the places of what they are derivatives of.
+    change: Motion,
+    /// The step lengths with their derivatives.
+    steps: Vec<Dual64>,
+    /// The derivatives of the adjoint variables and of the gradient.
+    sweep: AdjointSweep,
+    programs: Option<Programs>,
+    /// q̄˙ + ḣ v and p̄˙ + ḣ g of the stage at hand.
+    known_q: Vec<f64>,
+    known_p: Vec<f64>,
+    /// A right-hand side, the solution, h times its velocities, and what is left.
+    right: Pair,
+    x: Pair,
+    x_q: Vec<f64>,
+    left: Pair,
+    accuracy: Accuracy,
+    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with what is known, and with v̇ and σ̇.
+    sums: Sums<f64>,
+    of_state: Sums<f64>,
+    zeros: Pair,
+    no_controls: Vec<f64>,
+    /// For costs on u̇: it, its change, and J_u̇.
+    u_dot: [Vec<f64>; 2],
+    first_rows: CostRows,
+    report: Report,
+}
+
+impl SecondOrderSweep {
+    pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
+        let (n, m, k) = (system.n(), system.m(), system.k());
+        let (pair, sums, zeros) = (|| Pair::new(n, m), || Sums::new(n, m), |len| vec![0.0; len]);
+        SecondOrderSweep {
+            change: Motion::new(system, scheme),
+            steps: Vec::new(),
+            sweep: AdjointSweep::new(system, scheme),
+            programs: None,
+            known_q: zeros(n),
+            known_p: zeros(n),
+            right: pair(),
+            x: pair(),
+            x_q: zeros(n),
+            left: pair(),
+            accuracy: Accuracy::default(),
+            sums: sums(),
+            of_state: sums(),
+            zeros: pair(),
+            no_controls: zeros(k),
+            u_dot: [zeros(k), zeros(k)],
+            first_rows: CostRows::new((n, m, k), system.parameters().len(), system.outputs()),
+            report: Report::default(),
+        }
+    }
+
+    /// The Hessian of what the sweep differentiates, times a direction.
+    pub(crate) fn run(
+        &mut self,
+        system: &System,
+        (forward, first): (&mut ForwardSweep, &mut AdjointSweep),
+        settings: &Settings,
+        direction: &Inputs,
+    ) -> Result<&Gradient, Error> {
+        let motion = &forward.motion;
+        motion.trajectory.check_complete(&motion.inputs)?;
+        check(motion)?;
+        motion.inputs.check_direction(direction, motion.trajectory.inserted.len())?;
+        if !first.is_recorded {
+            first.record.get_or_insert_default();
+            let factors = first.cost.factors.clone();
+            first.run(system, forward, settings, Some(&factors))?;
+        }
+        let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
+        self.begin(system, motion, newton, direction);
+        self.forward(system, motion, newton)?;
+        self.backward(system, motion, newton, first)
+    }
+
+    /// Takes the direction on the grid that was taken, and makes room.
+    fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, direction: &Inputs) {
+        let change = &mut self.change;
+        change.inputs = motion.refinement().refine(direction);
+        let design = motion.inputs.design.iter().zip(&direction.design).map(|(x, dot)| Dual64::new(*x, *dot));
+        let design = DVector::from_iterator(system.designs(), design);
+        let values = system.parameters().values(design.as_slice());
+        change.design.clear();
+        change.design.extend(values.iter().map(|z| z.eps));
+        let (nodes, scheme) = (motion.trajectory.times.len(), motion.trajectory.scheme);
+        if change.trajectory.times.len() != nodes || change.trajectory.scheme != scheme {
+            change.trajectory = Trajectory::zeros(system, nodes, scheme);
+        }
+        let steps = motion.inputs.grid.steps.iter().zip(&change.inputs.grid.steps);
+        self.steps.clear();
+        self.steps.extend(steps.map(|(dt, dot)| Dual64::new(*dt, *dot)));
+        self.accuracy = Accuracy::default();
+        Programs::prepare(&mut self.programs, system, &newton.evaluation, &motion.at(0));
+    }
+}
+
+/// Refuses what there are no second derivatives of.
+fn check(motion: &Motion) -> Result<(), Error> {
+    let restarted = motion.trajectory.restarted.first();
+    let of = match (restarted, &motion.assembly) {
+        (Some(node), _) => format!("a motion that was started anew (`Settings::drift_bound`), here at node {node}"),
+        (_, Some(_)) => "a start that is assembled; give `Start::Velocity`, which `Solver::assemble` finds".into(),
+        _ => return Ok(()),
+    };
+    Err(Error::NoSecondDerivatives { of })
+}

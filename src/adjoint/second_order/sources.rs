@@ -1,0 +1,142 @@
+//! S_z of a stage: what takes the places of a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
+
+use super::SecondOrderSweep;
+use crate::adjoint::AdjointSweep;
+use crate::forward::{Motion, control_rates};
+use crate::node::Newton;
+use crate::number::dot;
+use crate::system::{Depends, NodeView, Weights};
+use crate::{Error, System};
+use num_dual::Dual64;
+
+impl SecondOrderSweep {
+    /// Those of a node: of its costs and of its equations.
+    pub(super) fn sources_of_node(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (newton, first): (&Newton, &AdjointSweep),
+        node: usize,
+    ) -> Result<(), Error> {
+        self.sweep.clear_cost();
+        let has_cost = self.sweep.has_cost(system, motion, node);
+        if has_cost {
+            let weights = self.sweep.refinement.weights(&motion.trajectory.scheme, &self.steps, node);
+            self.add_costs(system, motion, (node, motion.trajectory.last_stage()), &weights)?;
+            self.sweep.add_lengths_of_node(system, motion, node);
+        }
+        self.add_equations(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
+        self.sweep.take_cost();
+        if has_cost && system.has_control_rates() {
+            self.add_control_rates(system, motion, node);
+        }
+        Ok(())
+    }
+
+    /// Those of a stage of the step into a node.
+    pub(super) fn sources_of_stage(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (newton, first): (&Newton, &AdjointSweep),
+        (node, s): (usize, usize),
+    ) -> Result<(), Error> {
+        self.sweep.clear_cost();
+        if system.has_integral() {
+            let weight = motion.trajectory.scheme.weight(s);
+            self.add_costs(system, motion, (node, s), &Weights::between(self.steps[node - 1] * weight))?;
+            self.sweep.add_length_of_stage(motion, (node, s));
+        }
+        self.add_equations(system, motion, (newton, first), (node, s));
+        self.sweep.take_cost();
+        if system.has_integral() && system.has_control_rates() {
+            self.add_control_rates(system, motion, node);
+        }
+        Ok(())
+    }
+
+    /// (J_z)˙.
+    fn add_costs(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (node, s): (usize, usize),
+        weights: &Weights<Dual64>,
+    ) -> Result<(), Error> {
+        let unknown = || Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() };
+        let uses = system.use_of_accelerations(weights, &self.sweep.cost.factors);
+        if uses == Depends::Always {
+            return Err(unknown());
+        }
+        // Whether it matters, the values will tell.
+        let none = [system.n(), system.m()].map(|len| vec![f64::NAN; if uses == Depends::Never { 0 } else { len }]);
+        if system.has_control_rates() {
+            self.find_control_rates(motion, node);
+        }
+        let [u_dot, u_dot_change] = &self.u_dot;
+        let at = NodeView { u_dot, v_dot: &none[0], lambda: &none[1], ..motion.at_stage(node, s) };
+        let along = NodeView { u_dot: u_dot_change, ..self.change.at_stage(node, s) };
+        if let Some(programs) = &mut self.programs {
+            for (costs, programs) in system.costs().iter().zip(&mut programs.costs) {
+                costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
+            }
+        }
+        if system.has_control_rates() {
+            self.first_rows.clear();
+            self.first_rows.factors.copy_from_slice(&self.sweep.cost.factors);
+            let weights = weights.map(|weight| weight.re);
+            system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.first_rows));
+        }
+        if uses == Depends::Perhaps && !self.sweep.cost.is_finite() { Err(unknown()) } else { Ok(()) }
+    }
+
+    /// ∂(Dψ)/∂z, −ḣ a and −ḣ b.
+    fn add_equations(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (newton, first): (&Newton, &AdjointSweep),
+        (node, s): (usize, usize),
+    ) {
+        self.sweep.cost_is_zero = false;
+        let (Some(record), Some(programs)) = (&first.record, &mut self.programs) else { return };
+        let stage = motion.block_column(node, s);
+        let (with, rows) = (record.covector(stage), &mut self.sweep.cost);
+        let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
+        newton.evaluation.pull_back_along(motion.stage_blocks(node, s), &along, &with, rows);
+        programs.equations.pull_back(system.batches(), (&at, &along), &with, rows);
+        let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
+        if h_dot != 0.0 {
+            let [a, b] = record.of_step(stage);
+            rows.v.iter_mut().zip(a).for_each(|(sum, a)| *sum -= h_dot * a);
+            rows.p_star_dot.iter_mut().zip(b).for_each(|(sum, b)| *sum -= h_dot * b);
+        }
+    }
+
+    /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, or out of node 0, and its change.
+    fn find_control_rates(&mut self, motion: &Motion, node: usize) {
+        let step = node.max(1);
+        let [u_dot, change] = &mut self.u_dot;
+        control_rates(&motion.inputs, node, u_dot);
+        let Some(length) = self.steps.get(step - 1) else { return };
+        let [begin, end] = self.change.inputs.at_ends(step);
+        for (k, change) in change.iter_mut().enumerate() {
+            *change = (end[k] - begin[k] - u_dot[k] * length.eps) / length.re;
+        }
+    }
+
+    /// What costs on u̇ add to the derivatives with respect to controls and step lengths.
+    fn add_control_rates(&mut self, system: &System, motion: &Motion, node: usize) {
+        let step = node.max(1);
+        let Some(&Dual64 { re: length, eps: length_dot, .. }) = self.steps.get(step - 1) else { return };
+        let ([u_dot, u_dot_change], sweep) = (&self.u_dot, &mut self.sweep);
+        let (j, j_dot) = (&self.first_rows.u_dot, &sweep.cost.u_dot);
+        let rows: Vec<f64> = (0..system.k()).map(|k| (j_dot[k] - j[k] * length_dot / length) / length).collect();
+        let by_length = dot(j, u_dot) * length_dot / length - dot(j_dot, u_dot) - dot(j, u_dot_change);
+        let controls = &mut sweep.gradient.controls;
+        sweep.refinement.add_controls(step, 1.0, &rows, controls);
+        sweep.refinement.add_controls(step - 1, -1.0, &rows, controls);
+        sweep.refinement.add_step(step, by_length / length, &mut sweep.gradient.steps);
+        debug_assert!(motion.nodes() > 1);
+    }
+}

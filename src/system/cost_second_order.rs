@@ -1,0 +1,69 @@
+//! [`CostSecondOrder`]: the program for the change of a cost's value and gradient along a direction.
+
+use super::cost_formula::{Partial, gradient};
+use crate::program::{Kernel, Template};
+
+/// Its results are h, D h, the partial derivatives of h and D of them.
+#[derive(Clone, Debug)]
+pub struct CostSecondOrder {
+    kernel: Kernel,
+    pub partials: Vec<Partial>,
+    arguments: usize,
+    /// The numbers in the formula.
+    numbers: Vec<f64>,
+    fixed: Vec<f64>,
+    registers: Vec<[f64; 1]>,
+}
+
+impl CostSecondOrder {
+    /// Of a recorded cost with so many arguments; `bound` says which constants are design variables.
+    ///
+    /// Arguments of the program are those of the cost, then their rates, then those of the constants.
+    pub fn new((template, numbers): (Template, Vec<f64>), arguments: usize, bound: &[bool]) -> Option<Self> {
+        let (mut graph, values) = template.graph();
+        let depends = template.depends(arguments);
+        let of = (0..arguments).filter(|&i| depends[i]).map(Partial::Argument);
+        let of: Vec<Partial> = of.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect();
+        let tangents = Vec::from_iter(of.iter().map(|of| match *of {
+            Partial::Argument(which) => (graph.input(which), graph.input(arguments + which)),
+            Partial::Constant(p) => (graph.parameter(p), graph.input(2 * arguments + p)),
+        }));
+        let (partials, slopes) = gradient(&mut graph, values[0], of);
+        let first = [&values[..1], &slopes].concat();
+        let changes = graph.forward(&first, &tangents);
+        let results = [&first[..1], &changes[..1], &first[1..], &changes[1..]].concat();
+        let kernel = Kernel::new(&mut graph, template.parameters, &results)?;
+        let (fixed, registers) = (vec![0.0; kernel.fixed()], vec![[0.0]; kernel.main().registers()]);
+        Some(CostSecondOrder { kernel, partials, arguments, numbers, fixed, registers })
+    }
+
+    /// Takes over the values of the constants.
+    pub fn fix(&mut self, b: impl Iterator<Item = f64>) {
+        let parameters: Vec<f64> = b.chain(self.numbers.iter().copied()).collect();
+        self.kernel.run_prelude(&parameters, |k, value| self.fixed[k] = value);
+    }
+
+    /// h and D h, and each partial derivative with its change.
+    pub fn evaluate(
+        &mut self,
+        argument: impl Fn(usize) -> f64,
+        rate: impl Fn(usize) -> f64,
+        rate_of_constant: impl Fn(usize) -> f64,
+        mut put: impl FnMut(Partial, [f64; 2]),
+    ) -> [f64; 2] {
+        let CostSecondOrder { kernel, partials, arguments, fixed, registers, .. } = self;
+        let given = kernel.inputs().iter().map(|&which| match which.checked_sub(*arguments) {
+            None => argument(which),
+            Some(of) if of < *arguments => rate(of),
+            Some(of) => rate_of_constant(of - *arguments),
+        });
+        registers.iter_mut().zip(given.chain(fixed.iter().copied())).for_each(|(register, x)| *register = [x]);
+        kernel.main().run(registers);
+        let results = kernel.main();
+        let result = |k: usize| results.results().nth(k).map_or(0.0, |register| registers[register][0]);
+        for (k, of) in partials.iter().enumerate() {
+            put(*of, [result(2 + k), result(2 + partials.len() + k)]);
+        }
+        [result(0), result(1)]
+    }
+}
