@@ -22,7 +22,8 @@ impl AdjointSweep {
     /// Whether any cost may count at a node.
     pub(super) fn has_cost(&self, system: &System, motion: &Motion, i: usize) -> bool {
         let is_inside = i + 1 < motion.nodes();
-        (system.has_running_cost() || !is_inside) && (system.has_integral() || self.refinement.given_node(i).is_some())
+        (!is_inside || system.has_running_cost(&self.cost.factors))
+            && (system.has_integral() || self.refinement.given_node(i).is_some())
     }
 
     /// What the costs of a node give to the derivatives with respect to the steps beside it, with which their weights grow.

@@ -73,7 +73,7 @@ impl<R: Real> Trajectory<R> {
         let refinement = Refinement::new(&lengths, &self.inserted);
         let mut costs = CostSum::new(system, &refinement, which);
         let design = system.parameters().values(inputs.design.as_slice());
-        let first = if system.has_running_cost() { 0 } else { self.computed.saturating_sub(1) };
+        let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };
         let mut sum = R::zero();
         for i in first..self.computed {
             let value = self.cost_of_step(system, (inputs, &design), &mut costs, i)?;

@@ -229,7 +229,23 @@ impl Evaluation {
         self.constants.push_forward(along, sums);
         let (angles, rest) = blocks.split_at(self.sines.block_len());
         self.sines.push_forward(angles, along, sums);
-        self.formulas(system).assembly.push_forward(rest, along, sums);
+        self.formulas(system).assembly.push_forward(rest, (along, Wanted::ALL), sums);
+    }
+
+    /// The change of 𝓛_q + Q alone, along a direction of the state; the other sums are left as they are.
+    pub(crate) fn push_forward_to_force(
+        &self,
+        system: &System,
+        blocks: &[f64],
+        along: &NodeView<f64>,
+        sums: &mut Sums<f64>,
+    ) {
+        let force = &mut sums.parts_mut()[1];
+        force.fill(0.0);
+        self.constants.push_forward_to_force(along, force);
+        let (angles, rest) = blocks.split_at(self.sines.block_len());
+        self.sines.push_forward_to_force(angles, along, force);
+        self.formulas(system).assembly.push_forward(rest, (along, Wanted::OF_FORCE), sums);
     }
 
     /// Adds the derivatives with respect to the state of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction, of sinusoidal elements.

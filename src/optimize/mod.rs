@@ -6,6 +6,7 @@
 //! | method | for |
 //! |---|---|
 //! | [`lbfgs`] | many variables, bounds |
+//! | [`interior_point`] | the same with constraints, by exact products of the Hessian |
 //! | [`sqp`] | the same with a few equalities and inequalities, up to some hundred variables |
 //! | [`augmented_lagrangian`] | the same with many of either |
 //! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
@@ -29,6 +30,7 @@
 //! ```
 
 mod augmented_lagrangian;
+mod interior_point;
 mod lbfgs;
 mod least_squares;
 mod line_search;
@@ -42,6 +44,7 @@ mod trials;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;
+pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
 pub use least_squares::{Fit, levenberg_marquardt};
 pub use motion_problem::MotionProblem;

@@ -12,6 +12,9 @@ pub struct MotionProblem<'s> {
     variables: Variables,
     constraints: Vec<Interval>,
     x: Vec<f64>,
+    /// What was asked for last, and a direction of the inputs.
+    gradient: Vec<f64>,
+    direction: Inputs,
 }
 
 impl<'s> MotionProblem<'s> {
@@ -22,7 +25,8 @@ impl<'s> MotionProblem<'s> {
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         let constraints = vec![Interval::ZERO; system.outputs()];
-        Ok(MotionProblem { solver: Solver::new(system, settings), x: variables.of(&inputs), inputs, variables, constraints })
+        let (x, solver, direction) = (variables.of(&inputs), Solver::new(system, settings), inputs.no_change());
+        Ok(MotionProblem { solver, inputs, variables, constraints, gradient: vec![0.0; x.len()], x, direction })
     }
 
     /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
@@ -86,6 +90,15 @@ impl Problem for MotionProblem<'_> {
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         let of = self.solver.weighted_gradient(f_weight, c_weights)?;
         self.variables.pull_back(&self.x, of, gradient);
+        self.gradient.copy_from_slice(gradient);
+        Ok(())
+    }
+
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.variables.push_forward(&self.x, direction, &mut self.direction);
+        let of = self.solver.hessian_product(&self.direction)?;
+        self.variables.pull_back(&self.x, of, product);
+        self.variables.add_curvature(direction, &self.gradient, product);
         Ok(())
     }
 }

@@ -89,6 +89,8 @@ pub struct Outcome {
     pub evaluations: usize,
     /// Gradients that were asked for: backward sweeps.
     pub gradients: usize,
+    /// Products of the Hessian that were asked for.
+    pub products: usize,
     /// The start and all iterates.
     pub history: Vec<Iterate>,
     /// Points that had no value, and why the first had none.
@@ -115,6 +117,9 @@ pub(super) struct Counted<'p, P: ?Sized> {
     pub(super) bounds: Vec<Interval>,
     pub(super) evaluations: usize,
     pub(super) gradients: usize,
+    pub(super) products: usize,
+    /// The point that was evaluated last.
+    last: Vec<f64>,
     pub(super) failures: usize,
     pub(super) first_failure: Option<Error>,
 }
@@ -137,8 +142,18 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
         intervals.iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))?;
         let c = vec![0.0; intervals.len()];
-        let counted =
-            Counted { problem, c, intervals, bounds, evaluations: 0, gradients: 0, failures: 0, first_failure: None };
+        let counted = Counted {
+            problem,
+            c,
+            intervals,
+            bounds,
+            evaluations: 0,
+            gradients: 0,
+            products: 0,
+            last: Vec::new(),
+            failures: 0,
+            first_failure: None,
+        };
         let mut x = start.to_vec();
         counted.project(&mut x);
         Ok((counted, x))
@@ -147,6 +162,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// f(x), infinite where it has no value.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> f64 {
         self.evaluations += 1;
+        self.last.clear();
+        self.last.extend_from_slice(x);
         let error = match self.problem.evaluate(x, &mut self.c) {
             Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
             Ok(value) => Error::NotFinite { what: "the value of the cost or of a constraint".into(), value },
@@ -155,6 +172,13 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.failures += 1;
         self.first_failure.get_or_insert(error);
         f64::INFINITY
+    }
+
+    /// Evaluates this point again, unless it was the last one.
+    pub(super) fn ensure(&mut self, x: &[f64]) {
+        if self.last != x {
+            self.evaluate(x);
+        }
     }
 
     /// f at the start.
@@ -169,6 +193,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         self.gradients += 1;
         self.problem.gradient(f, c, gradient)?;
+        self.check_derivative(gradient)
+    }
+
+    fn check_derivative(&self, gradient: &[f64]) -> Result<(), Error> {
         match gradient.iter().position(|g| !g.is_finite()) {
             Some(i) => {
                 let what = format!("the derivative by `{}`", self.problem.variable_name(i));
@@ -176,6 +204,13 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             }
             None => Ok(()),
         }
+    }
+
+    /// The Hessian of what the last gradient was of, times a direction.
+    pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.products += 1;
+        self.problem.product(direction, product)?;
+        self.check_derivative(product)
     }
 
     /// ∂c/∂x at the point that was evaluated last, by a gradient for each row.
@@ -223,6 +258,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             reason,
             evaluations: self.evaluations,
             gradients: self.gradients,
+            products: self.products,
             history,
             failures: self.failures,
             first_failure: self.first_failure,

@@ -135,4 +135,14 @@ pub trait Problem {
     /// # Errors
     /// A point that has no gradient.
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error>;
+
+    /// The Hessian of the function whose gradient was asked for last, at the same x, times a direction; only [`interior_point`](super::interior_point())
+    /// asks for it.
+    ///
+    /// # Errors
+    /// A problem without second derivatives, which is any that does not say how they are computed.
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        let _ = (direction, product);
+        Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::product`".into() })
+    }
 }

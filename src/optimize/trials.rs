@@ -7,7 +7,11 @@ use crate::Error;
 /// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
 ///
 /// The variables of all must mean the same; bounds and names are those of the first.
-pub struct Trials<'s>(Vec<MotionProblem<'s>>);
+pub struct Trials<'s> {
+    motions: Vec<MotionProblem<'s>>,
+    /// Whether the last gradient asked anything of each: what does not has no product either.
+    asked: Vec<bool>,
+}
 
 impl<'s> Trials<'s> {
     /// Of these motions.
@@ -26,36 +30,36 @@ impl<'s> Trials<'s> {
                 expected: expected.len(),
                 found: motions[other].variables(),
             }),
-            None => Ok(Trials(motions)),
+            None => Ok(Trials { asked: vec![false; motions.len()], motions }),
         }
     }
 
     /// The motions, each with the solver of the point that was evaluated last.
     pub fn motions(&self) -> &[MotionProblem<'s>] {
-        &self.0
+        &self.motions
     }
 }
 
 impl Problem for Trials<'_> {
     fn variables(&self) -> usize {
-        self.0[0].variables()
+        self.motions[0].variables()
     }
 
     fn bounds(&self) -> Vec<Interval> {
-        self.0[0].bounds()
+        self.motions[0].bounds()
     }
 
     fn constraints(&self) -> Vec<Interval> {
-        self.0.iter().flat_map(Problem::constraints).collect()
+        self.motions.iter().flat_map(Problem::constraints).collect()
     }
 
     fn variable_name(&self, i: usize) -> String {
-        self.0[0].variable_name(i)
+        self.motions[0].variable_name(i)
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         let (mut sum, mut rest) = (0.0, c);
-        for motion in &mut self.0 {
+        for motion in &mut self.motions {
             let (own, others) = rest.split_at_mut(motion.outputs());
             sum += motion.evaluate(x, own)?;
             rest = others;
@@ -66,14 +70,25 @@ impl Problem for Trials<'_> {
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         let (mut part, mut rest) = (vec![0.0; gradient.len()], c_weights);
         gradient.fill(0.0);
-        for motion in &mut self.0 {
+        for (motion, asked) in self.motions.iter_mut().zip(&mut self.asked) {
             let (own, others) = rest.split_at(motion.outputs());
             rest = others;
-            if f_weight == 0.0 && own.iter().all(|w| *w == 0.0) {
+            *asked = f_weight != 0.0 || own.iter().any(|w| *w != 0.0);
+            if !*asked {
                 continue;
             }
             motion.gradient(f_weight, own, &mut part)?;
             gradient.iter_mut().zip(&part).for_each(|(sum, g)| *sum += g);
+        }
+        Ok(())
+    }
+
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        let mut part = vec![0.0; product.len()];
+        product.fill(0.0);
+        for (motion, _) in self.motions.iter_mut().zip(&self.asked).filter(|(_, asked)| **asked) {
+            motion.product(direction, &mut part)?;
+            product.iter_mut().zip(&part).for_each(|(sum, x)| *sum += x);
         }
         Ok(())
     }

@@ -217,8 +217,25 @@ impl Variables {
 
     /// Sets what is free to what the variables say.
     pub fn apply(&self, x: &[f64], inputs: &mut Inputs) {
+        self.set(inputs, |free, i| free.to_value(x[i]));
+    }
+
+    /// The change of the inputs along a direction of the variables.
+    pub fn push_forward(&self, x: &[f64], direction: &[f64], change: &mut Inputs) {
+        self.set(change, |free, i| free.slope(x[i]) * direction[i]);
+    }
+
+    /// What the logarithms of variables add to a product of the Hessian: d²value/dx² of them is the slope itself.
+    pub(super) fn add_curvature(&self, direction: &[f64], gradient: &[f64], product: &mut [f64]) {
+        for (_, range) in self.parts().filter(|(free, _)| free.logarithm) {
+            range.for_each(|i| product[i] += gradient[i] * direction[i]);
+        }
+    }
+
+    /// Sets what is free to such values, or changes.
+    fn set(&self, inputs: &mut Inputs, of: impl Fn(&Free, usize) -> f64) {
         for (free, range) in self.parts() {
-            let value = |k: usize| free.to_value(x[range.start + k]);
+            let value = |k: usize| of(free, range.start + k);
             match free.quantity {
                 Quantity::Control(control)
                 | Quantity::LinearControl(control, _)

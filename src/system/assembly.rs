@@ -227,7 +227,7 @@ impl Assembly {
     }
 
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, made from blocks.
-    pub(crate) fn push_forward(&self, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+    pub(crate) fn push_forward(&self, blocks: &[f64], along: (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
         for (run, range) in &self.stored {
             run.push_forward(&blocks[range.clone()], &self.places[range.clone()], along, sums);
         }

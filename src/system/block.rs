@@ -219,9 +219,15 @@ impl BlockRun {
     /// Adds to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state what values at some places contribute: the transpose of
     /// [`pull_back`](Self::pull_back).
     #[inline]
-    pub fn push_forward(&self, x: &[f64], places: &[[u32; 2]], along: &NodeView<f64>, sums: &mut Sums<f64>) {
+    pub fn push_forward(
+        &self,
+        x: &[f64],
+        places: &[[u32; 2]],
+        (along, wanted): (&NodeView<f64>, Wanted),
+        sums: &mut Sums<f64>,
+    ) {
         let [l_v, force, phi_dot] = sums.parts_mut();
-        for term in self.like.block.terms() {
+        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
             let of = match term.to {
                 Row::V => along.v,
                 Row::Q => along.q,

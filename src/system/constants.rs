@@ -186,10 +186,15 @@ impl Constants {
         multiply(&self.vv, along.v, l_v);
         multiply(&self.vq, along.q, l_v);
         multiply_transposed(&self.phi_q, along.sigma, l_v);
+        multiply(&self.phi_q, along.v, phi_dot);
+        multiply(&self.q_u, along.u, force);
+        self.push_forward_to_force(along, force);
+    }
+
+    /// The changes of 𝓛_q + Q alone, along a direction of the state.
+    pub fn push_forward_to_force(&self, along: &NodeView<f64>, force: &mut [f64]) {
         multiply(&self.qv, along.v, force);
         multiply(&self.qq, along.q, force);
-        multiply(&self.q_u, along.u, force);
-        multiply(&self.phi_q, along.v, phi_dot);
     }
 
     /// Adds Q_uᵀ d.

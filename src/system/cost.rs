@@ -247,8 +247,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
-    /// Whether any of its costs has a value before the last node.
-    fn is_running(&self) -> bool;
+    /// Whether any of its costs that belong to an output (0 for J) has a value before the last node.
+    fn is_running(&self, output: usize) -> bool;
     /// What is needed by those that a weight says are summed here.
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
     /// Whether any of its costs is summed with the weights of the scheme.

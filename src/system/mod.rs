@@ -93,7 +93,7 @@ pub struct System {
     batches: Vec<Box<dyn AnyBatch>>,
     formulas: Formulas,
     costs: Vec<Box<dyn AnyCosts>>,
-    running: bool,
+    running: Vec<bool>,
     integral: bool,
     last_cost_node: Option<(usize, String)>,
     uses: CostUse,
@@ -151,11 +151,11 @@ impl System {
         memory::check("the tangent matrix K", count, size_of::<f64>())?;
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
-        let running = costs.iter().any(|costs| costs.is_running());
         let integral = costs.iter().any(|costs| costs.has_integral());
         let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
         let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
         let every = vec![1.0; 1 + names.outputs.len()];
+        let running = (0..every.len()).map(|of| costs.iter().any(|costs| costs.is_running(of))).collect();
         let uses = uses_of(&costs, &|_| true, &every);
         let (initial, positive) = (scene.initial, scene.positive);
         let fingerprint = fingerprint(&batches, &costs);
@@ -321,9 +321,9 @@ impl System {
         &self.costs
     }
 
-    /// Whether any cost has a value before the last node.
-    pub(crate) fn has_running_cost(&self) -> bool {
-        self.running
+    /// Whether any cost with one of these factors has a value before the last node.
+    pub(crate) fn has_running_cost(&self, factors: &[f64]) -> bool {
+        self.running.iter().zip(factors).any(|(running, factor)| *running && *factor != 0.0)
     }
 
     /// The last single node at which a cost counts, and the name of the cost.

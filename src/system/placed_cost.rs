@@ -300,8 +300,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         changed.next().map(|(item, _)| item.name.as_str())
     }
 
-    fn is_running(&self) -> bool {
-        self.items.iter().any(|item| item.sum != Sum::Terminal)
+    fn is_running(&self, output: usize) -> bool {
+        self.items.iter().any(|item| item.output == output && item.sum != Sum::Terminal)
     }
 
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {

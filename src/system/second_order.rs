@@ -78,8 +78,10 @@ impl SecondOrderEquations {
         sums: &mut Sums<f64>,
     ) {
         let SecondOrderEquations { layout, groups, dual, registers, point } = self;
-        layout.load(at, point);
-        layout.load_direction(along, point);
+        if groups.iter().any(|group| !group.sums.is_empty()) {
+            layout.load(at, point);
+            layout.load_direction(along, point);
+        }
         for Group { elements, changes, changes_fixed, sums: places, .. } in
             groups.iter().filter(|group| !group.sums.is_empty())
         {
@@ -100,9 +102,11 @@ impl SecondOrderEquations {
         rows: &mut CostRows,
     ) {
         let SecondOrderEquations { layout, groups, dual, registers, point } = self;
-        layout.load(at, point);
-        layout.load_covector(with, point);
-        layout.load_direction(along, point);
+        if groups.iter().any(|group| !group.of.is_empty()) {
+            layout.load(at, point);
+            layout.load_covector(with, point);
+            layout.load_direction(along, point);
+        }
         for Group { elements, rows: program, rows_fixed, of, .. } in groups.iter().filter(|group| !group.of.is_empty()) {
             let count = elements.len();
             program.run(point, rows_fixed, registers, |e, k, values| {

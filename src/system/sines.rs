@@ -243,6 +243,19 @@ impl Sines {
         }
     }
 
+    /// The changes of 𝓛_q alone.
+    pub fn push_forward_to_force(&self, blocks: &[f64], along: &NodeView<f64>, force: &mut [f64]) {
+        for (angle, terms, at) in self.each(blocks) {
+            let i = angle.coordinate;
+            let (mut a, mut b) = (0.0, 0.0);
+            for term in terms {
+                a += along.sigma[term.equation] * term.sine;
+                b += along.sigma[term.equation] * term.cosine;
+            }
+            force[i] += at.s_prime * along.v[i] - at.v * (at.s * along.q[i] + a * at.sin + b * at.cos);
+        }
+    }
+
     /// Adds the derivatives with respect to the state of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction: with ŝ and ŝ′ as s and s′, of e
     /// in the place of σ, and ṡ and ṡ′ of the direction's σ,
     ///

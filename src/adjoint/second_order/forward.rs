@@ -6,7 +6,7 @@ use crate::motion::column;
 use crate::node::Newton;
 use crate::number::largest;
 use crate::scheme::known_part;
-use crate::system::NodeView;
+use crate::system::{NodeView, Pair};
 use crate::{Error, Start, System};
 
 impl SecondOrderSweep {
@@ -90,27 +90,25 @@ impl SecondOrderSweep {
         let factored = newton.factor(system, h, blocks, &mut self.report);
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
         let pivot = factored.map_err(singular)?;
-        self.x.clone_from(&self.right);
+        self.x.v.copy_from_slice(&self.right.v);
+        self.x.sigma.copy_from_slice(&self.right.sigma);
         newton.solve(system, &mut self.x);
-        self.change_with_state(system, newton, h, blocks);
         if self.accuracy.is_in_doubt(pivot) {
             self.refine(system, motion, newton, (h, blocks), pivot);
         }
+        let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
+        let along = along_solution((x, h), x_q, no_controls);
+        newton.evaluation.push_forward_to_force(system, blocks, &along, of_state);
         self.store((node, s), h);
         Ok(())
-    }
-
-    /// What v̇ and σ̇ change 𝓛_v, 𝓛_q + Q and dΦ/dt by.
-    fn change_with_state(&mut self, system: &System, newton: &Newton, h: f64, blocks: &[f64]) {
-        self.x_q.iter_mut().zip(&self.x.v).for_each(|(q, v)| *q = h * v);
-        let along = NodeView::of_equations([&self.x_q, &self.x.v, &self.x.sigma], (&self.no_controls, 0.0, &[]));
-        newton.evaluation.push_forward(system, blocks, &along, &mut self.of_state);
     }
 
     /// One step of iterative refinement.
     #[cold]
     fn refine(&mut self, system: &System, motion: &Motion, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
-        let (l_v, force) = (self.of_state.l_v(), self.of_state.force());
+        let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
+        newton.evaluation.push_forward(system, blocks, &along_solution((x, h), x_q, no_controls), of_state);
+        let (l_v, force) = (of_state.l_v(), of_state.force());
         self.left.v.iter_mut().enumerate().for_each(|(i, left)| *left = l_v[i] - h * force[i]);
         self.left.sigma.copy_from_slice(self.of_state.phi_dot());
         let compliance = motion.trajectory.compliance.iter();
@@ -119,7 +117,6 @@ impl SecondOrderSweep {
         newton.solve(system, &mut self.left);
         self.x.add(&self.left);
         self.accuracy.note(largest(&self.left.v) / largest(&self.x.v), pivot);
-        self.change_with_state(system, newton, h, blocks);
     }
 
     fn store(&mut self, (node, s): (usize, usize), h: f64) {
@@ -133,6 +130,12 @@ impl SecondOrderSweep {
             now.p_star[i] = self.known_p[i] + h * g;
         }
     }
+}
+
+/// The direction of v̇ and σ̇, and of q̇ = h v̇.
+fn along_solution<'a>((x, h): (&'a Pair, f64), x_q: &'a mut [f64], no_controls: &'a [f64]) -> NodeView<'a, f64> {
+    x_q.iter_mut().zip(&x.v).for_each(|(q, v)| *q = h * v);
+    NodeView::of_equations([x_q, &x.v, &x.sigma], (no_controls, 0.0, &[]))
 }
 
 /// The direction of (q₀, v₀) and the design variables, where velocities are given.

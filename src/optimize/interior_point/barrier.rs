@@ -1,0 +1,112 @@
+//! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), s the values of constraints that are inequalities.
+
+use super::super::outcome::Counted;
+use super::super::problem::{Interval, Problem};
+
+/// A start is moved so far into its bounds: relative to their size or to their distance, the smaller of both.
+const INSIDE: f64 = 1e-2;
+/// No step goes farther than this share of the way to a bound.
+const TO_BOUND: f64 = 0.995;
+/// How far the multipliers of bounds may be from μ/distance, by a factor.
+const NEAR: f64 = 1e10;
+
+/// The bounds of y, their multipliers z, and μ.
+#[derive(Clone)]
+pub(super) struct Barrier {
+    pub(super) bounds: Vec<Interval>,
+    /// Those of lower and of upper bounds.
+    z: Vec<[f64; 2]>,
+    pub(super) mu: f64,
+}
+
+impl Barrier {
+    /// Of a problem, with its start moved inside.
+    pub(super) fn new<P: Problem + ?Sized>(problem: &Counted<P>, inequalities: &[usize], y: &mut [f64]) -> Self {
+        let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
+        let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
+        for (y, of) in y.iter_mut().zip(&bounds) {
+            let width = of.most - of.least;
+            let inside = |bound: f64| INSIDE * bound.abs().max(1.0).min(width);
+            // What is fixed stays where it is.
+            if width > 0.0 {
+                *y = y.max(of.least + inside(of.least)).min(of.most - inside(of.most));
+            }
+        }
+        Barrier { z: vec![[0.0; 2]; bounds.len()], bounds, mu: 0.0 }
+    }
+
+    /// Whether there is anything to keep away from.
+    pub(super) fn is_there(&self) -> bool {
+        self.bounds.iter().any(|of| of.least < of.most && *of != Interval::FREE)
+    }
+
+    /// Takes μ, and the multipliers that belong to it.
+    pub(super) fn set(&mut self, mu: f64, y: &[f64]) {
+        self.mu = mu;
+        for ((z, of), y) in self.z.iter_mut().zip(&self.bounds).zip(y) {
+            *z = distances(of, *y).map(|distance| mu / distance);
+        }
+    }
+
+    /// −Σ ln of all distances, times μ.
+    pub(super) fn value(&self, y: &[f64]) -> f64 {
+        let logarithm = |(of, y): (&Interval, &f64)| {
+            distances(of, *y).into_iter().filter(|distance| distance.is_finite()).map(f64::ln).sum::<f64>()
+        };
+        if self.mu == 0.0 { 0.0 } else { -self.mu * self.bounds.iter().zip(y).map(logarithm).sum::<f64>() }
+    }
+
+    /// Adds the gradient of the barrier.
+    pub(super) fn add_gradient(&self, y: &[f64], gradient: &mut [f64]) {
+        for ((g, of), y) in gradient.iter_mut().zip(&self.bounds).zip(y) {
+            let [below, above] = distances(of, *y);
+            *g += self.mu / above - self.mu / below;
+        }
+    }
+
+    /// The curvature of the barrier by its multipliers, z/(y − l) + z/(u − y).
+    pub(super) fn curvature(&self, y: &[f64]) -> Vec<f64> {
+        let of = |((of, y), z): ((&Interval, &f64), &[f64; 2])| {
+            let [below, above] = distances(of, *y);
+            z[0] / below + z[1] / above
+        };
+        self.bounds.iter().zip(y).zip(&self.z).map(of).collect()
+    }
+
+    /// What a step of 1 of each variable is: its distance from a bound, 0 for what is fixed, 1 far from bounds.
+    pub(super) fn scales(&self, y: &[f64]) -> Vec<f64> {
+        let of = |(of, y): (&Interval, &f64)| {
+            let [below, above] = distances(of, *y);
+            if of.least == of.most { 0.0 } else { below.min(above).min(1.0) }
+        };
+        self.bounds.iter().zip(y).map(of).collect()
+    }
+
+    /// How much of a step from here, behind `before`, keeps away from all bounds: 1 or less.
+    pub(super) fn most(&self, y: &[f64], before: &[f64], step: &[f64]) -> f64 {
+        let mut most = 1.0f64;
+        for (i, of) in self.bounds.iter().enumerate().filter(|(i, _)| step[*i] != 0.0) {
+            let [below, above] = distances(of, y[i]);
+            let room = if step[i] < 0.0 { TO_BOUND * below + before[i] } else { TO_BOUND * above - before[i] };
+            most = most.min((room / step[i].abs()).max(0.0));
+        }
+        most
+    }
+
+    /// The multipliers behind a step d from y to `next`.
+    pub(super) fn step(&mut self, y: &[f64], next: &[f64]) {
+        for (i, of) in self.bounds.iter().enumerate() {
+            let (before, now, d) = (distances(of, y[i]), distances(of, next[i]), next[i] - y[i]);
+            for (side, sign) in [(0, -1.0), (1, 1.0)] {
+                let z = self.mu / before[side] + sign * self.z[i][side] * d / before[side];
+                let exact = self.mu / now[side];
+                self.z[i][side] = if now[side].is_finite() { z.clamp(exact / NEAR, exact * NEAR) } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// y − l and u − y; of what is fixed, infinite.
+fn distances(of: &Interval, y: f64) -> [f64; 2] {
+    if of.least == of.most { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
+}

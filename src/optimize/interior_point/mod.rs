@@ -1,0 +1,345 @@
+//! An interior-point method with trust regions and exact second derivatives (Byrd, Hribar and Nocedal 1999), without bounds and inequalities sequential
+//! quadratic programming by Byrd and Omojokun, without constraints the Newton–CG method of Steihaug.
+//!
+//! ```text
+//!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
+//! ```
+//!
+//! for smaller and smaller μ; steps ([`step`]) are judged by φ = f + barrier + ν ‖C‖, with a second-order correction.
+
+mod barrier;
+mod step;
+
+use std::ops::ControlFlow;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::outcome::Counted;
+use super::problem::Interval;
+use super::{Iterate, Options, Outcome, Problem, Reason};
+use crate::Error;
+use barrier::Barrier;
+use step::{Model, Projection, Step};
+
+/// μ becomes this share of itself where its problem is solved to ten times μ …
+const LESS: f64 = 0.2;
+const SOLVED: f64 = 10.0;
+/// … and at first this share of the forces on the variables.
+const FIRST: f64 = 0.1;
+/// What constraints come closer must count for this share of what φ falls by.
+const SHARE: f64 = 0.3;
+/// Steps that φ falls by this share of what was foreseen are taken.
+const ACCEPTED: f64 = 1e-8;
+/// The radius below which there is nothing to be found.
+const LEAST: f64 = 1e-13;
+/// Differences of φ below this share of it are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
+/// sweep for each.
+///
+/// # Errors
+/// As [`lbfgs`](super::lbfgs()); a problem without products.
+pub fn interior_point<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let (mut counted, x) = Counted::new(problem, start)?;
+    let mut method = Method::new(&mut counted, x)?;
+    let mut history = vec![method.iterate(&counted, 0.0)];
+    let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
+    let reason = loop {
+        let last = history[history.len() - 1];
+        if watch(&last).is_break() {
+            break Reason::Asked;
+        }
+        let feasible = last.violation <= options.violation;
+        if feasible && options.target.is_some_and(|target| last.value <= target) {
+            break Reason::Target;
+        }
+        let asked = options.stationarity * method.scale();
+        if feasible && last.stationarity <= asked && method.barrier.mu <= asked {
+            break Reason::Stationary;
+        }
+        if history.len() > options.iterations {
+            break Reason::Iterations;
+        }
+        method.lower_barrier(asked.max(f64::MIN_POSITIVE));
+        let Some(length) = method.advance(&mut counted, &mut radius)? else {
+            break if feasible { Reason::NoLowerValue } else { Reason::Infeasible };
+        };
+        history.push(method.iterate(&counted, length));
+    };
+    let (n, multipliers) = (counted.bounds.len(), method.all_multipliers(&counted));
+    let (x, value) = (method.y.as_slice()[..n].to_vec(), method.value);
+    // What the problem keeps is the motion of the answer.
+    counted.evaluate(&x);
+    Ok(counted.outcome(x, value, multipliers, history, reason))
+}
+
+/// The point y = (x, s) with all that is known of it.
+struct Method {
+    /// The constraints that count, and those of them that are inequalities.
+    rows: Vec<usize>,
+    inequalities: Vec<usize>,
+    barrier: Barrier,
+    y: DVector<f64>,
+    value: f64,
+    /// Of f alone.
+    gradient: DVector<f64>,
+    c: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    /// Of C.
+    multipliers: DVector<f64>,
+    penalty: f64,
+}
+
+impl Method {
+    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
+        let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
+        let is_inequality = |j: &usize| problem.intervals[*j].least < problem.intervals[*j].most;
+        let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
+        let mut y = x;
+        let n = y.len();
+        // Once without slacks, to move x inside; then with those of its constraints.
+        Barrier::new(problem, &[], &mut y);
+        problem.evaluate_start(&y)?;
+        y.extend(inequalities.iter().map(|&j| problem.c[j]));
+        let barrier = Barrier::new(problem, &inequalities, &mut y);
+        let (m, len) = (rows.len(), y.len());
+        let mut method = Method {
+            rows,
+            inequalities,
+            barrier,
+            y: DVector::from_vec(y),
+            value: 0.0,
+            gradient: DVector::zeros(len),
+            c: DVector::zeros(m),
+            jacobian: DMatrix::zeros(m, len),
+            multipliers: DVector::zeros(m),
+            penalty: 1.0,
+        };
+        method.value = problem.evaluate(&method.y.as_slice()[..n]);
+        method.c = method.constraints(problem, &method.y);
+        method.linearise(problem)?;
+        if method.barrier.is_there() {
+            let scales = method.barrier.scales(method.y.as_slice());
+            let forces = method.gradient.iter().zip(&scales).fold(0.0, |most: f64, (g, scale)| most.max((g * scale).abs()));
+            method.barrier.set(if forces > 0.0 { FIRST * forces } else { FIRST }, method.y.as_slice());
+        }
+        method.find_multipliers();
+        Ok(method)
+    }
+
+    /// C(y), with the values of c that the problem has at hand.
+    fn constraints<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &DVector<f64>) -> DVector<f64> {
+        let n = problem.bounds.len();
+        let mut slack = n;
+        DVector::from_iterator(
+            self.rows.len(),
+            self.rows.iter().map(|&j| {
+                let of = problem.intervals[j];
+                let target = if of.least < of.most {
+                    slack += 1;
+                    y[slack - 1]
+                } else {
+                    of.least
+                };
+                problem.c[j] - target
+            }),
+        )
+    }
+
+    /// The derivatives at the point that was evaluated last.
+    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let n = problem.bounds.len();
+        let mut weights = vec![0.0; problem.c.len()];
+        problem.gradient(1.0, &weights, &mut self.gradient.as_mut_slice()[..n])?;
+        let (mut row, mut slack) = (vec![0.0; n], n);
+        for (k, &j) in self.rows.iter().enumerate() {
+            weights[j] = 1.0;
+            problem.gradient(0.0, &weights, &mut row)?;
+            weights[j] = 0.0;
+            self.jacobian.row_mut(k).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
+            if self.inequalities.contains(&j) {
+                self.jacobian[(k, slack)] = -1.0;
+                slack += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// The scales D, the gradient of f + barrier in them, and the projection.
+    fn scaled(&self) -> (DVector<f64>, DVector<f64>, Projection) {
+        let scales = self.barrier.scales(self.y.as_slice());
+        let mut gradient = self.gradient.clone();
+        self.barrier.add_gradient(self.y.as_slice(), gradient.as_mut_slice());
+        gradient.iter_mut().zip(&scales).for_each(|(g, scale)| *g *= scale);
+        let projection = Projection::new(&self.jacobian, &scales);
+        (DVector::from_vec(scales), gradient, projection)
+    }
+
+    fn find_multipliers(&mut self) {
+        let (_, gradient, projection) = self.scaled();
+        self.multipliers = projection.multipliers(&gradient);
+    }
+
+    /// The multipliers of all constraints of the problem.
+    fn all_multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+        let mut all = vec![0.0; problem.c.len()];
+        self.rows.iter().zip(&self.multipliers).for_each(|(&j, w)| all[j] = *w);
+        all
+    }
+
+    /// What the gradient of the Lagrangian is small against.
+    fn scale(&self) -> f64 {
+        let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
+        terms.fold(self.gradient.amax(), f64::max)
+    }
+
+    fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
+        let n = problem.bounds.len();
+        let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
+        Iterate {
+            value: self.value,
+            violation: problem.violation(),
+            stationarity: problem.stationarity(&self.y.as_slice()[..n], &lagrangian.as_slice()[..n]),
+            step,
+            evaluations: problem.evaluations,
+        }
+    }
+
+    /// Makes μ smaller where its problem is solved, but not less than is asked for.
+    fn lower_barrier(&mut self, asked: f64) {
+        while self.barrier.mu > 0.0 {
+            let (_, gradient, projection) = self.scaled();
+            let left = (gradient + projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
+            if left > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
+                return;
+            }
+            self.barrier.mu *= LESS;
+            self.find_multipliers();
+        }
+    }
+
+    fn merit(&self, value: f64, y: &DVector<f64>, c: &DVector<f64>) -> f64 {
+        value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
+    }
+
+    /// Steps within smaller and smaller radii until one is taken; its largest change, or none if there is none.
+    fn advance<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, radius: &mut f64) -> Result<Option<f64>, Error> {
+        let (scales, gradient, projection) = self.scaled();
+        let curvature = self.barrier.curvature(self.y.as_slice());
+        self.prepare_products(problem)?;
+        let least = self.multipliers.norm();
+        if self.penalty < 1.1 * least || self.penalty > 10.0 * least {
+            self.penalty = 2.0 * least;
+        }
+        let (y, c) = (self.y.clone(), self.c.clone());
+        let barrier = self.barrier.clone();
+        let model = Model { gradient: &gradient, c: &c, projection: &projection, barrier: &barrier, y: &y, scales: &scales };
+        let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
+        while step.length > LEAST {
+            let foreseen = self.weigh(&step);
+            let here = self.merit(self.value, &self.y, &self.c);
+            let (next, ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
+            if ratio >= ACCEPTED {
+                *radius = match ratio {
+                    _ if ratio >= 0.9 => radius.max(3.0 * step.length),
+                    _ if ratio >= 0.3 => radius.max(2.0 * step.length),
+                    _ => *radius,
+                };
+                return self.take(problem, next).map(Some);
+            }
+            let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
+            *radius = shorter * step.length.min(*radius);
+            step = model.shorter(*radius, &known);
+        }
+        Ok(None)
+    }
+
+    /// Where a step leads, or where it leads when what constraints bent away meanwhile is taken back, if that is better.
+    fn better_trial<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        (step, projection, scales): (&Step, &Projection, &DVector<f64>),
+        (here, foreseen): (f64, f64),
+    ) -> (Trial, f64) {
+        let next = self.try_step(problem, &step.p, scales);
+        let ratio = self.ratio(&next, here, foreseen);
+        if ratio >= ACCEPTED || !next.value.is_finite() || self.rows.is_empty() {
+            return (next, ratio);
+        }
+        let corrected = &step.p + projection.least_change(&next.c);
+        let (d, none) = (corrected.component_mul(scales), vec![0.0; corrected.len()]);
+        if self.barrier.most(self.y.as_slice(), &none, d.as_slice()) < 1.0 {
+            return (next, ratio);
+        }
+        let other = self.try_step(problem, &corrected, scales);
+        let of_other = self.ratio(&other, here, foreseen);
+        if of_other > ratio { (other, of_other) } else { (next, ratio) }
+    }
+
+    /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
+    fn prepare_products<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let mut lagrangian = vec![0.0; problem.bounds.len()];
+        problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
+    }
+
+    /// What φ should fall by; ν grows until what constraints come closer counts enough.
+    fn weigh(&mut self, step: &Step) -> f64 {
+        if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
+            self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
+        }
+        step.model + self.penalty * step.closer.max(0.0)
+    }
+
+    fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
+        let y = &self.y + p.component_mul(scales);
+        let value = problem.evaluate(&y.as_slice()[..problem.bounds.len()]);
+        Trial { c: self.constraints(problem, &y), y, value }
+    }
+
+    /// What φ fell by, in parts of what was foreseen.
+    fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
+        let fallen = here - self.merit(to.value, &to.y, &to.c);
+        let rounding = ROUNDING * here.abs();
+        if foreseen <= rounding && fallen.abs() <= rounding { 1.0 } else { fallen / foreseen }
+    }
+
+    /// Goes there.
+    fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
+        let length = (&to.y - &self.y).amax();
+        self.barrier.step(self.y.as_slice(), to.y.as_slice());
+        (self.y, self.value, self.c) = (to.y, to.value, to.c);
+        // A second trial may have been evaluated after the one that is taken.
+        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
+        self.linearise(problem)?;
+        self.find_multipliers();
+        Ok(length)
+    }
+}
+
+/// Where a step led.
+struct Trial {
+    y: DVector<f64>,
+    value: f64,
+    c: DVector<f64>,
+}
+
+/// D (H + Σ) D p.
+fn product<P: Problem + ?Sized>(
+    problem: &mut Counted<P>,
+    p: &DVector<f64>,
+    scales: &DVector<f64>,
+    curvature: &[f64],
+) -> Result<DVector<f64>, Error> {
+    let (n, d) = (problem.bounds.len(), p.component_mul(scales));
+    let mut result = DVector::zeros(d.len());
+    problem.product(&d.as_slice()[..n], &mut result.as_mut_slice()[..n])?;
+    let terms = result.iter_mut().zip(&d).zip(curvature.iter().zip(scales));
+    terms.for_each(|((x, d), (curvature, scale))| *x = (*x + curvature * d) * scale);
+    Ok(result)
+}

@@ -1,0 +1,222 @@
+//! The step of the quadratic model within a trust region: first towards the constraints, then along them by projected conjugate gradients.
+//!
+//! With the variables in units of their scales, p = D⁻¹ d, and Â = A D, Ĥ = D (H + Σ) D, ĝ = D g:
+//!
+//! ```text
+//!   normal        n = the dogleg of ½‖Â n + C‖² within ¾ of the radius Δ
+//!   tangential    min ½ tᵀĤ t + (ĝ + Ĥ n)ᵀ t      Â t = 0,   ‖n + t‖ ≤ Δ       (Steihaug; Gould, Hribar and Nocedal 2001)
+//! ```
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::barrier::Barrier;
+use crate::Error;
+
+/// The share of the radius that the normal step may take.
+const OF_NORMAL: f64 = 0.75;
+/// How exact conjugate gradients are at least.
+const TOLERANCE: f64 = 0.1;
+
+/// The constraints' Jacobian in scaled variables, and the factors of Â Âᵀ.
+pub(super) struct Projection {
+    pub(super) a: DMatrix<f64>,
+    factors: Option<Cholesky<f64, Dyn>>,
+}
+
+impl Projection {
+    pub(super) fn new(jacobian: &DMatrix<f64>, scales: &[f64]) -> Self {
+        let mut a = jacobian.clone();
+        a.column_iter_mut().zip(scales).for_each(|(mut column, scale)| column *= *scale);
+        let mut square = &a * a.transpose();
+        let most = square.diagonal().amax();
+        // What no variable can change stays.
+        (0..square.nrows()).for_each(|j| square[(j, j)] += if square[(j, j)] > 0.0 { 1e-13 * most } else { 1.0 });
+        Projection { factors: if a.nrows() > 0 { square.cholesky() } else { None }, a }
+    }
+
+    /// (Â Âᵀ)⁻¹ r.
+    fn solve(&self, r: &DVector<f64>) -> DVector<f64> {
+        self.factors.as_ref().map_or_else(|| DVector::zeros(r.len()), |factors| factors.solve(r))
+    }
+
+    /// The multipliers w for which ĝ + Âᵀw is least.
+    pub(super) fn multipliers(&self, gradient: &DVector<f64>) -> DVector<f64> {
+        -self.solve(&(&self.a * gradient))
+    }
+
+    /// The least change that makes C + Â n vanish.
+    pub(super) fn least_change(&self, c: &DVector<f64>) -> DVector<f64> {
+        -self.a.tr_mul(&self.solve(c))
+    }
+
+    /// r without its part along the rows of Â; twice, for rounding.
+    fn project(&self, r: &DVector<f64>) -> DVector<f64> {
+        let once = |r: &DVector<f64>| r - self.a.tr_mul(&self.solve(&(&self.a * r)));
+        if self.a.nrows() == 0 { r.clone() } else { once(&once(r)) }
+    }
+}
+
+/// A step in scaled variables.
+pub(super) struct Step {
+    pub(super) p: DVector<f64>,
+    /// What the model of f + barrier falls by.
+    pub(super) model: f64,
+    /// What ‖C + A d‖ falls by.
+    pub(super) closer: f64,
+    /// How long it is, and whether the radius or a bound ended it.
+    pub(super) length: f64,
+}
+
+/// What a step was made of: n with Ĥ n, and the conjugate directions d with Ĥ d.
+pub(super) struct Known {
+    normal: [DVector<f64>; 2],
+    directions: Vec<[DVector<f64>; 2]>,
+}
+
+/// The model, the point y and the scales D.
+pub(super) struct Model<'a> {
+    pub(super) gradient: &'a DVector<f64>,
+    pub(super) c: &'a DVector<f64>,
+    pub(super) projection: &'a Projection,
+    pub(super) barrier: &'a Barrier,
+    pub(super) y: &'a DVector<f64>,
+    pub(super) scales: &'a DVector<f64>,
+}
+
+impl Model<'_> {
+    /// The step within a radius, with products of Ĥ.
+    pub(super) fn step(
+        &self,
+        radius: f64,
+        product: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>,
+    ) -> Result<(Step, Known), Error> {
+        let n = self.normal(OF_NORMAL * radius);
+        let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
+        let mut known = Known { normal: [n, of_n], directions: Vec::new() };
+        let t = self.tangential(&mut known, radius, product)?;
+        Ok((self.complete(&known.normal, t), known))
+    }
+
+    /// A step within a smaller radius out of what is known: a shorter n, and the best t of the same directions, which are conjugate.
+    pub(super) fn shorter(&self, radius: f64, known: &Known) -> Step {
+        let share = (OF_NORMAL * radius / known.normal[0].norm()).min(1.0);
+        let normal = known.normal.each_ref().map(|x| x * share);
+        let gradient = self.gradient + &normal[1];
+        let (mut t, mut of_t) = (DVector::zeros(gradient.len()), DVector::zeros(gradient.len()));
+        for [d, of_d] in &known.directions {
+            let (curvature, slope) = (d.dot(of_d), gradient.dot(d));
+            let d = if slope > 0.0 { -d } else { d.clone() };
+            let longest = to_sphere(&(&normal[0] + &t), &d, radius);
+            let alpha = if curvature > 0.0 { (slope.abs() / curvature).min(longest) } else { longest };
+            t += d * alpha;
+            of_t += of_d * if slope > 0.0 { -alpha } else { alpha };
+            if alpha >= longest {
+                break;
+            }
+        }
+        let most = self.most(&normal[0], &t);
+        self.complete(&normal, [t * most, of_t * most])
+    }
+
+    fn complete(&self, [n, of_n]: &[DVector<f64>; 2], [t, of_t]: [DVector<f64>; 2]) -> Step {
+        let p = n + t;
+        let model = -self.gradient.dot(&p) - 0.5 * p.dot(&(of_n + of_t));
+        let closer = self.c.norm() - (self.c + &self.projection.a * &p).norm();
+        Step { length: p.norm(), p, model, closer }
+    }
+
+    fn normal(&self, radius: f64) -> DVector<f64> {
+        let a = &self.projection.a;
+        if self.c.amax() == 0.0 {
+            return DVector::zeros(a.ncols());
+        }
+        let newton = self.projection.least_change(self.c);
+        let slope = a.tr_mul(self.c);
+        let ahead = (a * &slope).norm_squared();
+        let cauchy = if ahead > 0.0 { &slope * -(slope.norm_squared() / ahead) } else { slope };
+        let (to_newton, to_cauchy) = (newton.norm(), cauchy.norm());
+        let n = if to_newton <= radius {
+            newton
+        } else if to_cauchy >= radius {
+            cauchy * (radius / to_cauchy)
+        } else {
+            let rest = newton - &cauchy;
+            let share = to_sphere(&cauchy, &rest, radius);
+            cauchy + rest * share
+        };
+        let most = self.most(&DVector::zeros(n.len()), &n);
+        n * most
+    }
+
+    /// How much of a step behind another one keeps away from bounds.
+    fn most(&self, before: &DVector<f64>, step: &DVector<f64>) -> f64 {
+        let (before, step) = (before.component_mul(self.scales), step.component_mul(self.scales));
+        self.barrier.most(self.y.as_slice(), before.as_slice(), step.as_slice())
+    }
+
+    /// t, and Ĥ t.
+    fn tangential(
+        &self,
+        Known { normal: [n, of_n], directions }: &mut Known,
+        radius: f64,
+        product: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>,
+    ) -> Result<[DVector<f64>; 2], Error> {
+        let zeros = || DVector::zeros(n.len());
+        let (mut t, mut of_t, mut r) = (zeros(), zeros(), self.gradient + &*of_n);
+        let mut v = self.projection.project(&r);
+        let mut d = -&v;
+        let mut rv = r.dot(&v);
+        let end = rv * TOLERANCE.min(rv.sqrt()).powi(2);
+        // The last point that keeps away from bounds, and where it went from there.
+        let mut inside: Option<[DVector<f64>; 4]> = None;
+        for _ in 0..(n.len() + 1).saturating_sub(self.c.len()) {
+            if rv <= end || rv <= 0.0 {
+                break;
+            }
+            let of_d = product(&d)?;
+            let curvature = d.dot(&of_d);
+            let at = &*n + &t;
+            let longest = to_sphere(&at, &d, radius);
+            let alpha = if curvature > 0.0 { (rv / curvature).min(longest) } else { longest };
+            let is_last = alpha >= longest;
+            let step = &d * alpha;
+            match self.most(&at, &step) >= 1.0 {
+                true => inside = None,
+                false if inside.is_none() => inside = Some([t.clone(), of_t.clone(), step.clone(), &of_d * alpha]),
+                false => {}
+            }
+            t += step;
+            of_t += &of_d * alpha;
+            r += &of_d * alpha;
+            directions.push([d.clone(), of_d]);
+            if is_last {
+                break;
+            }
+            v = self.projection.project(&r);
+            // r is as good as its projection, which keeps what is left of rounding small.
+            r.copy_from(&v);
+            let next = r.dot(&v);
+            d = &d * (next / rv) - &v;
+            rv = next;
+        }
+        if let Some([t, of_t, step, of_step]) = inside {
+            let share = self.most(&(&*n + &t), &step);
+            return Ok([t + step * share, of_t + of_step * share]);
+        }
+        Ok([t, of_t])
+    }
+}
+
+/// s ≥ 0 with ‖x + s d‖ = radius.
+fn to_sphere(x: &DVector<f64>, d: &DVector<f64>, radius: f64) -> f64 {
+    let (a, b, c) = (d.norm_squared(), x.dot(d), x.norm_squared() - radius * radius);
+    let root = (b * b - a * c).max(0.0).sqrt();
+    // The form without cancellation.
+    if a == 0.0 || c >= 0.0 {
+        0.0
+    } else if b > 0.0 {
+        -c / (b + root)
+    } else {
+        (root - b) / a
+    }
+}
