@@ -4,7 +4,7 @@ mod common;
 use common::assert_says;
 use hamiltonian_adjoint::optimize::{
     Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Trials, Variables, augmented_lagrangian,
-    lbfgs, levenberg_marquardt, silent, sqp,
+    homotopy, interior_point, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
@@ -25,12 +25,19 @@ struct Given {
     bounds: Vec<Interval>,
     constraints: Vec<Interval>,
     gradients: Vec<f64>,
+    x: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Given {
     fn new(function: Function, bounds: Vec<Interval>, constraints: Vec<Interval>) -> Self {
         let gradients = vec![0.0; (1 + constraints.len()) * bounds.len()];
-        Given { function, bounds, constraints, gradients }
+        Given { function, bounds, constraints, gradients, x: Vec::new(), weights: Vec::new() }
+    }
+
+    /// The weighted gradient of what is at hand.
+    fn weighted(&self, gradients: &[f64], i: usize) -> f64 {
+        self.weights.iter().enumerate().map(|(j, w)| w * gradients[j * self.bounds.len() + i]).sum()
     }
 }
 
@@ -45,12 +52,24 @@ impl Problem for Given {
         self.constraints.clone()
     }
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.x = x.to_vec();
         Ok((self.function)(x, c, &mut self.gradients))
     }
     fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
-        let n = self.bounds.len();
-        for (i, g) in gradient.iter_mut().enumerate() {
-            *g = f * self.gradients[i] + (0..c.len()).map(|j| c[j] * self.gradients[(1 + j) * n + i]).sum::<f64>();
+        self.weights = [&[f], c].concat();
+        gradient.iter_mut().enumerate().for_each(|(i, g)| *g = self.weighted(&self.gradients, i));
+        Ok(())
+    }
+    /// By differences of fourth order.
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        const STEP: f64 = 1e-3;
+        product.fill(0.0);
+        for (steps, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+            let moved: Vec<f64> = self.x.iter().zip(direction).map(|(x, d)| x + steps * STEP * d).collect();
+            let (mut c, mut gradients) = (vec![0.0; self.constraints.len()], self.gradients.clone());
+            (self.function)(&moved, &mut c, &mut gradients);
+            let sums = product.iter_mut().enumerate();
+            sums.for_each(|(i, sum)| *sum += weight * self.weighted(&gradients, i) / (12.0 * STEP));
         }
         Ok(())
     }
@@ -72,9 +91,13 @@ fn a_curved_valley_is_followed_to_its_end() {
     let outcome =
         lbfgs(&mut problem, &[-1.2; 10], &Options { stationarity: 1e-10, ..Options::default() }, &mut silent).expect("fits");
     assert_eq!(outcome.reason, Reason::Stationary);
-    let error = outcome.x.iter().fold(0.0, |most: f64, x| most.max((x - 1.0).abs()));
-    assert!(error < 1e-8 && outcome.evaluations < 150, "{error} after {}", outcome.evaluations);
+    let error = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max((x - 1.0).abs()));
+    assert!(error(&outcome.x) < 1e-8 && outcome.evaluations < 150, "{outcome:?}");
     assert!(outcome.history.windows(2).all(|two| two[1].value < two[0].value), "it never goes up");
+    let outcome = interior_point(&mut problem, &[-1.2; 10], &Options::default(), &mut silent).expect("fits");
+    println!("{} evaluations, {} products", outcome.evaluations, outcome.products);
+    assert_eq!(outcome.reason, Reason::Stationary);
+    assert!(error(&outcome.x) < 1e-6 && outcome.evaluations < 80, "{outcome:?}");
 }
 
 #[test]
@@ -85,6 +108,14 @@ fn bounds_are_kept_and_reached() {
     let outcome = lbfgs(&mut problem, &[3.0, 2.0], &Options::default(), &mut silent).expect("fits");
     assert!(outcome.reason.is_converged(), "{:?}", outcome.reason);
     assert!((outcome.x[0] - 0.5).abs() < 1e-12 && (outcome.x[1] - 0.25).abs() < 1e-7, "{:?}", outcome.x);
+    let exact = Options { stationarity: 1e-10, ..Options::default() };
+    let outcome = interior_point(&mut problem, &[3.0, 2.0], &exact, &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged() && outcome.x[0] < 0.5, "{:?}", outcome.reason);
+    assert!((outcome.x[0] - 0.5).abs() < 1e-5 && (outcome.x[1] - 0.25).abs() < 1e-5, "{:?}", outcome.x);
+    // What has no room between its bounds stays where it is.
+    problem.bounds[0] = Interval::new(0.3, 0.3);
+    let outcome = interior_point(&mut problem, &[3.0, 2.0], &exact, &mut silent).expect("fits");
+    assert!(outcome.x[0] == 0.3 && (outcome.x[1] - 0.09).abs() < 1e-6, "{:?}", outcome.x);
 }
 
 /// Problem 71 of Hock and Schittkowski.
@@ -106,7 +137,7 @@ fn hs71(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
 #[test]
 fn equalities_inequalities_and_bounds_hold_at_once() {
     let constraints = vec![Interval::at_least(25.0), Interval::new(40.0, 40.0)];
-    for method in [augmented_lagrangian, sqp] {
+    for method in [augmented_lagrangian, interior_point] {
         let mut problem = Given::new(hs71, vec![Interval::new(1.0, 5.0); 4], constraints.clone());
         let outcome = method(&mut problem, &[1.0, 5.0, 5.0, 1.0], &Options::default(), &mut silent).expect("fits");
         assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
@@ -265,14 +296,101 @@ fn the_least_effort_brings_the_links_upright() {
     println!("{:?}: {} simulations: f = {:.6}", outcome.reason, outcome.evaluations, outcome.value);
     assert!(outcome.reason.is_converged() && outcome.violation <= 1e-9);
     assert!((outcome.value - 0.141123).abs() < 1e-5, "{}", outcome.value);
-    // From where the angles alone are right the way is shorter, and leads to a lower minimum.
-    let fit = levenberg_marquardt(&mut problem, &start, &Options { target: Some(1e-6), ..options }, &mut silent);
-    let fit = fit.expect("fits").outcome;
-    let outcome = sqp(&mut problem, &fit.x, &options, &mut silent).expect("fits");
-    println!("{:?}: {} simulations: f = {:.6}", outcome.reason, outcome.evaluations, outcome.value);
+    // By exact second derivatives in fewer, to the same minimum.
+    let outcome = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+    println!(
+        "{:?}: {} simulations, {} products: f = {:.6}",
+        outcome.reason, outcome.evaluations, outcome.products, outcome.value
+    );
     assert!(outcome.reason.is_converged() && outcome.violation <= 1e-9);
-    assert!(outcome.value < 0.06, "{}", outcome.value);
+    assert!((outcome.value - 0.141123).abs() < 1e-5 && outcome.evaluations <= 60, "{outcome:?}");
+    // Close to a solution, where constraints are nearly linear, the method is Newton's.
+    let last = outcome.history[outcome.history.len() - 1].stationarity;
+    assert!(last < 1e-3 * outcome.history[outcome.history.len() - 2].stationarity);
     assert_eq!(problem.solver.cost().expect("a motion"), outcome.value);
+}
+
+/// dq/dt.
+struct Speed;
+impl Cost<1, 0, 0, 0> for Speed {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.v[0]
+    }
+}
+
+/// 1.
+struct One;
+impl Cost<0, 0, 0, 0> for One {
+    fn cost<S: Scalar>(&self, _: &CostPoint<S, 0, 0, 0>, _: &SVector<S, 0>) -> S {
+        S::one()
+    }
+}
+
+/// A cart of 2 kg that is pushed for 1 m, at rest at the end: by least effort or in the shortest time.
+fn push(in_shortest_time: bool) -> (System, Control) {
+    let mut scene = Scene::new();
+    let cart = scene.body("cart", 2.0, 0.1, [0.0, 0.0, 0.0]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    let (place, speed) = (scene.output("place"), scene.output("speed"));
+    scene.term(place, "place", Angle, Sum::Terminal, [cart.coordinates[0]], [], [], [1.0.into()]);
+    scene.term(speed, "speed", Speed, Sum::Terminal, [cart.coordinates[0]], [], [], []);
+    if in_shortest_time {
+        scene.cost("time", One, Sum::Integral, [], [], [], []);
+    } else {
+        scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1.0.into()]);
+    }
+    (scene.compile().expect("a system"), force)
+}
+
+#[test]
+fn the_shortest_time_switches_the_force_once() {
+    let (system, force) = push(true);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.05));
+    let free = vec![Free::control(force).within(-8.0, 8.0), Free::duration().within(0.1, 10.0)];
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let start = problem.start();
+    let outcome = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+    println!("{:?}: {} simulations, {} products: {}", outcome.reason, outcome.evaluations, outcome.products, outcome.value);
+    assert!(outcome.reason.is_converged() && outcome.violation <= 1e-9, "{:?}", outcome.reason);
+    // Half of the way at F/m, half at −F/m: T = 2 √(m s/F) = 1 s, and a little more where a force that is linear between nodes switches.
+    assert!((1.0..1.001).contains(&outcome.value), "{}", outcome.value);
+    let force = problem.inputs_at(&outcome.x).controls;
+    assert!(force.columns(0, 20).iter().all(|u| *u > 7.9) && force.columns(21, 20).iter().all(|u| *u < -7.9), "{force}");
+}
+
+#[test]
+fn a_problem_is_reached_by_way_of_easier_ones() {
+    let (system, force) = push(false);
+    let mut problem = problem(&system, force, Inputs::at_rest(&system, Grid::uniform(20, 0.1)));
+    let start = problem.start();
+    let mut times = Vec::new();
+    let mut set = |problem: &mut MotionProblem, s: f64| {
+        times.push(2.0 - s);
+        problem.change(|inputs| inputs.grid.steps.fill((2.0 - s) / 20.0))
+    };
+    let outcome = homotopy(&mut problem, &start, &Options::default(), &mut set, &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged(), "{:?}", outcome.reason);
+    assert!(times.len() > 3 && times[0] == 2.0 && times[times.len() - 1] == 1.0, "{times:?}");
+    // ∫F² dt = 12 m² s²/T³ = 48 of a force that falls linearly, but for the error of 20 steps.
+    let direct = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+    assert!(
+        (outcome.value - direct.value).abs() < 1e-8 && (direct.value - 48.0).abs() < 0.01 * 48.0,
+        "{} {}",
+        outcome.value,
+        direct.value
+    );
+    // Where there is no way it says how far it came.
+    let mut wall = |problem: &mut MotionProblem, s: f64| {
+        let most = if s > 0.5 { 1.0 } else { 100.0 };
+        problem.change(|inputs| inputs.controls.fill(most))?;
+        if s > 0.5 { Err(Error::TimeStep { step: 1, length: 0.0 }) } else { Ok(()) }
+    };
+    let error = homotopy(&mut problem, &start, &Options::default(), &mut wall, &mut silent).expect_err("a wall");
+    assert_says(&error, &["step 1"]);
+    let error = problem.change(|inputs| inputs.grid.steps.truncate(3)).expect_err("another number of steps");
+    assert_says(&error, &["4", "21"]);
 }
 
 /// A spring between the ground and a body, with everything free that can be.
@@ -341,6 +459,28 @@ fn the_chain_rule_of_what_is_free_is_exact() {
         let expected = fine + (fine - coarse) / 3.0;
         assert!((gradient[i] - expected).abs() < 1e-9, "{}: {} {expected}", variables.name(i), gradient[i]);
     }
+    // The second derivatives along a direction, by differences of gradients.
+    let direction: Vec<f64> = (0..x.len()).map(|i| (1.7 * i as f64).sin()).collect();
+    let mut problem =
+        MotionProblem::new(&system, Settings::default(), inputs.clone(), variables.clone()).expect("a problem");
+    let mut gradient_at = |step: f64| {
+        let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
+        problem.evaluate(&moved, &mut []).expect("a motion");
+        let mut gradient = vec![0.0; x.len()];
+        problem.gradient(1.0, &[], &mut gradient).expect("a gradient");
+        gradient
+    };
+    let [far, near] = [2e-3, 1e-3].map(|step| {
+        let (above, below) = (gradient_at(step), gradient_at(-step));
+        above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect::<Vec<f64>>()
+    });
+    let mut product = vec![0.0; x.len()];
+    gradient_at(0.0);
+    problem.product(&direction, &mut product).expect("a product");
+    for i in 0..x.len() {
+        let expected = near[i] + (near[i] - far[i]) / 3.0;
+        assert!((product[i] - expected).abs() < 1e-8, "{}: {} {expected}", variables.name(i), product[i]);
+    }
     let named: Vec<&str> = [0, 8, 12, 15, 16, 17, 18].map(|i| variables.name(i)).to_vec();
     assert_eq!(
         named,
@@ -388,8 +528,14 @@ fn what_cannot_be_done_is_said() {
     let outcome = augmented_lagrangian(&mut problem, &[0.0], &any(), &mut silent).expect("fits");
     assert_eq!(outcome.reason, Reason::Infeasible);
     assert!((outcome.x[0] - 1.5).abs() < 1e-3 && (outcome.violation - 0.5).abs() < 1e-3, "between both: {outcome:?}");
-    let outcome = sqp(&mut problem, &[0.0], &any(), &mut silent).expect("fits");
-    assert!(!outcome.reason.is_converged() && outcome.violation > 0.4, "{outcome:?}");
+    let outcome = interior_point(&mut problem, &[0.0], &any(), &mut silent).expect("fits");
+    assert_eq!(outcome.reason, Reason::Infeasible);
+    assert!(outcome.violation > 0.4, "{outcome:?}");
+    let outcome = interior_point(&mut Given::new(flat, vec![], vec![]), &[], &any(), &mut silent).expect("nothing to do");
+    assert_eq!(outcome.reason, Reason::Stationary);
+    let outcome = interior_point(&mut Given::new(flat, vec![Interval::FREE; 3], vec![]), &[0.0; 3], &any(), &mut silent)
+        .expect("fits");
+    assert_eq!((outcome.reason, outcome.history.len()), (Reason::Stationary, 1));
     let error = |problem: &mut Given, start: &[f64]| lbfgs(problem, start, &any(), &mut silent).expect_err("wrong");
     let free = || Given::new(flat, vec![Interval::FREE; 2], vec![]);
     assert_says(&error(&mut free(), &[0.0]), &["start", "expected 2", "found 1"]);
@@ -444,6 +590,8 @@ fn a_start_that_is_assembled_may_be_free() {
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     let start = problem.start();
     let options = Options { target: Some(1e-24), stationarity: 0.0, ..Options::default() };
+    let error = interior_point(&mut problem, &start, &options, &mut silent).expect_err("no products");
+    assert_says(&error, &["second derivatives", "assembled", "Start::Velocity"]);
     let fit = levenberg_marquardt(&mut problem, &start, &options, &mut silent).expect("fits");
     assert_eq!(fit.outcome.reason, Reason::Target, "{:?}", fit.outcome);
     let motion = problem.solver.trajectory();

@@ -1,18 +1,22 @@
 //! Products of the Hessian: symmetric, and those of hyper-dual numbers through the whole simulation.
 
-#[path = "common/bench.rs"]
-#[allow(dead_code)]
-mod bench;
-#[allow(dead_code)]
 mod common;
-#[path = "scenes/varying.rs"]
+#[path = "scenes/elements.rs"]
 #[allow(dead_code)]
-mod varying;
+mod elements;
+#[path = "scenes/ready_parts.rs"]
+#[allow(dead_code)]
+mod ready_parts;
 
-use bench::{Bench, from_velocity, lively, number};
+use common::assert_says;
+use common::bench::{Bench, Part, from_velocity, lively, number};
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scheme, Settings, Solver, Sum, System};
+use hamiltonian_adjoint::{
+    Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver, Sum,
+    System, simulate,
+};
+use nalgebra::SVector;
 
 /// A direction in which every input moves, as far as it is large.
 fn direction(inputs: &Inputs, seed: usize) -> Inputs {
@@ -99,4 +103,150 @@ fn products_are_exact_for_loops_and_design_variables() {
             }
         }
     }
+}
+
+/// A cost with M(q)-like products of everything that both arms have.
+struct Mixed;
+
+impl<const N: usize> Cost<N, 0, 1, 1> for Mixed {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, 0, 1>, b: &SVector<S, 1>) -> S {
+        let terms = (0..N).map(|i| (at.q[i] * (at.v[i] + at.t)).sin() + at.u[0] * at.v[i] * at.q[i]);
+        terms.fold(at.u_dot[0] * at.u_dot[0] * 0.01 + at.u[0] * at.u[0], |sum, term| sum + term) * b[0]
+    }
+}
+
+#[test]
+fn products_are_exact_whatever_the_element_with_and_without_its_program() {
+    let mut worst = 0.0f64;
+    for kind in elements::kinds().into_iter().chain(ready_parts::kinds()) {
+        for with_programs in [true, false] {
+            let scene = elements::with(kind, |arms| {
+                let scale = arms.scene.design("scale", 0.4);
+                let motor = arms.scene.control("unused but in the cost");
+                let q = arms.lower.coordinates;
+                arms.scene.cost("mixed", Mixed, Sum::Integral, q, [], [motor], [(scale * 0.5).into()]);
+                arms.scene.cost("end", Mixed, Sum::Terminal, arms.upper.coordinates, [], [motor], [scale.into()]);
+            });
+            let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+            let inputs = lively(&system, 6, 0.02);
+            let what = format!("{}, programs: {with_programs}", kind.0);
+            worst = worst.max(error(&what, &system, &inputs, Settings::default()));
+        }
+    }
+    println!("largest error {worst:.1e}");
+}
+
+#[test]
+fn products_are_exact_with_dependent_constraints_halved_steps_and_composed_grids() {
+    // Three parallel cranks.
+    let mut bench = Bench::new();
+    let feet = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]];
+    let head = |[x, y]: [f64; 2]| [x + 0.2, y + 0.4];
+    let coupler = bench.rod(head(feet[0]), head(feet[2]));
+    for (k, foot) in feet.into_iter().enumerate() {
+        let crank = bench.rod(foot, head(foot));
+        bench.hinge(Part::GROUND, crank, foot);
+        bench.hinge(crank, coupler, head(foot));
+        if k == 0 {
+            bench.drive(Part::GROUND, crank);
+        }
+    }
+    // Not of σ, which dependent constraints share by their compliances.
+    let (b, control, q) = (bench.bound(0.7), bench.control, coupler.body.coordinates().expect("a body"));
+    bench.scene.cost("mixed", Mixed, Sum::Trapezoidal, q, [], [control], [b.into()]);
+    let system = bench.scene.compile().expect("a scene");
+    let inputs = from_velocity(&system, &lively(&system, 8, 0.02));
+    let mut solver = Solver::new(&system, Settings::default());
+    assert!(!solver.simulate(&inputs).expect("a motion").compliance.is_empty());
+    // Design variables and initial coordinates would contradict dependent constraints.
+    let mut a = direction(&inputs, 1);
+    a.design.fill(0.0);
+    a.start.q_mut().fill(0.0);
+    a.start.rate_mut().fill(0.0);
+    let b = Inputs { controls: direction(&inputs, 501).controls, ..a.clone() };
+    let of_a = solver.hessian_product(&a).expect("a product").clone();
+    let of_b = solver.hessian_product(&b).expect("a product").clone();
+    let [reference, _] = by_hyper(&system, &inputs, Settings::default(), [&a, &b]);
+    let (ab, ba, size) = (along(&of_a, &b), along(&of_b, &a), size_along(&of_a, &b));
+    println!("dependent constraints: asymmetry {:.1e}, error {:.1e}", (ab - ba).abs() / size, (ab - reference).abs() / size);
+    assert!((ab - ba).abs() < 1e-9 * size && (ab - reference).abs() < 1e-8 * size, "{ab} {ba} {reference}");
+
+    // A pendulum that falls through in steps that are too long for it.
+    let mut bench = Bench::new();
+    let rod = bench.rod([0.0, 0.0], [0.3, 0.0]);
+    bench.hinge(Part::GROUND, rod, [0.0, 0.0]);
+    bench.drive(Part::GROUND, rod);
+    let system = bench.compile(Sum::Rectangle);
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.5));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 2.0 * number(i));
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+        let settings = Settings { scheme, max_iterations: 4, ..Settings::default() };
+        let halved = simulate(&system, &inputs, settings).expect("a motion").inserted.len();
+        println!("{halved} nodes inserted");
+        assert!(scheme != Scheme::TRAPEZOIDAL || halved > 0);
+        error(&format!("halved steps, {}", scheme.name), &system, &inputs, settings);
+    }
+    let inputs =
+        Inputs { grid: Grid::composed(4, 0.1, Composition::Suzuki4), ..Inputs::at_rest(&system, Grid::uniform(20, 0.02)) };
+    error("a composed grid with steps back", &system, &inputs, Settings::default());
+}
+
+#[test]
+fn what_has_no_second_derivatives_is_said() {
+    let mut bench = Bench::new();
+    bench.four_bar();
+    let system = bench.compile(Sum::Plain);
+    let inputs = lively(&system, 12, 0.02);
+    let change = inputs.no_change();
+    let mut solver = Solver::new(&system, Settings { rebase_every: 3, ..Settings::default() });
+    assert_says(&solver.hessian_product(&change).expect_err("no motion"), &["no motion", "simulate"]);
+    solver.simulate(&inputs).expect("a motion");
+    assert_says(
+        &solver.hessian_product(&change).expect_err("started anew"),
+        &["second derivatives", "started anew", "node 3"],
+    );
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let short = Inputs::at_rest(&system, Grid::uniform(3, 0.1)).no_change();
+    assert_says(&solver.hessian_product(&short).expect_err("too short"), &["direction", "expected 12", "found 3"]);
+    let mut bad = change.clone();
+    bad.design[0] = f64::NAN;
+    assert_says(&solver.hessian_product(&bad).expect_err("NaN"), &["direction", "NaN"]);
+    assert_eq!(solver.hessian_product(&change).expect("nothing").controls.amax(), 0.0);
+}
+
+#[test]
+fn a_product_belongs_to_what_was_differentiated_last() {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    let (a, b) = (cart.scene.output("a"), cart.scene.output("b"));
+    for (k, of) in [a, b].into_iter().enumerate() {
+        let q = cart.links[k].coordinates;
+        let force = cart.force;
+        cart.scene.term(of, &format!("end {k}"), Mixed, Sum::Terminal, q, [], [force], [1.0.into()]);
+    }
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.05));
+    inputs.controls.fill(4.0);
+    let push = direction(&inputs, 3);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let mut product = |weights: Option<[f64; 3]>| {
+        match weights {
+            Some([of_cost, a, b]) => solver.weighted_gradient(of_cost, &[a, b]).map(|_| ()),
+            None => solver.gradient().map(|_| ()),
+        }
+        .expect("a gradient");
+        solver.hessian_product(&push).expect("a product").controls.clone()
+    };
+    let (of_cost, of_a, of_b) = (product(None), product(Some([0.0, 1.0, 0.0])), product(Some([0.0, 0.0, 1.0])));
+    let together = product(Some([2.0, -3.0, 0.5]));
+    let sum = of_cost * 2.0 - of_a * 3.0 + of_b * 0.5;
+    assert!((&together - sum).amax() < 1e-12 * together.amax());
+    // After another motion J is meant, and nothing that was kept.
+    inputs.controls.fill(-4.0);
+    solver.simulate(&inputs).expect("a motion");
+    let fresh = solver.hessian_product(&push).expect("a product").clone();
+    let mut other = Solver::new(&system, Settings::default());
+    other.simulate(&inputs).expect("a motion");
+    assert_eq!(&fresh, other.hessian_product(&push).expect("a product"));
 }

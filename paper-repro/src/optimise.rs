@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, Options as MethodOptions, Outcome, Variables, augmented_lagrangian, lbfgs,
-    levenberg_marquardt, silent, sqp,
+    Free, Interval, MotionProblem, Options as MethodOptions, Outcome, Variables, augmented_lagrangian, homotopy,
+    interior_point, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
@@ -142,14 +142,14 @@ type Method = (&'static str, fn(&mut MotionProblem, &[f64], &MethodOptions) -> R
 const LBFGS: Method = ("L-BFGS", |problem, start, options| lbfgs(problem, start, options, &mut silent));
 const AUGMENTED: Method =
     ("augmented Lagrangian", |problem, start, options| augmented_lagrangian(problem, start, options, &mut silent));
-const SQP: Method = ("SQP", |problem, start, options| sqp(problem, start, options, &mut silent));
-/// First to where the constraints hold.
-const AFTER_FIT: Method = ("constraints first, then SQP", |problem, start, options| {
-    let there = MethodOptions { target: Some(1e-6), iterations: 200, ..*options };
-    let fit = levenberg_marquardt(problem, start, &there, &mut silent)?.outcome;
-    let outcome = sqp(problem, &fit.x, options, &mut silent)?;
-    let (evaluations, gradients) = (fit.evaluations + outcome.evaluations, fit.gradients + outcome.gradients);
-    Ok(Outcome { evaluations, gradients, ..outcome })
+const INTERIOR: Method = ("interior point", |problem, start, options| interior_point(problem, start, options, &mut silent));
+/// From 2.5 s to the time that is asked for.
+const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options| {
+    let steps = problem.inputs_at(start).grid.steps;
+    let (first, last) = (Name::Rest.duration() / steps.len() as f64, steps[0]);
+    let mut set =
+        |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill(first + s * (last - first)));
+    homotopy(problem, start, options, &mut set, &mut silent)
 });
 const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options| {
     levenberg_marquardt(problem, start, options, &mut silent).map(|fit| fit.outcome)
@@ -171,7 +171,11 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let names = if options.problems.is_empty() { all.to_vec() } else { options.problems.clone() };
     let mut runs = Vec::new();
     for name in names {
-        let methods: &[Method] = if name == Name::Paper { &[LBFGS, LEAST_SQUARES] } else { &[SQP, AFTER_FIT, AUGMENTED] };
+        let methods: &[Method] = match name {
+            Name::Paper => &[LBFGS, LEAST_SQUARES, INTERIOR],
+            Name::RestSooner => &[INTERIOR, HOMOTOPY, AUGMENTED],
+            _ => &[INTERIOR, AUGMENTED],
+        };
         for method in methods {
             runs.push(solve(name, *method, settings)?);
         }
@@ -184,6 +188,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
             "Iterations",
             "Simulations",
             "Gradients",
+            "Products",
             "Time [ms]",
             "Of one gradient",
             "Value",
@@ -225,7 +230,7 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     // Short ones are timed again.
     while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
         let mut problem = MotionProblem::new(&system, SolverSettings::default(), inputs.clone(), variables.clone())?;
-        if method == LBFGS.0 {
+        if name == Name::Paper && method != LEAST_SQUARES.0 {
             outputs.iter().for_each(|output| problem.constrain(*output, Interval::FREE));
         }
         let start = problem.start();
@@ -264,6 +269,7 @@ impl Run {
             (outcome.history.len() - 1).to_string(),
             outcome.evaluations.to_string(),
             outcome.gradients.to_string(),
+            outcome.products.to_string(),
             format!("{:.2}", self.milliseconds),
             format!("{:.0}", 1e-3 * self.milliseconds / gradient),
             format!("{:.6}", outcome.value),
@@ -280,7 +286,7 @@ impl Run {
             "iterations": outcome.history.len() - 1,
             "simulations": outcome.evaluations,
             "gradients": outcome.gradients,
-            "products": 0,
+            "products": outcome.products,
             "milliseconds": self.milliseconds,
             "value": outcome.value,
             "violation": outcome.violation,

@@ -5,11 +5,11 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | [`lbfgs`] | many variables, bounds |
-//! | [`interior_point`] | the same with constraints, by exact products of the Hessian |
-//! | [`sqp`] | the same with a few equalities and inequalities, up to some hundred variables |
-//! | [`augmented_lagrangian`] | the same with many of either |
+//! | [`interior_point`] | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
+//! | [`homotopy`] | the same where it is not solved at once, by way of easier problems |
 //! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
+//! | [`lbfgs`] | many variables and bounds, by gradients alone |
+//! | [`augmented_lagrangian`] | the same with constraints |
 //!
 //! ```
 //! use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};
@@ -30,6 +30,7 @@
 //! ```
 
 mod augmented_lagrangian;
+mod homotopy;
 mod interior_point;
 mod lbfgs;
 mod least_squares;
@@ -37,19 +38,16 @@ mod line_search;
 mod motion_problem;
 mod outcome;
 mod problem;
-mod quadratic;
-mod splitting;
-mod sqp;
 mod trials;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;
+pub use homotopy::homotopy;
 pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
 pub use least_squares::{Fit, levenberg_marquardt};
 pub use motion_problem::MotionProblem;
 pub use outcome::{Iterate, Options, Outcome, Reason, silent};
 pub use problem::{Interval, Problem};
-pub use sqp::sqp;
 pub use trials::Trials;
 pub use variables::{Free, Quantity, Variables};

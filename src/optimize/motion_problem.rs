@@ -49,6 +49,20 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
+    /// Changes what is not free of the inputs, such as the lengths of their steps, not their number.
+    ///
+    /// # Errors
+    /// Inputs that do not fit the system any more, or the variables; then nothing is changed.
+    pub fn change(&mut self, by: impl FnOnce(&mut Inputs)) -> Result<(), Error> {
+        let mut inputs = self.inputs.clone();
+        by(&mut inputs);
+        inputs.check(self.solver.system())?;
+        self.inputs.check_direction(&inputs, 0)?;
+        self.variables.take_grid(&inputs);
+        self.inputs = inputs;
+        Ok(())
+    }
+
     /// The number of outputs.
     pub(super) fn outputs(&self) -> usize {
         self.constraints.len()

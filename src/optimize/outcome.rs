@@ -42,6 +42,8 @@ pub enum Reason {
     NoLowerValue,
     /// Constraints do not get any closer to what they must be: there may be no point where they hold.
     Infeasible,
+    /// The last problem of a homotopy was not reached.
+    NoWay,
     /// All iterations were made.
     Iterations,
     /// The watcher said so.

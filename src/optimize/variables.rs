@@ -145,10 +145,8 @@ impl Variables {
                 _ => names.extend((0..knots).map(|k| format!("{name} [{k}]"))),
             }
         }
-        let share = |t: &f64| if duration == 0.0 { 0.0 } else { (t - times[0]) / duration };
-        let shares = times.iter().map(share).collect();
-        let steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
-        let variables = Variables { free, first, shares, steps, names };
+        let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
+        variables.take_grid(inputs);
         let x = variables.of(inputs);
         match x.iter().position(|x| !x.is_finite()) {
             Some(i) => {
@@ -156,6 +154,15 @@ impl Variables {
             }
             None => Ok(variables),
         }
+    }
+
+    /// Takes over where in the motion's time its nodes are.
+    pub(super) fn take_grid(&mut self, inputs: &Inputs) {
+        let times = inputs.grid.times();
+        let duration = times[times.len() - 1] - times[0];
+        let share = |t: &f64| if duration == 0.0 { 0.0 } else { (t - times[0]) / duration };
+        self.shares = times.iter().map(share).collect();
+        self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
     }
 
     /// The number of variables.

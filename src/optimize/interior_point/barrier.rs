@@ -82,6 +82,16 @@ impl Barrier {
         self.bounds.iter().zip(y).map(of).collect()
     }
 
+    /// The largest derivative, times the distance from the bound that it pushes to where that is below 1: what is left of complementarity.
+    pub(super) fn stationarity(&self, y: &[f64], gradient: &[f64]) -> f64 {
+        let of = |((of, y), g): ((&Interval, &f64), &f64)| {
+            let [below, above] = distances(of, *y);
+            let room = if *g > 0.0 { below } else { above };
+            if of.least == of.most { 0.0 } else { g.abs() * room.min(1.0) }
+        };
+        self.bounds.iter().zip(y).zip(gradient).map(of).fold(0.0, f64::max)
+    }
+
     /// How much of a step from here, behind `before`, keeps away from all bounds: 1 or less.
     pub(super) fn most(&self, y: &[f64], before: &[f64], step: &[f64]) -> f64 {
         let mut most = 1.0f64;

@@ -49,6 +49,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     let (mut counted, x) = Counted::new(problem, start)?;
     let mut method = Method::new(&mut counted, x)?;
     let mut history = vec![method.iterate(&counted, 0.0)];
+    let first = history[0].stationarity;
     let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
     let reason = loop {
         let last = history[history.len() - 1];
@@ -59,7 +60,7 @@ pub fn interior_point<P: Problem + ?Sized>(
         if feasible && options.target.is_some_and(|target| last.value <= target) {
             break Reason::Target;
         }
-        let asked = options.stationarity * method.scale();
+        let asked = options.stationarity * method.scale().max(first);
         if feasible && last.stationarity <= asked && method.barrier.mu <= asked {
             break Reason::Stationary;
         }
@@ -125,9 +126,8 @@ impl Method {
         method.c = method.constraints(problem, &method.y);
         method.linearise(problem)?;
         if method.barrier.is_there() {
-            let scales = method.barrier.scales(method.y.as_slice());
-            let forces = method.gradient.iter().zip(&scales).fold(0.0, |most: f64, (g, scale)| most.max((g * scale).abs()));
-            method.barrier.set(if forces > 0.0 { FIRST * forces } else { FIRST }, method.y.as_slice());
+            let forces = method.forces(problem)?;
+            method.barrier.set(FIRST * forces, method.y.as_slice());
         }
         method.find_multipliers();
         Ok(method)
@@ -181,6 +181,18 @@ impl Method {
         (DVector::from_vec(scales), gradient, projection)
     }
 
+    /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
+    fn forces<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+        let scales = DVector::from_vec(self.barrier.scales(self.y.as_slice()));
+        let forces = self.gradient.component_mul(&scales).amax();
+        if forces > 0.0 {
+            return Ok(forces);
+        }
+        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut vec![0.0; problem.bounds.len()])?;
+        let ones = DVector::from_element(scales.len(), 1.0);
+        Ok(product(problem, &ones, &scales, &vec![0.0; scales.len()])?.amax())
+    }
+
     fn find_multipliers(&mut self) {
         let (_, gradient, projection) = self.scaled();
         self.multipliers = projection.multipliers(&gradient);
@@ -200,12 +212,11 @@ impl Method {
     }
 
     fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
-        let n = problem.bounds.len();
         let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
         Iterate {
             value: self.value,
             violation: problem.violation(),
-            stationarity: problem.stationarity(&self.y.as_slice()[..n], &lagrangian.as_slice()[..n]),
+            stationarity: self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice()),
             step,
             evaluations: problem.evaluations,
         }

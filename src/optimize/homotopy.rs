@@ -1,0 +1,109 @@
+//! A problem by way of easier ones: a parameter s goes from 0 to 1, each solution is the next start.
+
+use std::ops::ControlFlow;
+
+use super::outcome::largest_change;
+use super::{Iterate, Options, Outcome, Problem, Reason, interior_point};
+use crate::Error;
+
+/// The first change of s, how it grows and shrinks, and when there is no way.
+const FIRST: f64 = 0.2;
+const LONGER: f64 = 1.5;
+const SHORTER: f64 = 0.4;
+const LEAST: f64 = 1e-4;
+/// A problem on the way that takes more iterations than this is too far away; after fewer than these s may change more.
+const MOST: usize = 60;
+const FEW: usize = 12;
+/// How exact solutions on the way are at most.
+const STATIONARITY: f64 = 1e-3;
+const VIOLATION: f64 = 1e-5;
+
+/// Minimises by [`interior_point`], first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
+///
+/// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts are those of all problems, the history and the rest are
+/// the last one's: of s < 1 if there is no way.
+///
+/// # Errors
+/// As [`interior_point`]; those of `set`. Errors at a start that was extrapolated are taken for no solution.
+pub fn homotopy<P: Problem + ?Sized>(
+    problem: &mut P,
+    start: &[f64],
+    options: &Options,
+    set: &mut dyn FnMut(&mut P, f64) -> Result<(), Error>,
+    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+) -> Result<Outcome, Error> {
+    let on_the_way = Options {
+        stationarity: options.stationarity.max(STATIONARITY),
+        violation: options.violation.max(VIOLATION),
+        target: None,
+        ..*options
+    };
+    set(problem, 0.0)?;
+    let mut best = interior_point(problem, start, &on_the_way, watch)?;
+    let (mut s, mut change, mut counts) = (0.0, FIRST, Counts::default());
+    counts.add(&best);
+    // The solution before, and how far back it lies.
+    let mut before: Option<(Vec<f64>, f64)> = None;
+    while best.reason.is_converged() && s < 1.0 && change > LEAST {
+        let next = if s + change > 1.0 - 0.3 * change { 1.0 } else { s + change };
+        let goal = if next == 1.0 { *options } else { on_the_way };
+        set(problem, next)?;
+        let guess = extrapolate(&best.x, before.as_ref(), next - s);
+        let tried = interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch);
+        let Ok(found) = tried else {
+            change *= SHORTER;
+            before = None;
+            continue;
+        };
+        counts.add(&found);
+        if found.reason == Reason::Asked {
+            best = found;
+            break;
+        }
+        if !found.reason.is_converged() {
+            change = SHORTER * (next - s);
+            continue;
+        }
+        if found.history.len() <= FEW {
+            change *= LONGER;
+        }
+        before = Some((std::mem::replace(&mut best, found).x, next - s));
+        s = next;
+    }
+    // What the problem keeps is the motion of the answer.
+    set(problem, s)?;
+    let mut c = vec![0.0; best.constraints.len()];
+    problem.evaluate(&best.x, &mut c)?;
+    Ok(counts.into(best, s))
+}
+
+/// Straight on from the last two solutions, but no farther than the last step went.
+fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<f64> {
+    let Some((old, length)) = before.filter(|(old, _)| largest_change(x, old) > 0.0) else { return x.to_vec() };
+    let share = (change / length).min(1.0);
+    x.iter().zip(old).map(|(x, old)| x + share * (x - old)).collect()
+}
+
+/// What all problems together took.
+#[derive(Default)]
+struct Counts {
+    evaluations: usize,
+    gradients: usize,
+    products: usize,
+    failures: usize,
+}
+
+impl Counts {
+    fn add(&mut self, outcome: &Outcome) {
+        self.evaluations += outcome.evaluations;
+        self.gradients += outcome.gradients;
+        self.products += outcome.products;
+        self.failures += outcome.failures;
+    }
+
+    fn into(self, outcome: Outcome, s: f64) -> Outcome {
+        let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
+        let Counts { evaluations, gradients, products, failures } = self;
+        Outcome { evaluations, gradients, products, failures, reason, ..outcome }
+    }
+}
