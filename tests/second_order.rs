@@ -10,7 +10,7 @@ mod ready_parts;
 
 use common::assert_says;
 use common::bench::{Bench, Part, from_velocity, lively, number};
-use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
     Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver, Sum,
@@ -249,4 +249,28 @@ fn a_product_belongs_to_what_was_differentiated_last() {
     let mut other = Solver::new(&system, Settings::default());
     other.simulate(&inputs).expect("a motion");
     assert_eq!(&fresh, other.hessian_product(&push).expect("a product"));
+}
+
+#[test]
+fn products_of_ones_own_are_checked() {
+    let mut bench = Bench::new();
+    bench.four_bar();
+    let system = bench.compile(Sum::Trapezoidal);
+    let inputs = lively(&system, 10, 0.02);
+    let push = direction(&inputs, 5);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let right = solver.hessian_product(&push).expect("a product").clone();
+    let check = |design: Vec<f64>| {
+        let check = check::hessian(&system, &inputs, Settings::default());
+        check.own("mine", check::Part::Design, push.clone(), design).run().expect("a report")
+    };
+    let report = check(right.design.as_slice().to_vec());
+    println!("{report}");
+    report.assert_passed();
+    assert!(report.rows.len() == 5 && report.rows.iter().all(|row| row.error() < 1e-12));
+    let mut design = right.design.as_slice().to_vec();
+    design[2] *= 1.0 + 1e-6;
+    let report = check(design);
+    assert!(!report.passed() && report.to_string().contains("`b3`"), "{report}");
 }

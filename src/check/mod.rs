@@ -10,6 +10,7 @@
 //! | a block of ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10), or f_i itself | [`step`] |
 //! | the Jacobian or the values of any other function | [`function`] |
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
+//! | a product of the Hessian with a direction; or the library's | [`hessian`](hessian()) |
 //!
 //! With the feature `files`, derivatives may come from a program in any other language: `Pipe`.
 //!
@@ -46,7 +47,10 @@ pub use direct::{Sensitivity, direct_differentiation};
 pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
 pub use formula::Function;
 pub use function::{FunctionCheck, function};
-pub use gradient::{DirectionReport, GradientCheck, GradientReport, Identity, Part, Remainder, Taylor, gradient};
+pub use gradient::{
+    DirectionReport, GradientCheck, GradientReport, HessianCheck, HessianReport, HessianRow, Identity, Part, Remainder,
+    Taylor, gradient, hessian,
+};
 pub use matrix::Matrix;
 #[cfg(feature = "files")]
 pub use pipe::Pipe;

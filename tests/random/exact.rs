@@ -1,7 +1,9 @@
 //! What must hold for every scene: errors are typed, numbers are finite, and the adjoint gradient is that of complex step.
 
 use hamiltonian_adjoint::check::{Input, Random};
-use hamiltonian_adjoint::{Cx, Error, Gradient, Inputs, LiftedSolver, Report, Solver, System, Trajectory, Warning};
+use hamiltonian_adjoint::{
+    Cx, Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Report, Solver, System, Trajectory, Warning,
+};
 
 use crate::build;
 use crate::description::Description;
@@ -178,6 +180,58 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagree
     worst.bound = if is_warned { NOT_WRONG } else { by_pivot };
     worst.what = format!("{}; smallest pivot {worst_pivot:.1e}, {warnings:?}", worst.what);
     Ok(worst)
+}
+
+/// The differences between a second derivative along two random directions by products of the Hessian and by hyper-dual numbers, relative to the terms
+/// of it; none for what has no products.
+///
+/// # Errors
+/// Those of the simulations.
+pub fn disagreement_of_products(description: &Description, moved: &Moved) -> Result<Option<Disagreement>, Error> {
+    let Moved { system, inputs, .. } = moved;
+    let mut random = Random::new(description.run.seed as u64);
+    let all = Input::all(inputs);
+    let is_smooth = |input: &Input| {
+        let of = |(name, belongs): &(&str, Belongs)| is_smooth(name, description) || !belongs(input);
+        KINDS.iter().all(of) && (description.redundant.is_empty() || !matches!(input, Input::Rate(_)))
+    };
+    let mut direction = || {
+        let mut direction = inputs.no_change();
+        for &input in &all {
+            let d = random.away_from_zero(size(input, inputs));
+            *input.of(&mut direction) = if is_smooth(&input) { d } else { 0.0 };
+        }
+        direction
+    };
+    let (mut first, mut second) = (direction(), direction());
+    let mut solver = Solver::new(system, description.run.settings);
+    solver.simulate(inputs)?;
+    let mut product = |of: &Inputs| solver.hessian_product(of).cloned();
+    let (of_first, of_second) = match (product(&first), product(&second)) {
+        (Err(Error::NoSecondDerivatives { .. }), _) => return Ok(None),
+        (one, other) => (one?, other?),
+    };
+    let terms = |gradient: &Gradient, direction: &mut Inputs| {
+        all.iter().map(|&input| input.in_gradient(gradient) * *input.of(direction)).collect::<Vec<f64>>()
+    };
+    let (of_first, of_second) = (terms(&of_first, &mut second), terms(&of_second, &mut first));
+    let mut lifted = LiftedSolver::<Hyper>::new(system, inputs, description.run.settings)?;
+    let mut perturbed = inputs.lift::<Hyper>();
+    for (part, direction) in [(1, &mut first), (2, &mut second)] {
+        all.iter().for_each(|input| input.of(&mut perturbed).add_to_part(part, *input.of(direction)));
+    }
+    lifted.simulate(&perturbed)?;
+    let reference = lifted.cost()?.part(3);
+    let [one, other] = [&of_first, &of_second].map(|terms| terms.iter().sum::<f64>());
+    let scale = sum_of_sizes(&of_first).max(sum_of_sizes(&of_second)) + SMALL;
+    let error = (one - other).abs().max((one - reference).abs()) / scale;
+    let Report { worst_pivot, warnings, .. } = lifted.real().report();
+    // Two more solutions with K, each of which loses the digits of a small pivot.
+    let by_pivot = ROUNDINGS * ROUNDINGS * f64::EPSILON / (worst_pivot * SHARE);
+    let bound = if warnings.iter().any(says_not_to_trust) { NOT_WRONG } else { by_pivot };
+    let what =
+        format!("{one:e}, {other:e}, hyper-dual {reference:e}, scale {scale:e}; pivot {worst_pivot:.1e}, {warnings:?}");
+    Ok(Some(Disagreement { error, bound, what }))
 }
 
 fn sum_of_sizes(terms: &[f64]) -> f64 {

@@ -130,6 +130,30 @@ fn gradients_of_random_scenes_are_exact() {
 }
 
 #[test]
+fn products_of_random_scenes_are_symmetric_and_exact() {
+    let tally = Tally::default();
+    let property = |description: Description| {
+        let Ok(Ok(moved)) = exact::run(&description) else { return Ok(()) };
+        match exact::disagreement_of_products(&description, &moved) {
+            Ok(None) => tally.count("without products"),
+            // A rough motion may not be followed in other numbers.
+            Err(_) => tally.count(NO_REFERENCE),
+            Ok(Some(found)) if found.is_exact() => {
+                tally.errors.borrow_mut().push(found.error);
+                tally.count(EXACT);
+            }
+            Ok(Some(found)) if found.is_told() => tally.count(TOLD),
+            Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
+        }
+        Ok(())
+    };
+    try_all(cases(), regular::description(), property);
+    tally.print("products of random scenes");
+    assert!(tally.share(EXACT) >= 0.5, "too few of the scenes have products");
+    assert!(tally.share(NO_REFERENCE) + tally.share(TOLD) <= 0.02, "too few of the products can be compared");
+}
+
+#[test]
 fn gradients_of_random_scenes_with_dependent_constraints_are_exact() {
     let tally = Tally::default();
     try_all(cases(), regular::redundant(), |description| {

@@ -2,6 +2,7 @@
 //! dot-product identity.
 
 mod directions;
+mod hessian;
 mod identity;
 mod own;
 mod report;
@@ -9,6 +10,7 @@ mod taylor;
 mod ways;
 
 pub use directions::Part;
+pub use hessian::{HessianCheck, HessianReport, HessianRow, hessian};
 pub use identity::Identity;
 pub use report::{DirectionReport, GradientReport};
 pub use taylor::{Remainder, Taylor};
@@ -175,7 +177,8 @@ impl GradientCheck<'_> {
         gradient: &Gradient,
         trusted: bool,
     ) -> BlockReport {
-        let mut report = own::compare(self.system, self.inputs, name, *part, values, gradient, self.tolerance);
+        let mut report =
+            own::compare((self.system, self.inputs), (name, "own gradient", *part), values, gradient, self.tolerance);
         if !trusted {
             report.verdict = Verdict::NothingCompared;
             report.wrong_entries = 0;

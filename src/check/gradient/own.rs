@@ -9,17 +9,15 @@ use crate::{Gradient, Inputs, System};
 const LISTED: usize = 4;
 
 pub(super) fn compare(
-    system: &System,
-    inputs: &Inputs,
-    name: &str,
-    part: Part,
+    (system, inputs): (&System, &Inputs),
+    (name, kind, part): (&str, &str, Part),
     hand: &[f64],
     gradient: &Gradient,
     tolerance: f64,
 ) -> BlockReport {
     let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
-    let title = format!("{name} (own gradient, {})", part.name());
+    let title = format!("{name} ({kind}, {})", part.name());
     let mut report = BlockReport { points: 1, ..BlockReport::empty(title, (1, truth.len()), tolerance) };
     if hand.len() != truth.len() {
         report.verdict = Verdict::Wrong;

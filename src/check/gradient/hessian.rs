@@ -1,0 +1,215 @@
+//! Products of the Hessian three ways: the library's along either of two directions, and hyper-dual numbers through the whole simulation.
+
+use std::fmt;
+
+use super::super::draw::check_tolerance;
+use super::super::random::Random;
+use super::super::report::{BlockReport, Verdict};
+use super::directions::{product, random};
+use super::{Part, own};
+use crate::check::Input;
+use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Settings, Solver, System};
+
+/// A product of the user's own: its name, part and direction, and its numbers.
+type Own = (String, Part, Inputs, Vec<f64>);
+
+/// A check of products of the Hessian at some inputs; made by [`hessian`].
+pub struct HessianCheck<'a> {
+    system: &'a System,
+    inputs: &'a Inputs,
+    settings: Settings,
+    seed: u64,
+    tolerance: f64,
+    own: Vec<Own>,
+}
+
+/// Checks products of the Hessian of the system's cost at these inputs: aᵀH b for a random direction a in each part of the inputs and b in all.
+///
+/// ```
+/// use hamiltonian_adjoint::check::{self, Part};
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+/// inputs.controls.fill(10.0);
+/// check::hessian(&system, &inputs, Settings::default()).run()?.assert_passed();
+///
+/// // A product of one's own: here one that forgets that there is a Hessian.
+/// let mut push = inputs.no_change();
+/// push.controls.fill(1.0);
+/// let check = check::hessian(&system, &inputs, Settings::default());
+/// let report = check.own("mine", Part::Controls, push, vec![0.0; 51]).run()?;
+/// assert!(!report.passed());
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> HessianCheck<'a> {
+    HessianCheck { system, inputs, settings, seed: 1, tolerance: 1e-9, own: Vec::new() }
+}
+
+impl HessianCheck<'_> {
+    /// The seed of the random directions.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// What aᵀH b may be off by, relative to the size of its terms (1e-9 at first).
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Compares a product of your own with this direction, for one part of the inputs, number by number, once the library's has been checked.
+    ///
+    /// The order is that of [`Inputs`]: controls column by column.
+    pub fn own(mut self, name: &str, part: Part, direction: Inputs, values: impl IntoIterator<Item = f64>) -> Self {
+        self.own.push((name.to_string(), part, direction, values.into_iter().collect()));
+        self
+    }
+
+    /// Runs the check.
+    ///
+    /// # Errors
+    /// A motion that cannot be computed at the inputs, or that has no products; a direction that does not fit; a tolerance that is no number from 0 to 1.
+    pub fn run(&self) -> Result<HessianReport, Error> {
+        check_tolerance(self.tolerance)?;
+        let mut solver = Solver::new(self.system, self.settings);
+        solver.simulate(self.inputs)?;
+        let mut random_source = Random::new(self.seed);
+        let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
+        let all = random(self.inputs, &parts, &mut random_source);
+        let of_all = solver.hessian_product(&all)?.clone();
+        let mut hyper = LiftedSolver::<Hyper>::new(self.system, self.inputs, self.settings)?;
+        let rows = parts.iter().map(|&part| {
+            let direction = random(self.inputs, &[part], &mut random_source);
+            let (along, size) = product(&of_all, &direction);
+            let (transposed, other) = product(solver.hessian_product(&direction)?, &all);
+            let reference = self.by_hyper(&mut hyper, [&direction, &all])?;
+            Ok(HessianRow::new(part.name(), [along, transposed, reference], size.max(other), self.tolerance))
+        });
+        let rows = rows.collect::<Result<Vec<HessianRow>, Error>>()?;
+        let mut report = HessianReport { rows, own: Vec::new() };
+        let is_trusted = report.library() == Verdict::Right;
+        for own in self.own.iter().filter(|_| is_trusted) {
+            report.own.push(self.compare_own(own, solver.hessian_product(&own.2)?));
+        }
+        Ok(report)
+    }
+
+    fn by_hyper(&self, solver: &mut LiftedSolver<Hyper>, directions: [&Inputs; 2]) -> Result<f64, Error> {
+        let mut lifted = self.inputs.lift::<Hyper>();
+        for (part, direction) in (1..).zip(directions) {
+            let mut direction = direction.clone();
+            for input in Input::all(self.inputs) {
+                let d = *input.of(&mut direction);
+                input.of(&mut lifted).add_to_part(part, d);
+            }
+        }
+        solver.simulate(&lifted)?;
+        Ok(solver.cost()?.part(3))
+    }
+
+    fn compare_own(&self, (name, part, _, values): &Own, product: &Gradient) -> BlockReport {
+        own::compare((self.system, self.inputs), (name, "own product", *part), values, product, self.tolerance)
+    }
+}
+
+/// aᵀH b, three ways.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct HessianRow {
+    /// Which inputs a moves; b moves all.
+    pub name: &'static str,
+    /// a · (H b).
+    pub product: f64,
+    /// b · (H a).
+    pub transposed: f64,
+    /// By hyper-dual numbers.
+    pub hyper_dual: f64,
+    /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to.
+    pub size: f64,
+    /// The outcome.
+    pub verdict: Verdict,
+}
+
+impl HessianRow {
+    fn new(name: &'static str, [product, transposed, hyper_dual]: [f64; 3], size: f64, tolerance: f64) -> Self {
+        let size = size.max(hyper_dual.abs());
+        let near = |x: f64| (x - hyper_dual).abs() <= tolerance * size;
+        let verdict = if near(product) && near(transposed) { Verdict::Right } else { Verdict::Wrong };
+        HessianRow { name, product, transposed, hyper_dual, size, verdict }
+    }
+
+    /// The larger error of both products, relative.
+    pub fn error(&self) -> f64 {
+        let difference = (self.product - self.hyper_dual).abs().max((self.transposed - self.hyper_dual).abs());
+        if difference == 0.0 { 0.0 } else { difference / self.size }
+    }
+}
+
+/// Products of the Hessian of a system's cost, checked.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct HessianReport {
+    /// One for each part of the inputs.
+    pub rows: Vec<HessianRow>,
+    /// Products of the user's own, unless the library's is wrong.
+    pub own: Vec<BlockReport>,
+}
+
+impl HessianReport {
+    /// The outcome of everything, products of the user's own included.
+    pub fn verdict(&self) -> Verdict {
+        let own = self.own.iter().map(|own| own.verdict).find(|verdict| *verdict != Verdict::Right);
+        match self.library() {
+            Verdict::Right => own.unwrap_or(Verdict::Right),
+            other => other,
+        }
+    }
+
+    fn library(&self) -> Verdict {
+        if self.rows.iter().any(|row| row.verdict != Verdict::Right) {
+            Verdict::Wrong
+        } else if self.rows.iter().all(|row| row.size == 0.0) {
+            Verdict::NothingCompared
+        } else {
+            Verdict::Right
+        }
+    }
+
+    /// Whether all is right.
+    pub fn passed(&self) -> bool {
+        self.verdict() == Verdict::Right
+    }
+
+    /// For tests.
+    ///
+    /// # Panics
+    /// With the whole report, unless all is right.
+    #[track_caller]
+    pub fn assert_passed(&self) {
+        assert!(self.passed(), "\n{self}");
+    }
+}
+
+impl fmt::Display for HessianReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let summary = match self.verdict() {
+            Verdict::NothingCompared => "FAILED, because nothing was compared: J is linear in the inputs".to_string(),
+            other => other.to_string(),
+        };
+        writeln!(f, "products of the Hessian of J, a·H b with b in all inputs: {summary}")?;
+        writeln!(f, "  {:20}  {:>19}  {:>9}  {:>9}   verdict", "a in", "by hyper-dual numb.", "a·(H b)", "b·(H a)")?;
+        for row in &self.rows {
+            let off = |x: f64| if row.size == 0.0 { 0.0 } else { (x - row.hyper_dual).abs() / row.size };
+            let HessianRow { name, product, transposed, hyper_dual, verdict, .. } = row;
+            writeln!(
+                f,
+                "  {name:20}  {hyper_dual:>+19.12e}  {:>9.1e}  {:>9.1e}   {verdict}",
+                off(*product),
+                off(*transposed)
+            )?;
+        }
+        self.own.iter().try_for_each(|own| write!(f, "{own}"))
+    }
+}
