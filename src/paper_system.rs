@@ -23,7 +23,7 @@ use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{NodeView, Sums};
+use crate::system::{NodeView, Sums, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -327,7 +327,9 @@ impl<'a> PaperSystem<'a> {
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
         let weights = self.refinement.weights(&self.trajectory.scheme, &steps, i);
-        let mut costs = CostSum::new(self.system, &self.refinement, 0);
+        let factors = factors_of(0, self.system.outputs());
+        let (mut costs, mut sums) =
+            (CostSum::new(&self.refinement, factors), vec![Dual64::from(0.0); 1 + self.system.outputs()]);
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
@@ -349,9 +351,10 @@ impl<'a> PaperSystem<'a> {
                 t: Dual64::from_re(self.trajectory.times[i]),
                 design: &design,
             };
-            let value = costs.at(self.system, &at, &weights, i).map_or(f64::NAN, |value| value.part(1));
+            sums.fill(Dual64::from(0.0));
+            let added = costs.add(self.system, (&at, i), &weights, &mut sums);
             which(&mut arguments)[k].eps = 0.0;
-            value
+            added.map_or(f64::NAN, |()| sums[0].eps)
         })
     }
 }

@@ -216,6 +216,29 @@ fn what_has_no_second_derivatives_is_said() {
 }
 
 #[test]
+fn changes_of_outputs_are_those_of_their_gradients() {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    for (k, sum) in [Sum::Terminal, Sum::Integral, Sum::Node(4), Sum::Rectangle].into_iter().enumerate() {
+        let (q, force) = (cart.links[k % 2].coordinates, cart.force);
+        let of = cart.scene.output(&format!("output {k}"));
+        let b = cart.scene.design(&format!("b{k}"), 0.7);
+        cart.scene.term(of, &format!("term {k}"), Mixed, sum, q, [], [force], [(b * b).into()]);
+    }
+    let system = cart.scene.compile().expect("a scene");
+    let inputs = lively(&system, 10, 0.04);
+    let push = direction(&inputs, 3);
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK5] {
+        let mut solver = Solver::new(&system, Settings { scheme, ..Settings::default() });
+        solver.simulate(&inputs).expect("a motion");
+        let changes = solver.push_forward(&push).expect("changes");
+        for (change, gradient) in changes.iter().zip(solver.jacobian().expect("gradients")) {
+            let (expected, size) = (along(&gradient, &push), size_along(&gradient, &push));
+            assert!((change - expected).abs() < 1e-12 * size, "{}: {change} {expected}", scheme.name);
+        }
+    }
+}
+
+#[test]
 fn a_product_belongs_to_what_was_differentiated_last() {
     let mut cart = CartPendulum::with_links(2).mechanism();
     let (a, b) = (cart.scene.output("a"), cart.scene.output("b"));

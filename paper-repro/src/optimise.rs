@@ -1,4 +1,6 @@
-//! `optimise`: optimal control of the paper's cart by the methods of the library: what each needs, and where it ends.
+//! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library: what each needs, and where it ends.
+
+mod mechanisms;
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
@@ -24,7 +26,7 @@ use crate::settings::Settings;
 use crate::statistics::median;
 use crate::table::Table;
 
-/// Solves problems of optimal control of the cart with the library's methods
+/// Solves problems of optimal control and identification with the library's methods
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Problems to solve [default: all]
@@ -52,6 +54,10 @@ enum Name {
     /// The same, at rest
     #[value(name = "time-rest")]
     TimeRest,
+    /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
+    Periodic,
+    /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
+    Identify,
 }
 
 impl Name {
@@ -66,8 +72,9 @@ impl Name {
     /// s.
     fn duration(self) -> f64 {
         match self {
-            Name::Paper | Name::Effort | Name::RestSooner | Name::Time => 2.0,
             Name::Rest | Name::TimeRest => 2.5,
+            Name::Periodic => 1.0,
+            _ => 2.0,
         }
     }
 }
@@ -107,9 +114,21 @@ impl Cost<0, 0, 0, 0> for One {
     }
 }
 
-fn system(name: Name, settings: &Settings) -> Result<(System, Control, Vec<Output>), MotionError> {
+/// A problem: the system, the inputs to start from, what of them is free, and the outputs.
+struct Posed {
+    system: System,
+    inputs: Inputs,
+    control: Control,
+    free: Vec<Free>,
+    outputs: Vec<Output>,
+}
+
+fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
+    if name == Name::Periodic {
+        return mechanisms::periodic();
+    }
     let mut cart = settings.example().mechanism();
-    let (force, mut outputs) = (cart.force, Vec::new());
+    let (control, mut outputs) = (cart.force, Vec::new());
     for (j, link) in (1..).zip(&cart.links) {
         let angle = [link.coordinates[2]];
         if name == Name::Paper {
@@ -126,14 +145,20 @@ fn system(name: Name, settings: &Settings) -> Result<(System, Control, Vec<Outpu
             cart.scene.term(output, &format!("speed {j}"), Speed, Sum::Terminal, [q], [], [], []);
         }
     }
-    match name {
-        Name::Paper => {}
-        Name::Effort | Name::Rest | Name::RestSooner => {
-            cart.scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1e-4.into()]);
-        }
-        Name::Time | Name::TimeRest => cart.scene.cost("time", One, Sum::Integral, [], [], [], []),
+    let is_timed = matches!(name, Name::Time | Name::TimeRest);
+    if is_timed {
+        cart.scene.cost("time", One, Sum::Integral, [], [], [], []);
+    } else if name != Name::Paper {
+        cart.scene.cost("effort", Effort, Sum::Integral, [], [], [control], [1e-4.into()]);
     }
-    Ok((cart.scene.compile()?, force, outputs))
+    let free = match is_timed {
+        true => vec![Free::control(control).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)],
+        false => vec![Free::control(control)],
+    };
+    let system = cart.scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
+    inputs.controls.fill(10.0);
+    Ok(Posed { system, inputs, control, free, outputs })
 }
 
 /// The method, its name and what it is told.
@@ -161,16 +186,22 @@ struct Run {
     method: &'static str,
     outcome: Outcome,
     milliseconds: f64,
-    force: Vec<(f64, f64)>,
+    control: Vec<(f64, f64)>,
     converged: bool,
 }
 
 pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let folder = files::folder(options.out.as_deref())?;
-    let all = [Name::Paper, Name::Effort, Name::Rest, Name::RestSooner, Name::Time, Name::TimeRest];
-    let names = if options.problems.is_empty() { all.to_vec() } else { options.problems.clone() };
+    let names = if options.problems.is_empty() { Name::value_variants().to_vec() } else { options.problems.clone() };
     let mut runs = Vec::new();
+    let mut found = String::new();
     for name in names {
+        if name == Name::Identify {
+            let (run, words) = identify()?;
+            runs.push(run);
+            found = words;
+            continue;
+        }
         let methods: &[Method] = match name {
             Name::Paper => &[LBFGS, LEAST_SQUARES, INTERIOR],
             Name::RestSooner => &[INTERIOR, HOMOTOPY, AUGMENTED],
@@ -198,7 +229,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
         rows: runs.iter().map(|run| run.cells(gradient)).collect(),
     };
     let words = format!(
-        "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of up to 5 on one thread, one value with its gradient takes {:.3} ms.",
+        "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of up to 5 on one thread, one value with its gradient takes {:.3} ms.{found}",
         settings.links,
         1e3 * gradient
     );
@@ -213,15 +244,22 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     Ok(true)
 }
 
+/// The first of 100 fits, and how often the truth lay within two standard errors.
+fn identify() -> Result<(Run, String), Error> {
+    const REPEATS: usize = 100;
+    let begin = Instant::now();
+    let mechanisms::Identified { within, of, fit } = mechanisms::identify(REPEATS)?;
+    let milliseconds = 1e3 * begin.elapsed().as_secs_f64() / REPEATS as f64;
+    let words = format!(
+        " Identification: {within} of {of} parameters of {REPEATS} repetitions within two standard errors; the time is that of one of them, \
+         scenes included."
+    );
+    let (outcome, converged) = (fit.outcome.clone(), fit.outcome.reason.is_converged());
+    Ok((Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome, milliseconds, control: Vec::new(), converged }, words))
+}
+
 fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<Run, Error> {
-    let (system, force, outputs) = system(name, settings)?;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
-    inputs.controls.fill(10.0);
-    let is_timed = matches!(name, Name::Time | Name::TimeRest);
-    let free = match is_timed {
-        true => vec![Free::control(force).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)],
-        false => vec![Free::control(force)],
-    };
+    let Posed { system, inputs, control, free, outputs } = pose(name, settings)?;
     let variables = Variables::new(&system, &inputs, free)?;
     let target = (name == Name::Paper).then_some(1e-10);
     // What the cost is more exact in is not asked for.
@@ -241,16 +279,15 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     }
     let Some((outcome, problem)) = last else { unreachable!("at least one repeat") };
     let inputs = problem.inputs_at(&outcome.x);
-    let force = inputs.grid.times().into_iter().zip(inputs.controls.row(0).iter().copied()).collect();
+    let row = inputs.controls.row(control.index());
+    let control = inputs.grid.times().into_iter().zip(row.iter().copied()).collect();
     let converged = outcome.reason.is_converged();
-    Ok(Run { name, method, outcome, milliseconds: median(&times), force, converged })
+    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged })
 }
 
 /// A simulation and its gradient, s.
 fn one_gradient(settings: &Settings) -> Result<f64, Error> {
-    let (system, ..) = system(Name::Paper, settings)?;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
-    inputs.controls.fill(10.0);
+    let Posed { system, inputs, .. } = pose(Name::Paper, settings)?;
     let mut solver = Solver::new(&system, SolverSettings::default());
     let mut job: [crate::stopwatch::Job; 1] = [Box::new(|| {
         solver.simulate(&inputs)?;
@@ -299,7 +336,7 @@ impl Run {
 /// The forces found, and how violation and gradient went: a panel for each problem.
 fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
     const COLOURS: [Colour; 3] = [colour::BLUE, colour::RED, colour::GREEN];
-    let of_problems = || runs.chunk_by(|one, other| one.name == other.name);
+    let of_problems = || runs.chunk_by(|one, other| one.name == other.name).filter(|runs| runs[0].name != Name::Identify);
     let panels = |x: Axis, y: Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
             title: runs[0].name.text(),
@@ -314,8 +351,8 @@ fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
         };
         Panels { charts: of_problems().map(chart).collect(), columns: 2 }
     };
-    let (time, force) = (Axis::linear("time t [s]"), Axis::linear("force on the cart F [N]"));
-    panels(time, force, |run| run.force.clone()).save(&folder.join("optimise_force"))?;
+    let (time, force) = (Axis::linear("time t [s]"), Axis::linear("force on the cart [N], torque on the crank [N m]"));
+    panels(time, force, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
     };

@@ -61,17 +61,7 @@ pub fn direct_differentiation(
 /// The inputs on other numbers, each made of its value and its change.
 pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Result<Inputs<R>, Error> {
     inputs.check_direction(direction, 0)?;
-    let mut moved = inputs.lift::<R>();
-    let change = |to: &mut [R], from: &[f64], by: &[f64]| {
-        to.iter_mut().zip(from.iter().zip(by)).for_each(|(to, (&x, &d))| *to = make(x, d));
-    };
-    change(&mut moved.grid.steps, &inputs.grid.steps, &direction.grid.steps);
-    moved.grid.start = make(inputs.grid.start, direction.grid.start);
-    change(moved.start.q_mut().as_mut_slice(), inputs.start.q().as_slice(), direction.start.q().as_slice());
-    change(moved.start.rate_mut().as_mut_slice(), inputs.start.rate().as_slice(), direction.start.rate().as_slice());
-    change(moved.controls.as_mut_slice(), inputs.controls.as_slice(), direction.controls.as_slice());
-    change(moved.design.as_mut_slice(), inputs.design.as_slice(), direction.design.as_slice());
-    Ok(moved)
+    Ok(inputs.along(direction, make))
 }
 
 fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {

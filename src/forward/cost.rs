@@ -16,25 +16,26 @@ pub(crate) struct CostSum<'a> {
 }
 
 impl<'a> CostSum<'a> {
-    /// For J, 0, or for an output, from 1 on.
-    pub(crate) fn new(system: &System, refinement: &'a Refinement, which: usize) -> Self {
-        CostSum { refinement, factors: factors_of(which, system.outputs()), accelerations: None }
+    /// With the factor of J, then those of the outputs.
+    pub(crate) fn new(refinement: &'a Refinement, factors: Vec<f64>) -> Self {
+        CostSum { refinement, factors, accelerations: None }
     }
 
-    /// The sum of all costs at a node, or at a stage of the step into it.
+    /// Adds all costs at a node, or at a stage of the step into it, to the sums of J and of the outputs.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
-    pub(crate) fn at<R: Real>(
+    pub(crate) fn add<R: Real>(
         &mut self,
         system: &System,
-        at: &NodeView<R>,
+        (at, node): (&NodeView<R>, usize),
         weights: &Weights<R>,
-        node: usize,
-    ) -> Result<R, Error> {
+        sums: &mut [R],
+    ) -> Result<(), Error> {
         let uses = system.use_of_accelerations(weights, &self.factors);
         if uses == Depends::Never {
-            return Ok(system.cost(at, weights, &self.factors));
+            system.add_costs(at, weights, &self.factors, sums);
+            return Ok(());
         }
         let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
         let [v_dot, lambda] = match accelerations.lift(system, at, self.refinement.given_step(node)) {
@@ -43,7 +44,8 @@ impl<'a> CostSum<'a> {
             Err(_) if uses == Depends::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
             Err(error) => return Err(error),
         };
-        Ok(system.cost(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors))
+        system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, sums);
+        Ok(())
     }
 }
 
@@ -55,7 +57,7 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// Inputs of other sizes; a cost or a sum that is not finite; accelerations that a cost depends on and that are not determined.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
-        self.sum_of_costs(system, inputs, 0)
+        Ok(self.sums_of_costs(system, inputs, factors_of(0, system.outputs()))?[0])
     }
 
     /// The values of all outputs of the nodes computed, as [`cost`](Self::cost) gives J.
@@ -63,40 +65,50 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// As [`cost`](Self::cost).
     pub fn outputs(&self, system: &System, inputs: &Inputs<R>) -> Result<DVector<R>, Error> {
-        let values = (1..=system.outputs()).map(|k| self.sum_of_costs(system, inputs, k));
-        Ok(DVector::from_vec(values.collect::<Result<Vec<R>, Error>>()?))
+        let factors = (0..=system.outputs()).map(|k| if k == 0 { 0.0 } else { 1.0 });
+        let sums = self.sums_of_costs(system, inputs, factors.collect())?;
+        Ok(DVector::from_column_slice(&sums[1..]))
     }
 
-    fn sum_of_costs(&self, system: &System, inputs: &Inputs<R>, which: usize) -> Result<R, Error> {
+    /// J and the outputs, as far as they are asked for.
+    fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: Vec<f64>) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let refinement = Refinement::new(&lengths, &self.inserted);
-        let mut costs = CostSum::new(system, &refinement, which);
+        let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };
-        let mut sum = R::zero();
+        let (mut sums, mut values) = (vec![R::zero(); costs.factors.len()], vec![R::zero(); costs.factors.len()]);
         for i in first..self.computed {
-            let value = self.cost_of_step(system, (inputs, &design), &mut costs, i)?;
-            if !is_finite(value) {
+            self.costs_of_step(system, (inputs, &design), (&mut costs, i), &mut values)?;
+            if !values.iter().all(|value| is_finite(*value)) {
                 return Err(self.bad_cost(system, (inputs, &design), &costs, i));
             }
-            sum += value;
+            sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += *value);
         }
-        if is_finite(sum) { Ok(sum) } else { Err(Error::Overflow { what: "J".into(), value: sum.part(0) }) }
+        match sums.iter().position(|sum| !is_finite(*sum)) {
+            None => Ok(sums),
+            Some(0) => Err(Error::Overflow { what: "J".into(), value: sums[0].part(0) }),
+            Some(k) => {
+                let what = format!("output `{}`", system.output_name(k - 1));
+                Err(Error::Overflow { what, value: sums[k].part(0) })
+            }
+        }
     }
 
-    /// All that J gets from node `i` and from the stages between it and the node before.
+    /// Writes all that J and the outputs get from node `i` and from the stages between it and the node before.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
-    pub(crate) fn cost_of_step(
+    pub(crate) fn costs_of_step(
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        costs: &mut CostSum,
-        i: usize,
-    ) -> Result<R, Error> {
-        let (mut sum, mut u_dot) = (R::zero(), Vec::new());
+        (costs, i): (&mut CostSum, usize),
+        values: &mut [R],
+    ) -> Result<(), Error> {
+        let mut u_dot = Vec::new();
+        values.fill(R::zero());
         if system.has_control_rates() {
             u_dot.resize(system.k(), R::zero());
             control_rates(inputs, i, &mut u_dot);
@@ -105,12 +117,12 @@ impl<R: Real> Trajectory<R> {
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
-                sum += costs.at(system, &at, &weights, i)?;
+                costs.add(system, (&at, i), &weights, values)?;
             }
         }
         let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
         let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
-        Ok(sum + costs.at(system, &at, &weights, i)?)
+        costs.add(system, (&at, i), &weights, values)
     }
 
     /// Which cost of a node is not finite.

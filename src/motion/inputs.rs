@@ -245,6 +245,21 @@ impl Inputs {
         Inputs { grid, start, controls, design: self.design.map(|_| 0.0) }
     }
 
+    /// The same on other numbers, each made of its value and its change along a direction of the same shape.
+    pub(crate) fn along<R: Real>(&self, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Inputs<R> {
+        let mut moved = self.lift::<R>();
+        let change = |to: &mut [R], from: &[f64], by: &[f64]| {
+            to.iter_mut().zip(from.iter().zip(by)).for_each(|(to, (&x, &d))| *to = make(x, d));
+        };
+        change(&mut moved.grid.steps, &self.grid.steps, &direction.grid.steps);
+        moved.grid.start = make(self.grid.start, direction.grid.start);
+        change(moved.start.q_mut().as_mut_slice(), self.start.q().as_slice(), direction.start.q().as_slice());
+        change(moved.start.rate_mut().as_mut_slice(), self.start.rate().as_slice(), direction.start.rate().as_slice());
+        change(moved.controls.as_mut_slice(), self.controls.as_slice(), direction.controls.as_slice());
+        change(moved.design.as_mut_slice(), self.design.as_slice(), direction.design.as_slice());
+        moved
+    }
+
     /// Refuses a direction of other sizes, or with numbers that are not finite; so many nodes were inserted after it was given.
     pub(crate) fn check_direction(&self, direction: &Inputs, inserted: usize) -> Result<(), Error> {
         let nodes = self.grid.nodes() - inserted;

@@ -1,6 +1,7 @@
 //! The motion: y_i at all nodes.
 
 use nalgebra::DMatrix;
+use num_dual::Dual64;
 
 use super::Stages;
 use super::stages::ColumnsMut;
@@ -207,6 +208,37 @@ impl<R: Real> Trajectory<R> {
         match sizes.into_iter().find(|(_, expected, found)| expected != found) {
             Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
             None => Ok(()),
+        }
+    }
+}
+
+impl Trajectory<Dual64> {
+    /// A motion with its derivatives along a direction.
+    pub(crate) fn along(real: &Trajectory, change: &Trajectory) -> Self {
+        let dual = |x: &DMatrix<f64>, dot: &DMatrix<f64>| x.zip_map(dot, Dual64::new);
+        let times = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect();
+        let (own, other) = (&real.stages, &change.stages);
+        Trajectory {
+            computed: real.computed,
+            times: times(&real.times, &change.times),
+            q: dual(&real.q, &change.q),
+            v: dual(&real.v, &change.v),
+            p_star: dual(&real.p_star, &change.p_star),
+            p_star_dot: dual(&real.p_star_dot, &change.p_star_dot),
+            sigma: dual(&real.sigma, &change.sigma),
+            compliance: real.compliance.clone(),
+            inserted: real.inserted.clone(),
+            scheme: real.scheme,
+            stages: Stages {
+                times: times(&own.times, &other.times),
+                q: dual(&own.q, &other.q),
+                v: dual(&own.v, &other.v),
+                p_star: dual(&own.p_star, &other.p_star),
+                p_star_dot: dual(&own.p_star_dot, &other.p_star_dot),
+                sigma: dual(&own.sigma, &other.sigma),
+                u: dual(&own.u, &other.u),
+            },
+            restarted: real.restarted.clone(),
         }
     }
 }

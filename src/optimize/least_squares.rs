@@ -126,7 +126,7 @@ struct State {
 impl State {
     /// At the point that was evaluated last.
     fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
-        let (r, mut jacobian) = (residuals(problem), problem.jacobian()?);
+        let (r, mut jacobian) = (residuals(problem), problem.jacobian(&Vec::from_iter(0..problem.c.len()))?);
         for (j, of) in problem.intervals.iter().enumerate() {
             // A residual that is within what it may be is zero around here.
             if of.least != of.most && r[j] == 0.0 {

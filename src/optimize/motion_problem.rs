@@ -108,6 +108,12 @@ impl Problem for MotionProblem<'_> {
         Ok(())
     }
 
+    fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        self.variables.push_forward(&self.x, direction, &mut self.direction);
+        change.copy_from_slice(self.solver.push_forward(&self.direction)?.as_slice());
+        Ok(())
+    }
+
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.variables.push_forward(&self.x, direction, &mut self.direction);
         let of = self.solver.hessian_product(&self.direction)?;

@@ -89,7 +89,7 @@ pub struct Outcome {
     pub reason: Reason,
     /// Values that were asked for: simulations.
     pub evaluations: usize,
-    /// Gradients that were asked for: backward sweeps.
+    /// Gradients that were asked for, and columns of Jacobians: one sweep each.
     pub gradients: usize,
     /// Products of the Hessian that were asked for.
     pub products: usize,
@@ -215,17 +215,44 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.check_derivative(product)
     }
 
-    /// ∂c/∂x at the point that was evaluated last, by a gradient for each row.
-    pub(super) fn jacobian(&mut self) -> Result<DMatrix<f64>, Error> {
+    /// These rows of ∂c/∂x at the point that was evaluated last: by columns where they are fewer and the problem knows them, else row by row.
+    pub(super) fn jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
         let (m, n) = (self.c.len(), self.bounds.len());
-        let (mut weights, mut row, mut jacobian) = (vec![0.0; m], vec![0.0; n], DMatrix::zeros(m, n));
-        for j in 0..m {
+        if n < rows.len() {
+            let mut all = DMatrix::zeros(m, n);
+            if self.fill_columns(&mut all)? {
+                return Ok(all.select_rows(rows));
+            }
+        }
+        let (mut weights, mut row, mut jacobian) = (vec![0.0; m], vec![0.0; n], DMatrix::zeros(rows.len(), n));
+        for (k, &j) in rows.iter().enumerate() {
             weights[j] = 1.0;
             self.gradient(0.0, &weights, &mut row)?;
             weights[j] = 0.0;
-            jacobian.row_mut(j).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
+            jacobian.row_mut(k).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
         }
         Ok(jacobian)
+    }
+
+    /// False if the problem does not know them.
+    fn fill_columns(&mut self, jacobian: &mut DMatrix<f64>) -> Result<bool, Error> {
+        let mut direction = vec![0.0; jacobian.ncols()];
+        for (i, mut column) in jacobian.column_iter_mut().enumerate() {
+            direction[i] = 1.0;
+            match self.problem.push_forward(&direction, column.as_mut_slice()) {
+                Err(Error::NoSecondDerivatives { .. }) => return Ok(false),
+                done => done?,
+            }
+            direction[i] = 0.0;
+            self.gradients += 1;
+        }
+        match jacobian.iter().position(|x| !x.is_finite()) {
+            Some(at) => {
+                let what = format!("the derivative by `{}`", self.problem.variable_name(at / jacobian.nrows()));
+                Err(Error::NotFinite { what, value: jacobian[at] })
+            }
+            None => Ok(true),
+        }
     }
 
     pub(super) fn violation(&self) -> f64 {

@@ -136,6 +136,16 @@ pub trait Problem {
     /// A point that has no gradient.
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error>;
 
+    /// What c(x) changes by along a direction, at the x that was evaluated last: where there are fewer variables than constraints or residuals, their
+    /// Jacobian is made of that.
+    ///
+    /// # Errors
+    /// [`Error::NoSecondDerivatives`] where there is no such thing, and then of gradients.
+    fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        let _ = (direction, change);
+        Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::push_forward`".into() })
+    }
+
     /// The Hessian of the function whose gradient was asked for last, at the same x, times a direction; only [`interior_point`](super::interior_point())
     /// asks for it.
     ///

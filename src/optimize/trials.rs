@@ -83,6 +83,16 @@ impl Problem for Trials<'_> {
         Ok(())
     }
 
+    fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        let mut rest = change;
+        for motion in &mut self.motions {
+            let (own, others) = rest.split_at_mut(motion.outputs());
+            motion.push_forward(direction, own)?;
+            rest = others;
+        }
+        Ok(())
+    }
+
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         let mut part = vec![0.0; product.len()];
         product.fill(0.0);

@@ -235,6 +235,16 @@ impl<'s> Solver<'s> {
         self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors))
     }
 
+    /// What all outputs change by along a direction of the inputs, ∂r · d, exact: one forward sweep, however many there are.
+    ///
+    /// # Errors
+    /// As [`hessian_product`](Self::hessian_product), but costs on accelerations and reactions will do.
+    pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
+        let Solver { system, settings, forward, products, .. } = self;
+        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        products.outputs(system, forward, direction)
+    }
+
     /// The Hessian of what was differentiated last ([`gradient`](Self::gradient) or a weighted one; J if nothing was), times a direction of the inputs
     /// ([`Inputs::no_change`]): exact, and about the price of a gradient. Its value is the derivative along the direction.
     ///

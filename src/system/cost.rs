@@ -231,8 +231,8 @@ impl Slopes<'_> {
 
 /// Costs on numbers of type R.
 pub trait PlainCosts<R: Real>: Send + Sync {
-    /// The weighted sum of all costs of the batch at one node, each with the factor of J or of the output that it belongs to.
-    fn value(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R;
+    /// Adds every cost of the batch at one node, with its weight and the factor of J or of the output that it belongs to, to the sum of that.
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]);
 }
 
 /// Costs in real numbers, with derivatives.

@@ -80,7 +80,7 @@ use element::{Element, Recordings};
 use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
-use plain::{add_sums, sum_of_costs, write_phi};
+use plain::{add_costs, add_sums, write_phi};
 use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -452,9 +452,9 @@ impl System {
         write_phi(self.batches.iter().map(AsRef::as_ref), at, phi);
     }
 
-    /// The weighted sum of all costs at one node, with the factors of J and of the outputs.
-    pub(crate) fn cost<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
-        sum_of_costs(&self.costs, at, weights, factors)
+    /// Adds all costs at one node, with their weights and factors, to J and to the outputs.
+    pub(crate) fn add_costs<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
+        add_costs(&self.costs, (at, weights), factors, sums);
     }
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.

@@ -249,15 +249,13 @@ impl<C: ListCost> PlacedCost<C> {
 }
 
 impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
-    fn value(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64]) -> R {
-        let mut sum = R::zero();
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
         for item in self.items.iter().filter(|item| factors[item.output] != 0.0) {
             let Some(weight) = weights.of(item.sum) else { continue };
             if weight.part(0) != 0.0 || weight.part(R::PARTS - 1) != 0.0 {
-                sum += item.value(at) * weight * factors[item.output];
+                sums[item.output] += item.value(at) * weight * factors[item.output];
             }
         }
-        sum
     }
 }
 

@@ -60,25 +60,27 @@ impl<'a> Family for OfCosts<'a> {
     }
 }
 
-/// The weighted sum of all costs of some batches at one node.
-pub(super) fn sum_of_costs<R: Real>(
+/// Adds all costs of some batches at one node to the sums of J and of the outputs.
+pub(super) fn add_costs<R: Real>(
     all: &[Box<dyn AnyCosts>],
-    at: &NodeView<R>,
-    weights: &Weights<R>,
+    (at, weights): (&NodeView<R>, &Weights<R>),
     factors: &[f64],
-) -> R {
-    let mut lifted: Option<(HyperPoint, Weights<Hyper>)> = None;
-    let mut sum = R::zero();
+    sums: &mut [R],
+) {
+    let mut lifted: Option<(HyperPoint, Weights<Hyper>, Vec<Hyper>)> = None;
     for costs in all {
         match R::of(OfCosts(costs.as_ref())) {
-            PlainCost::Direct(costs) => sum += costs.value(at, weights, factors),
+            PlainCost::Direct(costs) => costs.add(at, weights, factors, sums),
             PlainCost::ByHyper(costs) => {
-                let (point, weights) = lifted.get_or_insert_with(|| (HyperPoint::of_cost(at), weights.map(lift)));
-                add_back(std::slice::from_mut(&mut sum), &[costs.value(&point.view(), weights, factors)]);
+                let start = || (HyperPoint::of_cost(at), weights.map(lift), vec![hyper(0.0, 0.0, 0.0, 0.0); sums.len()]);
+                let (point, weights, own) = lifted.get_or_insert_with(start);
+                costs.add(&point.view(), weights, factors, own);
             }
         }
     }
-    sum
+    if let Some((_, _, own)) = lifted {
+        add_back(sums, &own);
+    }
 }
 
 fn lift<R: Real>(x: R) -> Hyper {

@@ -106,6 +106,24 @@ impl SecondOrderSweep {
         self.backward(system, motion, newton, first)
     }
 
+    /// What the outputs change by along a direction.
+    pub(crate) fn outputs(
+        &mut self,
+        system: &System,
+        forward: &mut ForwardSweep,
+        direction: &Inputs,
+    ) -> Result<DVector<f64>, Error> {
+        let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
+        motion.trajectory.check_complete(&motion.inputs)?;
+        check(motion)?;
+        motion.inputs.check_direction(direction, motion.trajectory.inserted.len())?;
+        self.begin(system, motion, newton, direction);
+        self.forward(system, motion, newton)?;
+        let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
+        let outputs = Trajectory::along(&motion.trajectory, &self.change.trajectory).outputs(system, &inputs)?;
+        Ok(outputs.map(|output| output.eps))
+    }
+
     /// Takes the direction on the grid that was taken, and makes room.
     fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, direction: &Inputs) {
         let change = &mut self.change;

@@ -14,6 +14,7 @@ use num_dual::Dual64;
 
 use crate::forward::CostSum;
 use crate::motion::Refinement;
+use crate::system::factors_of;
 use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
 
 /// How well the identity holds.
@@ -56,9 +57,11 @@ pub(super) fn identity(
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
-    let mut costs = CostSum::new(system, &refinement, 0);
+    let (mut costs, mut values) =
+        (CostSum::new(&refinement, factors_of(0, system.outputs())), vec![Dual64::from(0.0); 1 + system.outputs()]);
     for i in (1..taken.grid.nodes()).rev() {
-        by_tangent += motion.cost_of_step(system, (moved, &design), &mut costs, i)?.eps;
+        motion.costs_of_step(system, (moved, &design), (&mut costs, i), &mut values)?;
+        by_tangent += values[0].eps;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }

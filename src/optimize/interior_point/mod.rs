@@ -155,19 +155,10 @@ impl Method {
     /// The derivatives at the point that was evaluated last.
     fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
         let n = problem.bounds.len();
-        let mut weights = vec![0.0; problem.c.len()];
-        problem.gradient(1.0, &weights, &mut self.gradient.as_mut_slice()[..n])?;
-        let (mut row, mut slack) = (vec![0.0; n], n);
-        for (k, &j) in self.rows.iter().enumerate() {
-            weights[j] = 1.0;
-            problem.gradient(0.0, &weights, &mut row)?;
-            weights[j] = 0.0;
-            self.jacobian.row_mut(k).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
-            if self.inequalities.contains(&j) {
-                self.jacobian[(k, slack)] = -1.0;
-                slack += 1;
-            }
-        }
+        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
+        self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
+        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| self.inequalities.contains(j));
+        inequalities.enumerate().for_each(|(slack, (k, _))| self.jacobian[(k, n + slack)] = -1.0);
         Ok(())
     }
 
