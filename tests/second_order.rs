@@ -124,7 +124,7 @@ fn products_are_exact_whatever_the_element_with_and_without_its_program() {
                 let scale = arms.scene.design("scale", 0.4);
                 let motor = arms.scene.control("unused but in the cost");
                 let q = arms.lower.coordinates;
-                arms.scene.cost("mixed", Mixed, Sum::Integral, q, [], [motor], [(scale * 0.5).into()]);
+                arms.scene.cost("mixed", Mixed, Sum::Integral, q, [], [motor], [scale * 0.5]);
                 arms.scene.cost("end", Mixed, Sum::Terminal, arms.upper.coordinates, [], [motor], [scale.into()]);
             });
             let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
@@ -222,7 +222,7 @@ fn changes_of_outputs_are_those_of_their_gradients() {
         let (q, force) = (cart.links[k % 2].coordinates, cart.force);
         let of = cart.scene.output(&format!("output {k}"));
         let b = cart.scene.design(&format!("b{k}"), 0.7);
-        cart.scene.term(of, &format!("term {k}"), Mixed, sum, q, [], [force], [(b * b).into()]);
+        cart.scene.term(of, &format!("term {k}"), Mixed, sum, q, [], [force], [b * b]);
     }
     let system = cart.scene.compile().expect("a scene");
     let inputs = lively(&system, 10, 0.04);

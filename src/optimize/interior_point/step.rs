@@ -56,6 +56,9 @@ impl Projection {
     }
 }
 
+/// Ĥ times a direction.
+pub(super) type Product<'a> = &'a mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>;
+
 /// A step in scaled variables.
 pub(super) struct Step {
     pub(super) p: DVector<f64>,
@@ -85,11 +88,7 @@ pub(super) struct Model<'a> {
 
 impl Model<'_> {
     /// The step within a radius, with products of Ĥ.
-    pub(super) fn step(
-        &self,
-        radius: f64,
-        product: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>,
-    ) -> Result<(Step, Known), Error> {
+    pub(super) fn step(&self, radius: f64, product: Product<'_>) -> Result<(Step, Known), Error> {
         let n = self.normal(OF_NORMAL * radius);
         let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
         let mut known = Known { normal: [n, of_n], directions: Vec::new() };
@@ -159,7 +158,7 @@ impl Model<'_> {
         &self,
         Known { normal: [n, of_n], directions }: &mut Known,
         radius: f64,
-        product: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>,
+        product: Product<'_>,
     ) -> Result<[DVector<f64>; 2], Error> {
         let zeros = || DVector::zeros(n.len());
         let (mut t, mut of_t, mut r) = (zeros(), zeros(), self.gradient + &*of_n);
