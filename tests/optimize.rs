@@ -590,8 +590,8 @@ fn a_start_that_is_assembled_may_be_free() {
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     let start = problem.start();
     let options = Options { target: Some(1e-24), stationarity: 0.0, ..Options::default() };
-    let error = interior_point(&mut problem, &start, &options, &mut silent).expect_err("no products");
-    assert_says(&error, &["second derivatives", "assembled", "Start::Velocity"]);
+    let outcome = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged() && outcome.violation < 1e-9, "{:?}", outcome.reason);
     let fit = levenberg_marquardt(&mut problem, &start, &options, &mut silent).expect("fits");
     assert_eq!(fit.outcome.reason, Reason::Target, "{:?}", fit.outcome);
     let motion = problem.solver.trajectory();

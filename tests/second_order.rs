@@ -13,8 +13,8 @@ use common::bench::{Bench, Part, from_velocity, lively, number};
 use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver, Sum,
-    System, simulate,
+    Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver,
+    Start, Sum, System, simulate,
 };
 use nalgebra::SVector;
 
@@ -115,6 +115,15 @@ impl<const N: usize> Cost<N, 0, 1, 1> for Mixed {
     }
 }
 
+/// v̇².
+struct Felt;
+
+impl Cost<3> for Felt {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.v_dot.dot(&at.v_dot)
+    }
+}
+
 #[test]
 fn products_are_exact_whatever_the_element_with_and_without_its_program() {
     let mut worst = 0.0f64;
@@ -192,6 +201,56 @@ fn products_are_exact_with_dependent_constraints_halved_steps_and_composed_grids
 }
 
 #[test]
+fn products_go_through_the_assembly_of_a_start() {
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+        let mut bench = Bench::new();
+        bench.four_bar();
+        let crank = bench.parts[0].body.coordinates().expect("a body")[2];
+        let system = bench.compile(Sum::Trapezoidal);
+        let mut inputs = lively(&system, 8, 0.02);
+        for held in [false, true] {
+            inputs.start = Start::assembled(&system);
+            inputs.start.set_rate(crank, 0.8);
+            if held {
+                inputs.start = inputs.start.hold(&[crank]);
+            }
+            // A guess that is none of the mechanism's positions.
+            inputs.start.q_mut().iter_mut().enumerate().for_each(|(i, q)| *q += 0.01 * number(i));
+            let settings = Settings { scheme, ..Settings::default() };
+            error(&format!("assembled, {}, held: {held}", scheme.name), &system, &inputs, settings);
+        }
+    }
+}
+
+#[test]
+fn hyper_dual_numbers_go_through_motions_that_are_started_anew() {
+    let mut bench = Bench::new();
+    bench.four_bar();
+    let system = bench.compile(Sum::Trapezoidal);
+    let inputs = from_velocity(&system, &lively(&system, 12, 0.02));
+    for settings in
+        [Settings { rebase_every: 3, ..Settings::default() }, Settings { drift_bound: 0.0, ..Settings::default() }]
+    {
+        let (mut a, b) = (direction(&inputs, 1), direction(&inputs, 1001));
+        // Moved coordinates and lengths would leave the constraints in a real motion.
+        a.start = inputs.no_change().start;
+        a.design.fill(0.0);
+        let mut solver = Solver::new(&system, settings);
+        let mut slope = |step: f64| {
+            let mut moved = inputs.clone();
+            values(&a).into_iter().for_each(|(input, d)| *input.of(&mut moved) += step * d);
+            assert!(!solver.simulate(&moved).expect("a motion").restarted.is_empty());
+            along(solver.gradient().expect("a gradient"), &b)
+        };
+        let [far, near] = [2e-3, 1e-3].map(|step| (slope(step) - slope(-step)) / (2.0 * step));
+        let expected = near + (near - far) / 3.0;
+        let [mixed, _] = by_hyper(&system, &inputs, settings, [&a, &b]);
+        println!("{mixed} {expected}");
+        assert!((mixed - expected).abs() < 1e-7 * expected.abs(), "{mixed} {expected}");
+    }
+}
+
+#[test]
 fn what_has_no_second_derivatives_is_said() {
     let mut bench = Bench::new();
     bench.four_bar();
@@ -213,6 +272,17 @@ fn what_has_no_second_derivatives_is_said() {
     bad.design[0] = f64::NAN;
     assert_says(&solver.hessian_product(&bad).expect_err("NaN"), &["direction", "NaN"]);
     assert_eq!(solver.hessian_product(&change).expect("nothing").controls.amax(), 0.0);
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.cost("felt", Felt, Sum::Terminal, cart.links[0].coordinates, [], [], []);
+    let system = cart.scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let error = solver.hessian_product(&inputs.no_change()).expect_err("accelerations");
+    assert_says(&error, &["second derivatives", "accelerations"]);
+    let mut lifted = LiftedSolver::<Hyper>::new(&system, &inputs, Settings::default()).expect("a motion");
+    lifted.simulate(&inputs.lift()).expect("the same motion");
+    assert_says(&lifted.cost().expect_err("accelerations"), &["second derivatives", "accelerations"]);
 }
 
 #[test]

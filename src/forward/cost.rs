@@ -37,8 +37,7 @@ impl<'a> CostSum<'a> {
             system.add_costs(at, weights, &self.factors, sums);
             return Ok(());
         }
-        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        let [v_dot, lambda] = match accelerations.lift(system, at, self.refinement.given_step(node)) {
+        let [v_dot, lambda] = match self.lift(system, at, node) {
             Ok(lifted) => lifted,
             // Whether it matters, the value will tell.
             Err(_) if uses == Depends::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
@@ -46,6 +45,17 @@ impl<'a> CostSum<'a> {
         };
         system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, sums);
         Ok(())
+    }
+}
+
+impl CostSum<'_> {
+    /// v̇ and λ, whose derivatives along two directions at once nothing here knows.
+    fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
+        if R::PARTS > 2 {
+            return Err(Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() });
+        }
+        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
+        accelerations.lift(system, at, self.refinement.given_step(node))
     }
 }
 

@@ -266,8 +266,8 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; a motion that was started anew, a start that
-    /// is assembled, costs that depend on accelerations or reactions.
+    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; a motion that was started anew, costs that
+    /// depend on accelerations or reactions.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
         let Solver { system, settings, forward, sweep, products } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));

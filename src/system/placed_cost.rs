@@ -252,7 +252,7 @@ impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
     fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
         for item in self.items.iter().filter(|item| factors[item.output] != 0.0) {
             let Some(weight) = weights.of(item.sum) else { continue };
-            if weight.part(0) != 0.0 || weight.part(R::PARTS - 1) != 0.0 {
+            if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
                 sums[item.output] += item.value(at) * weight * factors[item.output];
             }
         }

@@ -10,15 +10,15 @@ use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::carried_part;
 use crate::system::Covector;
-use crate::{Error, Settings, Start, System};
+use crate::{Error, Inputs, Settings, Start, System};
 
 impl SecondOrderSweep {
     pub(super) fn backward(
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
-        first: &AdjointSweep,
+        (newton, first): (&mut Newton, &AdjointSweep),
+        direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
         self.sweep.cost.factors.copy_from_slice(&first.cost.factors);
@@ -26,6 +26,7 @@ impl SecondOrderSweep {
             self.visit(system, motion, (newton, first), node)?;
         }
         self.begin_rows(system, motion, (newton, first));
+        self.back_through_assembly(system, motion, (newton, first), direction)?;
         self.parameter_rows(system, motion, first);
         self.sweep.gradient.warnings.clear();
         self.sweep.gradient.check_finite(system)?;

@@ -11,6 +11,7 @@
 //!
 //! A product is exact, symmetric to rounding, and costs about as much as a gradient.
 
+mod assembly;
 mod backward;
 mod forward;
 mod programs;
@@ -25,7 +26,7 @@ use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Report;
 use crate::node::Newton;
 use crate::system::{CostRows, Pair, Sums};
-use crate::{Error, Inputs, Scheme, Settings, System, Trajectory};
+use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use programs::Programs;
 
 /// Memory for products.
@@ -92,18 +93,16 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         let motion = &forward.motion;
-        motion.trajectory.check_complete(&motion.inputs)?;
-        check(motion)?;
-        motion.inputs.check_direction(direction, motion.trajectory.inserted.len())?;
+        check(motion, direction)?;
         if !first.is_recorded {
             first.record.get_or_insert_default();
             let factors = first.cost.factors.clone();
             first.run(system, forward, settings, Some(&factors))?;
         }
         let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
-        self.begin(system, motion, newton, direction);
+        self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
-        self.backward(system, motion, newton, first)
+        self.backward(system, motion, (newton, first), direction)
     }
 
     /// What the outputs change by along a direction.
@@ -114,10 +113,8 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<DVector<f64>, Error> {
         let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
-        motion.trajectory.check_complete(&motion.inputs)?;
-        check(motion)?;
-        motion.inputs.check_direction(direction, motion.trajectory.inserted.len())?;
-        self.begin(system, motion, newton, direction);
+        check(motion, direction)?;
+        self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
         let outputs = Trajectory::along(&motion.trajectory, &self.change.trajectory).outputs(system, &inputs)?;
@@ -125,7 +122,7 @@ impl SecondOrderSweep {
     }
 
     /// Takes the direction on the grid that was taken, and makes room.
-    fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, direction: &Inputs) {
+    fn begin(&mut self, system: &System, motion: &Motion, newton: &mut Newton, direction: &Inputs) -> Result<(), Error> {
         let change = &mut self.change;
         change.inputs = motion.refinement().refine(direction);
         let design = motion.inputs.design.iter().zip(&direction.design).map(|(x, dot)| Dual64::new(*x, *dot));
@@ -142,16 +139,25 @@ impl SecondOrderSweep {
         self.steps.extend(steps.map(|(dt, dot)| Dual64::new(*dt, *dot)));
         self.accuracy = Accuracy::default();
         Programs::prepare(&mut self.programs, system, &newton.evaluation, &motion.at(0));
+        self.along_assembly(system, motion, newton, direction)
     }
 }
 
-/// Refuses what there are no second derivatives of.
-fn check(motion: &Motion) -> Result<(), Error> {
-    let restarted = motion.trajectory.restarted.first();
-    let of = match (restarted, &motion.assembly) {
-        (Some(node), _) => format!("a motion that was started anew (`Settings::drift_bound`), here at node {node}"),
-        (_, Some(_)) => "a start that is assembled; give `Start::Velocity`, which `Solver::assemble` finds".into(),
-        _ => return Ok(()),
-    };
-    Err(Error::NoSecondDerivatives { of })
+/// Refuses a motion that is not complete or that there are no derivatives along a direction of, and a direction that does not fit.
+fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
+    let Motion { trajectory, inputs, assembly, .. } = motion;
+    trajectory.check_complete(inputs)?;
+    if let Some(node) = trajectory.restarted.first() {
+        let of = format!("a motion that was started anew (`Settings::drift_bound`), here at node {node}");
+        return Err(Error::NoSecondDerivatives { of });
+    }
+    let inserted = trajectory.inserted.len();
+    match (assembly, &inputs.start) {
+        // The guess, which the start was assembled from.
+        (Some(assembly), Start::Velocity { q, v }) => {
+            let start = Start::Assembled { q: q.clone(), v: v.clone(), held: assembly.held.clone() };
+            Inputs { start, ..inputs.clone() }.check_direction(direction, inserted)
+        }
+        _ => inputs.check_direction(direction, inserted),
+    }
 }

@@ -8,6 +8,9 @@ use crate::node::Newton;
 use crate::number::{Real, larger};
 use crate::system::{Given, Pair, Sums};
 
+/// The part of hyper-dual numbers that belongs to both directions.
+const MIXED: usize = 3;
+
 /// w and ν, or v₀ and μ, on any numbers; or what is left of their equations.
 pub(super) struct Unknowns<R> {
     pub(super) x: Vec<R>,
@@ -51,6 +54,9 @@ pub(super) enum Equations<'a, R> {
 impl<R: Real> Equations<'_, R> {
     /// How large a part of what they depend on is: a solution may vanish but for its rounding.
     pub(super) fn size(self, k: usize, given: Given<R>) -> f64 {
+        if k == MIXED {
+            return self.size(1, given) * self.size(2, given);
+        }
         let (first, second) = match self {
             Equations::Coordinates(guess) => (guess, guess),
             Equations::Velocities(q, guess) => (guess, if k == 0 { guess } else { q }),

@@ -172,11 +172,11 @@ impl Assembler<'_> {
     ) -> Result<(), Error> {
         let (n, m) = (self.system.n(), self.system.m());
         let mut left = Unknowns { x: vec![R::zero(); n], multipliers: vec![R::zero(); m] };
-        let (mut delta, mut last) = (Pair::new(n, m), [f64::INFINITY; 2]);
+        let (mut delta, mut last) = (Pair::new(n, m), vec![f64::INFINITY; R::PARTS]);
         for corrections in 1..=MOST_CORRECTIONS {
             equations.residual(self.system, unknowns, given, &mut left);
             let mut is_done = true;
-            for (k, last) in last.iter_mut().enumerate().take(R::PARTS) {
+            for (k, last) in last.iter_mut().enumerate() {
                 left.part(k, &mut delta);
                 tangent.solve(self.system, self.newton, &mut delta);
                 unknowns.subtract(k, &delta);
@@ -191,7 +191,7 @@ impl Assembler<'_> {
                 return Ok(());
             }
         }
-        Err(Error::AssemblyStalled { correction: larger(last[0], last[R::PARTS - 1]) })
+        Err(Error::AssemblyStalled { correction: largest(&last) })
     }
 }
 

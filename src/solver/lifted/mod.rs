@@ -228,6 +228,9 @@ impl<R: Real> Lifted<R> {
             let all = parts(given, part).chain(design.iter().map(|x| x.part(part)));
             self.unit[part] = all.fold(0.0, |largest, x| largest.max(x.abs()));
         }
+        if let [_, first, second, mixed] = &mut self.unit[..] {
+            *mixed = mixed.max(*first * *second);
+        }
         self.trajectory.times.copy_from_slice(&self.inputs.grid.times());
     }
 

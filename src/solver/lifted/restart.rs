@@ -35,7 +35,7 @@ impl<R: Real> Lifted<R> {
         let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
         let mut phi = vec![R::zero(); nu.len()];
         near.factor(i, 0.0, motion.node_blocks(i))?;
-        let mut sizes = [Shrinking::new(); 2];
+        let mut sizes = vec![Shrinking::new(); R::PARTS];
         for correction in 0..MOST_CORRECTIONS {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
@@ -44,7 +44,7 @@ impl<R: Real> Lifted<R> {
                 phi[j] -= nu[j] * mu;
             }
             let mut done = true;
-            for (part, sizes) in sizes.iter_mut().enumerate().take(R::PARTS) {
+            for (part, sizes) in sizes.iter_mut().enumerate() {
                 self.part.v.iter_mut().zip(self.sums.l_v()).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 near.newton.solve(near.system, &mut self.part);
@@ -57,14 +57,14 @@ impl<R: Real> Lifted<R> {
                 done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
             if done {
-                self.rounding = sizes.iter().take(R::PARTS).fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
+                self.rounding = sizes.iter().fold(self.rounding, |rounding, sizes| rounding.max(sizes.last));
                 return Ok(());
             }
         }
         Err(self.diverged(
             near,
             i,
-            sizes[0].last.max(sizes[1].last),
+            sizes.iter().fold(0.0, |most, sizes| sizes.last.max(most)),
             "the complex or dual part of the projection onto Φ = 0",
         ))
     }
