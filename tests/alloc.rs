@@ -59,15 +59,19 @@ fn allocations(work: impl FnOnce()) -> usize {
     COUNT.get() - before
 }
 
-/// Allocations of the second simulation and the second gradient with a grid of so many steps.
-fn of_second_call(steps: usize) -> [usize; 2] {
+/// Allocations of the second simulation, the second gradient and the second product of the Hessian with a grid of so many steps.
+fn of_second_call(steps: usize) -> [usize; 3] {
     let system = CartPendulum::default().scene().compile().expect("scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
     inputs.controls.fill(10.0);
     let mut solver = Solver::new(&system, Settings::default());
     let mut run = || {
         let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
-        [forward, allocations(|| _ = solver.gradient().expect("gradient"))]
+        let gradient = allocations(|| _ = solver.gradient().expect("gradient"));
+        let push = inputs.no_change();
+        // The first one goes back once more, to keep what products need.
+        solver.hessian_product(&push).expect("product");
+        [forward, gradient, allocations(|| _ = solver.hessian_product(&push).expect("product"))]
     };
     run();
     run()
@@ -76,7 +80,7 @@ fn of_second_call(steps: usize) -> [usize; 2] {
 #[test]
 fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
     let (short, long) = (of_second_call(50), of_second_call(500));
-    println!("allocations of simulate and gradient: {short:?} for 50 steps, {long:?} for 500");
+    println!("allocations of simulate, gradient and product: {short:?} for 50 steps, {long:?} for 500");
     assert_eq!(short, long);
 }
 

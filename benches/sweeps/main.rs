@@ -40,7 +40,7 @@ fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, Wal
     group
 }
 
-/// The cart with k links: simulation, gradient after it, and both.
+/// The cart with k links: simulation, gradient after it, both, and a product of the Hessian.
 fn links(criterion: &mut Criterion) {
     let mut group = group(criterion, "cart with k links, 100 steps");
     for links in [3, 10, 30, 100] {
@@ -49,6 +49,7 @@ fn links(criterion: &mut Criterion) {
         row.simulate(&mut group, "simulate", &name);
         row.gradient(&mut group, "gradient", &name);
         row.both(&mut group, "value + gradient", &name);
+        row.product(&mut group, "product of the Hessian", &name);
     }
     group.finish();
 }
@@ -80,7 +81,9 @@ fn programs(criterion: &mut Criterion) {
     let mut group = group(criterion, "formulas");
     for ((name, scene, dt), (_, again, _)) in formulas::all().into_iter().zip(formulas::all()) {
         let name = mark(name, name == "seven bodies as one element");
-        Row::new(scene, 100, dt, 1.0).both(&mut group, "by programs", &name);
+        let row = Row::new(scene, 100, dt, 1.0);
+        row.both(&mut group, "by programs", &name);
+        row.product(&mut group, "product of the Hessian", &name);
         let plain = again.compile_without_programs().expect("a scene");
         Row::of(plain, 100, dt, 1.0).both(&mut group, "by dual numbers", &name);
     }

@@ -56,6 +56,17 @@ impl Row {
         });
     }
 
+    /// A product of the Hessian with a direction of the controls, after one gradient.
+    pub fn product(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
+        let mut solver = Solver::new(&self.system, self.settings);
+        solver.simulate(&self.inputs).expect("a motion");
+        let mut direction = self.inputs.no_change();
+        direction.controls.fill(1.0);
+        group.bench_function(BenchmarkId::new(function, name), |bencher| {
+            bencher.iter(|| solver.hessian_product(&direction).expect("a product").value)
+        });
+    }
+
     pub fn both(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {

@@ -178,6 +178,14 @@ impl Report {
     }
 }
 
+impl Verdict {
+    /// That of the library, and where it is right that of the user's own.
+    pub(super) fn with(self, own: &[BlockReport]) -> Verdict {
+        let of_own = own.iter().map(|own| own.verdict).find(|verdict| *verdict != Verdict::Right);
+        if self == Verdict::Right { of_own.unwrap_or(self) } else { self }
+    }
+}
+
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.pad(match self {

@@ -160,11 +160,7 @@ pub struct HessianReport {
 impl HessianReport {
     /// The outcome of everything, products of the user's own included.
     pub fn verdict(&self) -> Verdict {
-        let own = self.own.iter().map(|own| own.verdict).find(|verdict| *verdict != Verdict::Right);
-        match self.library() {
-            Verdict::Right => own.unwrap_or(Verdict::Right),
-            other => other,
-        }
+        self.library().with(&self.own)
     }
 
     fn library(&self) -> Verdict {

@@ -98,11 +98,7 @@ fn relative(difference: f64, size: f64) -> f64 {
 impl GradientReport {
     /// The outcome of everything, gradients of the user's own included.
     pub fn verdict(&self) -> Verdict {
-        let own = self.own.iter().map(|own| own.verdict).find(|verdict| *verdict != Verdict::Right);
-        match self.library() {
-            Verdict::Right => own.unwrap_or(Verdict::Right),
-            other => other,
-        }
+        self.library().with(&self.own)
     }
 
     /// The outcome for the library's gradient.
