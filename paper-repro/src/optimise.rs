@@ -337,11 +337,11 @@ impl Run {
 fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
     const COLOURS: [Colour; 3] = [colour::BLUE, colour::RED, colour::GREEN];
     let of_problems = || runs.chunk_by(|one, other| one.name == other.name).filter(|runs| runs[0].name != Name::Identify);
-    let panels = |x: Axis, y: Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
+    let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
             title: runs[0].name.text(),
             x: x.clone(),
-            y: y.clone(),
+            y: y(runs[0].name),
             legend: Place::UpperRight,
             series: (runs.iter().zip(COLOURS))
                 .map(|(run, colour)| Series::new(run.method, points(run), colour, Style::Line))
@@ -351,11 +351,14 @@ fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
         };
         Panels { charts: of_problems().map(chart).collect(), columns: 2 }
     };
-    let (time, force) = (Axis::linear("time t [s]"), Axis::linear("force on the cart [N], torque on the crank [N m]"));
-    panels(time, force, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
+    let control = |name: Name| match name {
+        Name::Periodic => Axis::linear("torque on the crank [N m]"),
+        _ => Axis::linear("force on the cart F [N]"),
+    };
+    panels(Axis::linear("time t [s]"), control, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
     };
-    let error = Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
+    let error = |_| Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
     panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
 }

@@ -20,8 +20,8 @@ const VIOLATION: f64 = 1e-5;
 
 /// Minimises by [`interior_point`], first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
 ///
-/// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts are those of all problems, the history and the rest are
-/// the last one's: of s < 1 if there is no way.
+/// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts and history are those of all problems, the rest is the
+/// last one's: of s < 1 if there is no way.
 ///
 /// # Errors
 /// As [`interior_point`]; those of `set`. Errors at a start that was extrapolated are taken for no solution.
@@ -91,10 +91,13 @@ struct Counts {
     gradients: usize,
     products: usize,
     failures: usize,
+    history: Vec<Iterate>,
 }
 
 impl Counts {
     fn add(&mut self, outcome: &Outcome) {
+        let before = self.evaluations;
+        self.history.extend(outcome.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
         self.evaluations += outcome.evaluations;
         self.gradients += outcome.gradients;
         self.products += outcome.products;
@@ -103,7 +106,7 @@ impl Counts {
 
     fn into(self, outcome: Outcome, s: f64) -> Outcome {
         let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
-        let Counts { evaluations, gradients, products, failures } = self;
-        Outcome { evaluations, gradients, products, failures, reason, ..outcome }
+        let Counts { evaluations, gradients, products, failures, history } = self;
+        Outcome { evaluations, gradients, products, failures, history, reason, ..outcome }
     }
 }
