@@ -4,7 +4,7 @@ mod common;
 use common::assert_says;
 use hamiltonian_adjoint::optimize::{
     Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Trials, Variables, augmented_lagrangian,
-    homotopy, interior_point, lbfgs, levenberg_marquardt, silent,
+    homotopy, interior_point, lbfgs, levenberg_marquardt, lowest, multi_start, silent,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
@@ -361,6 +361,73 @@ fn the_shortest_time_switches_the_force_once() {
 }
 
 #[test]
+fn a_path_keeps_its_bounds_at_every_node() {
+    // A cart with one link that swings up within 0.35 m to either side.
+    const NODES: usize = 40;
+    let build = |is_bounded: bool| {
+        let mut cart = CartPendulum::with_links(1).mechanism();
+        let (upright, force) = (cart.scene.output("upright"), cart.force);
+        let angle = [cart.links[0].coordinates[2]];
+        cart.scene.term(upright, "angle", Angle, Sum::Terminal, angle, [], [], [FRAC_PI_2.into()]);
+        cart.scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1e-3.into()]);
+        let places = Vec::from_iter((1..=NODES).map(|node| {
+            let (name, place) = (format!("place {node}"), [cart.cart.coordinates[0]]);
+            let output = cart.scene.output(&name);
+            cart.scene.term(output, &name, Angle, Sum::Node(node), place, [], [], [0.0.into()]);
+            output
+        }));
+        let system = cart.scene.compile().expect("a system");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(NODES, 0.03));
+        inputs.controls.fill(1.0);
+        let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        for output in places {
+            problem.constrain(output, if is_bounded { Interval::new(-0.35, 0.35) } else { Interval::FREE });
+        }
+        let start = problem.start();
+        let options = Options { stationarity: 1e-5, ..Options::default() };
+        let outcome = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+        println!(
+            "{:?}: {} simulations, {} products: {}",
+            outcome.reason, outcome.evaluations, outcome.products, outcome.value
+        );
+        assert!(outcome.reason.is_converged() && outcome.constraints[0].abs() < 1e-9, "{:?}", outcome.reason);
+        let places = outcome.constraints[1..].to_vec();
+        (outcome.value, places.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+    };
+    let ((free, wide), (bounded, narrow)) = (build(false), build(true));
+    assert!(wide > 0.4, "it would go farther: {wide}");
+    assert!((0.349..=0.35).contains(&narrow) && bounded > free, "{narrow}: {bounded} {free}");
+}
+
+#[test]
+fn many_starts_give_what_each_gives_alone() {
+    let (system, force) = swing_up(false);
+    let inputs = constant(&system, 0.0);
+    let starts: Vec<Vec<f64>> =
+        (0..6).map(|k| (0..101).map(|i| 10.0 * (0.03 * f64::from(i) + f64::from(k)).sin()).collect()).collect();
+    let options = Options { target: Some(1e-10), iterations: 60, ..Options::default() };
+    let make = || Ok(problem(&system, force, inputs.clone()));
+    let solve = |problem: &mut MotionProblem, start: &[f64]| interior_point(problem, start, &options, &mut silent);
+    let all = multi_start(&starts, make, solve);
+    for (start, outcome) in starts.iter().zip(&all) {
+        let alone = solve(&mut make().expect("a problem"), start).expect("fits");
+        let together = outcome.as_ref().expect("fits");
+        assert_eq!((&alone.x, alone.evaluations, alone.reason), (&together.x, together.evaluations, together.reason));
+    }
+    let best = lowest(&all, 1e-9).expect("one of them");
+    assert!(best.value <= 1e-10, "{:?}", all.iter().flatten().map(|outcome| outcome.value).collect::<Vec<_>>());
+    let table = best.history_csv();
+    assert_eq!(table.lines().count(), 1 + best.history.len());
+    assert!(table.starts_with("iteration,simulations,value"));
+    // One that cannot be started does not stop the others.
+    let mixed = multi_start(&[vec![0.0; 3], starts[0].clone()], make, solve);
+    assert!(mixed[0].is_err() && mixed[1].is_ok());
+    let none = multi_start(&starts[..1], || Err::<MotionProblem, _>(Error::EmptyScene), solve);
+    assert_eq!(none[0].as_ref().err(), Some(&Error::EmptyScene));
+}
+
+#[test]
 fn a_problem_is_reached_by_way_of_easier_ones() {
     let (system, force) = push(false);
     let mut problem = problem(&system, force, Inputs::at_rest(&system, Grid::uniform(20, 0.1)));
@@ -481,6 +548,36 @@ fn the_chain_rule_of_what_is_free_is_exact() {
         let expected = near[i] + (near[i] - far[i]) / 3.0;
         assert!((product[i] - expected).abs() < 1e-8, "{}: {} {expected}", variables.name(i), product[i]);
     }
+    // With splines and single step lengths likewise.
+    let mut free = everything_free().2;
+    let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
+    free[1] = Free::new(Quantity::SplineControl(pull, 5));
+    free.pop();
+    free.extend([2, 5].map(|node| Free::new(Quantity::StepLength(node)).scaled(0.1)));
+    let other = Variables::new(&system, &inputs, free).expect("free");
+    let mut x = other.of(&inputs);
+    x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.05 * (i as f64).cos());
+    let direction: Vec<f64> = (0..x.len()).map(|i| (1.7 * i as f64).sin()).collect();
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs.clone(), other.clone()).expect("a problem");
+    let mut along = |step: f64| {
+        let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
+        let value = problem.evaluate(&moved, &mut []).expect("a motion");
+        let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        problem.gradient(1.0, &[], &mut gradient).expect("a gradient");
+        problem.product(&direction, &mut product).expect("a product");
+        let dot = |y: &[f64]| y.iter().zip(&direction).map(|(y, d)| y * d).sum::<f64>();
+        [value, dot(&gradient), dot(&product)]
+    };
+    let [_, slope, curvature] = along(0.0);
+    let [far, near] = [2e-3, 1e-3].map(|step| {
+        let (above, below) = (along(step), along(-step));
+        [0, 1].map(|k| (above[k] - below[k]) / (2.0 * step))
+    });
+    for (k, ours) in [slope, curvature].into_iter().enumerate() {
+        let expected = near[k] + (near[k] - far[k]) / 3.0;
+        assert!((ours - expected).abs() < 1e-8 * expected.abs().max(1.0), "{k}: {ours} {expected}");
+    }
+    assert_eq!([other.name(8), other.name(x.len() - 1)], ["pull [0]", "length of step 5"]);
     let named: Vec<&str> = [0, 8, 12, 15, 16, 17, 18].map(|i| variables.name(i)).to_vec();
     assert_eq!(
         named,
@@ -568,6 +665,11 @@ fn wrong_variables_are_named() {
     assert_says(&wrong(&|free| free[1].quantity = Quantity::LinearControl(pull, 1)), &["knots", "pull"]);
     assert_says(&wrong(&|free| free[1].quantity = Quantity::PiecewiseControl(pull, 99)), &["knots", "pull"]);
     assert_says(&wrong(&|free| free[4] = Free::new(free[4].quantity.clone()).logarithmic().scaled(-1.0)), &["scale"]);
+    let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
+    assert_says(&wrong(&|free| free[1].quantity = Quantity::SplineControl(pull, 3)), &["knots", "4 of a spline"]);
+    assert_says(&wrong(&|free| free.push(Free::new(Quantity::StepLength(1)))), &["step lengths", "duration"]);
+    assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(0))), &["step 0"]);
+    assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(8))), &["step 8"]);
     let standing = Inputs { grid: Grid::new(0.0, vec![0.1, -0.1]), ..Inputs::at_rest(&system, Grid::uniform(2, 0.1)) };
     let error = Variables::new(&system, &standing, vec![Free::duration()]).expect_err("no duration");
     assert_says(&error, &["duration", "not zero"]);

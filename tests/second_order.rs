@@ -133,7 +133,7 @@ fn products_are_exact_whatever_the_element_with_and_without_its_program() {
                 let scale = arms.scene.design("scale", 0.4);
                 let motor = arms.scene.control("unused but in the cost");
                 let q = arms.lower.coordinates;
-                arms.scene.cost("mixed", Mixed, Sum::Integral, q, [], [motor], [scale * 0.5]);
+                arms.scene.cost("mixed", Mixed, Sum::Integral, q, [], [motor], [scale * scale]);
                 arms.scene.cost("end", Mixed, Sum::Terminal, arms.upper.coordinates, [], [motor], [scale.into()]);
             });
             let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");

@@ -13,7 +13,19 @@ pub fn slope(x: &Slope) -> f64 {
     x.eps.0.map_or(0.0, |eps| eps[0])
 }
 
-/// A number with derivatives along two directions and the mixed one, each there or not: ε₁ inside, ε₂ outside.
+/// A hyper-dual number: a value with derivatives along two directions and the mixed second derivative, each there or not (ε₁ inside, ε₂ outside).
+///
+/// `Hyper::from(x)` with [`Real::add_to_part`](crate::Real::add_to_part) makes one, [`Real::part`](crate::Real::part) reads it:
+///
+/// ```
+/// use hamiltonian_adjoint::{Hyper, Real, Scalar};
+///
+/// let (mut x, mut y) = (Hyper::from(2.0), Hyper::from(0.5));
+/// x.add_to_part(1, 1.0);
+/// y.add_to_part(2, 1.0);
+/// let product = x * x * Scalar::sin(y);
+/// assert!((product.part(3) - 2.0 * 2.0 * 0.5f64.cos()).abs() < 1e-15); // ∂²/∂x∂y
+/// ```
 pub type Hyper = DualSVec<Slope, 1>;
 
 /// A hyper-dual number by its parts; what vanishes counts as none.

@@ -36,8 +36,10 @@ mod lbfgs;
 mod least_squares;
 mod line_search;
 mod motion_problem;
+mod multi_start;
 mod outcome;
 mod problem;
+mod spline;
 mod trials;
 mod variables;
 
@@ -47,6 +49,7 @@ pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
 pub use least_squares::{Fit, levenberg_marquardt};
 pub use motion_problem::MotionProblem;
+pub use multi_start::{lowest, multi_start};
 pub use outcome::{Iterate, Options, Outcome, Reason, silent};
 pub use problem::{Interval, Problem};
 pub use trials::Trials;

@@ -101,6 +101,17 @@ pub struct Outcome {
     pub first_failure: Option<Error>,
 }
 
+impl Outcome {
+    /// The history as a table: one line for each iterate, with a header.
+    pub fn history_csv(&self) -> String {
+        let head = "iteration,simulations,value,violation,stationarity,step\n".to_string();
+        self.history.iter().enumerate().fold(head, |table, (k, it)| {
+            let Iterate { value, violation, stationarity, step, evaluations } = it;
+            table + &format!("{k},{evaluations},{value:e},{violation:e},{stationarity:e},{step:e}\n")
+        })
+    }
+}
+
 /// Goes on without a word: what watches a method unless something else does.
 pub fn silent(_: &Iterate) -> ControlFlow<()> {
     ControlFlow::Continue(())

@@ -1,6 +1,7 @@
 //! [`Variables`]: what of a motion's inputs is free, and how: x ↔ inputs, and the transposed chain rule.
 
 use super::problem::Interval;
+use super::spline::cubic;
 use crate::{Control, Coordinate, Design, Error, Gradient, Inputs, System};
 
 /// What an optimiser may change.
@@ -12,6 +13,8 @@ pub enum Quantity {
     LinearControl(Control, usize),
     /// A control in so many pieces of equal length, constant in each; a node between two pieces belongs to the later one.
     PiecewiseControl(Control, usize),
+    /// A control as a cubic B-spline of so many coefficients with clamped ends, the knots evenly spread in time.
+    SplineControl(Control, usize),
     /// A design variable.
     Design(Design),
     /// An initial coordinate; of a start that is assembled, a guess or what is held.
@@ -20,6 +23,8 @@ pub enum Quantity {
     Rate(Coordinate),
     /// The duration of the motion, s: all steps are longer or shorter alike.
     Duration,
+    /// The length of the step into a node, from 1 on, s.
+    StepLength(usize),
 }
 
 /// A free quantity with its bounds, scale and form.
@@ -87,7 +92,9 @@ impl Free {
     fn knots(&self, nodes: usize) -> usize {
         match self.quantity {
             Quantity::Control(_) => nodes,
-            Quantity::LinearControl(_, knots) | Quantity::PiecewiseControl(_, knots) => knots,
+            Quantity::LinearControl(_, knots) | Quantity::PiecewiseControl(_, knots) | Quantity::SplineControl(_, knots) => {
+                knots
+            }
             _ => 1,
         }
     }
@@ -118,7 +125,7 @@ impl Variables {
         let duration = times[times.len() - 1] - times[0];
         let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
         for (at, of) in free.iter().enumerate() {
-            let name = name(system, &of.quantity)?;
+            let name = name(system, inputs.grid.steps.len(), &of.quantity)?;
             of.bounds.check(|| format!("`{name}`"))?;
             require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
             let least = of.bounds.least;
@@ -128,13 +135,17 @@ impl Variables {
                 require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
             }
             let (knots, nodes) = (of.knots(times.len()), times.len());
-            let fewest = if matches!(of.quantity, Quantity::LinearControl(..)) { 2 } else { 1 };
+            let fewest = match of.quantity {
+                Quantity::LinearControl(..) => 2,
+                Quantity::SplineControl(..) => 4,
+                _ => 1,
+            };
             let count = || format!("the number of knots or pieces of `{name}`");
             require(
                 (fewest..=nodes).contains(&knots),
                 count,
                 knots as f64,
-                "at least 1 (2 if linear) and at most that of the nodes",
+                "at least 1 (2 if linear, 4 of a spline) and at most that of the nodes",
             )?;
             if free[..at].iter().any(|other| subject(&other.quantity) == subject(&of.quantity)) {
                 return Err(Error::DuplicateName { kind: "free quantity", name });
@@ -145,6 +156,11 @@ impl Variables {
                 _ => names.extend((0..knots).map(|k| format!("{name} [{k}]"))),
             }
         }
+        let is_single = |of: &&Free| matches!(of.quantity, Quantity::StepLength(_));
+        let singles = free.iter().filter(is_single).count() as f64;
+        let has_duration = free.iter().any(|of| of.quantity == Quantity::Duration);
+        let count = || "the number of single step lengths beside a free duration".into();
+        require(singles == 0.0 || !has_duration, count, singles, "0: either all together or each by itself")?;
         let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
         variables.take_grid(inputs);
         let x = variables.of(inputs);
@@ -201,7 +217,8 @@ impl Variables {
             match free.quantity {
                 Quantity::Control(control)
                 | Quantity::LinearControl(control, _)
-                | Quantity::PiecewiseControl(control, _) => {
+                | Quantity::PiecewiseControl(control, _)
+                | Quantity::SplineControl(control, _) => {
                     // Of the nodes that the knot has most to say of, the first.
                     let mut most = vec![0.0; values.len()];
                     for node in 0..self.shares.len() {
@@ -216,6 +233,7 @@ impl Variables {
                 Quantity::Coordinate(q) => values[0] = inputs.start.q()[q.index()],
                 Quantity::Rate(q) => values[0] = inputs.start.rate()[q.index()],
                 Quantity::Duration => values[0] = inputs.grid.steps.iter().sum(),
+                Quantity::StepLength(node) => values[0] = inputs.grid.steps[node - 1],
             }
             values.iter_mut().for_each(|x| *x = free.to_variable(*x));
         }
@@ -246,7 +264,8 @@ impl Variables {
             match free.quantity {
                 Quantity::Control(control)
                 | Quantity::LinearControl(control, _)
-                | Quantity::PiecewiseControl(control, _) => {
+                | Quantity::PiecewiseControl(control, _)
+                | Quantity::SplineControl(control, _) => {
                     for node in 0..self.shares.len() {
                         let sum = self.weights(&free.quantity, node).map(|(knot, weight)| weight * value(knot)).sum();
                         inputs.controls[(control.index(), node)] = sum;
@@ -258,6 +277,7 @@ impl Variables {
                 Quantity::Duration => {
                     inputs.grid.steps.iter_mut().zip(&self.steps).for_each(|(dt, share)| *dt = share * value(0));
                 }
+                Quantity::StepLength(node) => inputs.grid.steps[node - 1] = value(0),
             }
         }
     }
@@ -270,7 +290,8 @@ impl Variables {
             match free.quantity {
                 Quantity::Control(control)
                 | Quantity::LinearControl(control, _)
-                | Quantity::PiecewiseControl(control, _) => {
+                | Quantity::PiecewiseControl(control, _)
+                | Quantity::SplineControl(control, _) => {
                     for node in 0..self.shares.len() {
                         let row = of.controls[(control.index(), node)];
                         self.weights(&free.quantity, node).for_each(|(knot, weight)| g[knot] += weight * row);
@@ -280,6 +301,7 @@ impl Variables {
                 Quantity::Coordinate(q) => g[0] = of.start.q()[q.index()],
                 Quantity::Rate(q) => g[0] = of.start.rate()[q.index()],
                 Quantity::Duration => g[0] = of.steps.iter().zip(&self.steps).map(|(dt, share)| dt * share).sum(),
+                Quantity::StepLength(node) => g[0] = of.steps[node - 1],
             }
             g.iter_mut().zip(&x[range]).for_each(|(g, x)| *g *= free.slope(*x));
         }
@@ -288,48 +310,62 @@ impl Variables {
     /// The knots that a node's control is made of, with their weights.
     fn weights(&self, of: &Quantity, node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
         let share = self.shares[node];
-        let [first, second] = match *of {
+        let all = match *of {
             Quantity::LinearControl(_, knots) => {
                 let place = share.clamp(0.0, 1.0) * (knots - 1) as f64;
                 let left = (place as usize).min(knots - 2);
-                [(left, 1.0 - (place - left as f64)), (left + 1, place - left as f64)]
+                let right = place - left as f64;
+                [(left, 1.0 - right), (left + 1, right), (0, 0.0), (0, 0.0)]
             }
             Quantity::PiecewiseControl(_, pieces) => {
                 // A node at the end of a piece, to rounding, begins the next one.
                 let place = share.clamp(0.0, 1.0) * pieces as f64 * (1.0 + 1e-12);
-                [((place as usize).min(pieces - 1), 1.0), (0, 0.0)]
+                only((place as usize).min(pieces - 1))
             }
-            _ => [(node, 1.0), (0, 0.0)],
+            Quantity::SplineControl(_, coefficients) => {
+                let (first, weights) = cubic(share, coefficients);
+                [0, 1, 2, 3].map(|k| (first + k, weights[k]))
+            }
+            _ => only(node),
         };
-        [first, second].into_iter().filter(|(_, weight)| *weight != 0.0)
+        all.into_iter().filter(|(_, weight)| *weight != 0.0)
     }
+}
+
+/// One knot alone.
+fn only(knot: usize) -> [(usize, f64); 4] {
+    [(knot, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]
 }
 
 /// What may be free only once.
 fn subject(quantity: &Quantity) -> (u8, usize) {
     match quantity {
-        Quantity::Control(control) | Quantity::LinearControl(control, _) | Quantity::PiecewiseControl(control, _) => {
-            (0, control.index())
-        }
+        Quantity::Control(control)
+        | Quantity::LinearControl(control, _)
+        | Quantity::PiecewiseControl(control, _)
+        | Quantity::SplineControl(control, _) => (0, control.index()),
         Quantity::Design(design) => (1, design.index()),
         Quantity::Coordinate(q) => (2, q.index()),
         Quantity::Rate(q) => (3, q.index()),
         Quantity::Duration => (4, 0),
+        Quantity::StepLength(node) => (5, node.wrapping_sub(1)),
     }
 }
 
-fn name(system: &System, quantity: &Quantity) -> Result<String, Error> {
-    let ((kind, index), counts) = (subject(quantity), [system.k(), system.designs(), system.n(), system.n(), 1]);
+fn name(system: &System, steps: usize, quantity: &Quantity) -> Result<String, Error> {
+    let ((kind, index), counts) = (subject(quantity), [system.k(), system.designs(), system.n(), system.n(), 1, steps]);
     if index >= counts[usize::from(kind)] {
-        let kinds = ["control", "design variable", "coordinate", "coordinate", "duration"];
-        return Err(Error::NoSuchInput { input: format!("{} {index}", kinds[usize::from(kind)]) });
+        let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
+        let number = if kind == 5 { index.wrapping_add(1) } else { index };
+        return Err(Error::NoSuchInput { input: format!("{} {number}", kinds[usize::from(kind)]) });
     }
     Ok(match kind {
         0 => system.control_name(index).to_string(),
         1 => system.design_name(index).to_string(),
         2 => format!("initial {}", system.coordinate_name(index)),
         3 => format!("initial rate of {}", system.coordinate_name(index)),
-        _ => "duration".to_string(),
+        4 => "duration".to_string(),
+        _ => format!("length of step {}", index + 1),
     })
 }
 

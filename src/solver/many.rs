@@ -31,33 +31,33 @@ pub fn gradients(system: &System, inputs: &[Inputs], settings: Settings) -> Vec<
     each(inputs, solver, one)
 }
 
-/// As many workers as threads, each with one solver, take the next inputs until none are left: motions may differ in length.
+/// As many workers as threads, each made when it is first needed, take the next items until none are left: motions may differ in length.
 #[cfg(feature = "rayon")]
-fn each<'s, T: Send>(
-    inputs: &[Inputs],
-    new_solver: impl Fn() -> Solver<'s> + Sync,
-    one: impl Fn(&mut Solver<'s>, &Inputs) -> T + Sync,
+pub(crate) fn each<I: Sync, W, T: Send>(
+    items: &[I],
+    new_worker: impl Fn() -> W + Sync,
+    one: impl Fn(&mut W, &I) -> T + Sync,
 ) -> Vec<T> {
     use rayon::prelude::*;
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     let next = AtomicUsize::new(0);
-    let take = || Some(next.fetch_add(1, Relaxed)).filter(|&i| i < inputs.len());
+    let take = || Some(next.fetch_add(1, Relaxed)).filter(|&i| i < items.len());
     let work = |_| {
-        let mut solver = None;
-        let done = std::iter::from_fn(|| take().map(|i| (i, one(solver.get_or_insert_with(&new_solver), &inputs[i]))));
+        let mut worker = None;
+        let done = std::iter::from_fn(|| take().map(|i| (i, one(worker.get_or_insert_with(&new_worker), &items[i]))));
         done.collect::<Vec<_>>()
     };
-    let workers = rayon::current_num_threads().min(inputs.len());
+    let workers = rayon::current_num_threads().min(items.len());
     let mut done: Vec<(usize, T)> = (0..workers).into_par_iter().with_max_len(1).flat_map_iter(work).collect();
     done.sort_unstable_by_key(|(i, _)| *i);
     done.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(not(feature = "rayon"))]
-fn each<'s, T>(inputs: &[Inputs], solver: impl Fn() -> Solver<'s>, one: impl Fn(&mut Solver<'s>, &Inputs) -> T) -> Vec<T> {
-    let mut solver = solver();
-    inputs.iter().map(|inputs| one(&mut solver, inputs)).collect()
+pub(crate) fn each<I, W, T>(items: &[I], new_worker: impl Fn() -> W, one: impl Fn(&mut W, &I) -> T) -> Vec<T> {
+    let mut worker = new_worker();
+    items.iter().map(|item| one(&mut worker, item)).collect()
 }
 
 #[cfg(all(test, feature = "rayon"))]
@@ -80,7 +80,10 @@ mod tests {
         let steps = pool.install(|| each(&motions, new_solver, |_, inputs| inputs.grid.steps.len()));
         assert_eq!(steps, (0..100).map(|i| i % 7).collect::<Vec<_>>());
         assert!((1..=3).contains(&made.into_inner()));
-        assert!(pool.install(|| each(&[], || Solver::new(&system, Settings::default()), |_, _| ())).is_empty());
+        assert!(
+            pool.install(|| each(&[] as &[Inputs], || Solver::new(&system, Settings::default()), |_: &mut Solver, _| ()))
+                .is_empty()
+        );
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod stopped;
 
 pub use lifted::LiftedSolver;
 pub use long::{LongSolver, State};
+pub(crate) use many::each;
 pub use many::gradients;
 pub use mechanics::Mechanics;
 pub use stopped::Stopped;

@@ -1,0 +1,47 @@
+//! Cubic B-splines with clamped ends and evenly spread knots.
+
+/// The first of the four coefficients that count at a share x of the whole, and their weights, which add up to 1 (Cox and de Boor).
+pub(super) fn cubic(share: f64, coefficients: usize) -> (usize, [f64; 4]) {
+    let spans = coefficients - 3;
+    let x = share.clamp(0.0, 1.0) * spans as f64;
+    let first = (x as usize).min(spans - 1);
+    // Knots 0, 0, 0, 0, 1, 2, … with as many at the end.
+    let knot = |i: usize| i.saturating_sub(3).min(spans) as f64;
+    let (left, right) = (|k: usize| x - knot(first + 4 - k), |k: usize| knot(first + 3 + k) - x);
+    let mut weights = [1.0, 0.0, 0.0, 0.0];
+    for degree in 1..=3 {
+        let mut saved = 0.0;
+        for r in 0..degree {
+            let share = weights[r] / (right(r + 1) + left(degree - r));
+            weights[r] = saved + right(r + 1) * share;
+            saved = left(degree - r) * share;
+        }
+        weights[degree] = saved;
+    }
+    (first, weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cubic;
+
+    fn value(share: f64, coefficients: &[f64]) -> f64 {
+        let (first, weights) = cubic(share, coefficients.len());
+        weights.iter().zip(&coefficients[first..]).map(|(w, c)| w * c).sum()
+    }
+
+    #[test]
+    fn ends_are_kept_and_straight_lines_and_cubics_are_splines() {
+        let coefficients = [2.0, -1.0, 0.5, 3.0, 1.0, -4.0, 7.0];
+        assert_eq!((value(0.0, &coefficients), value(1.0, &coefficients)), (2.0, 7.0));
+        for k in 0..=40 {
+            let x = f64::from(k) / 40.0;
+            assert!((cubic(x, 9).1.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            // Coefficients at the means of three knots each give the line itself.
+            let line = [0.0, 1.0, 3.0, 6.0, 9.0, 12.0, 14.0, 15.0].map(|sum| sum / 15.0);
+            assert!((value(x, &line) - x).abs() < 1e-15);
+            // Four coefficients are a Bézier curve: of x³ the last alone is not zero.
+            assert!((value(x, &[0.0, 0.0, 0.0, 1.0]) - x.powi(3)).abs() < 1e-15);
+        }
+    }
+}
