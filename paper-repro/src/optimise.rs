@@ -1,5 +1,6 @@
 //! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library: what each needs, and where it ends.
 
+mod four_bar;
 mod mechanisms;
 
 use std::f64::consts::FRAC_PI_2;
@@ -56,6 +57,9 @@ enum Name {
     TimeRest,
     /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
     Periodic,
+    /// Lengths and pivots of a crank and rocker, of which a point follows an ellipse: the best of 20 random starts
+    #[value(name = "four-bar")]
+    FourBar,
     /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
     Identify,
 }
@@ -196,10 +200,10 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let mut runs = Vec::new();
     let mut found = String::new();
     for name in names {
-        if name == Name::Identify {
-            let (run, words) = identify()?;
-            runs.push(run);
-            found = words;
+        if matches!(name, Name::Identify | Name::FourBar) {
+            let (run, words) = if name == Name::Identify { identify()? } else { synthesise() };
+            runs.extend(run);
+            found += &words;
             continue;
         }
         let methods: &[Method] = match name {
@@ -245,7 +249,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
 }
 
 /// The first of 100 fits, and how often the truth lay within two standard errors.
-fn identify() -> Result<(Run, String), Error> {
+fn identify() -> Result<(Option<Run>, String), Error> {
     const REPEATS: usize = 100;
     let begin = Instant::now();
     let mechanisms::Identified { within, of, fit } = mechanisms::identify(REPEATS)?;
@@ -255,7 +259,29 @@ fn identify() -> Result<(Run, String), Error> {
          scenes included."
     );
     let (outcome, converged) = (fit.outcome.clone(), fit.outcome.reason.is_converged());
-    Ok((Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome, milliseconds, control: Vec::new(), converged }, words))
+    let run = Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome, milliseconds, control: Vec::new(), converged };
+    Ok((Some(run), words))
+}
+
+/// The best of 20 starts.
+fn synthesise() -> (Option<Run>, String) {
+    const STARTS: usize = 20;
+    let begin = Instant::now();
+    let found = four_bar::synthesise(STARTS);
+    let milliseconds = 1e3 * begin.elapsed().as_secs_f64() / STARTS as f64;
+    let Some(four_bar::Synthesis { best, alike, converged }) = found else {
+        return (None, format!(" Four-bar: no linkage was found from {STARTS} starts."));
+    };
+    let words = format!(
+        " Four-bar: {converged} of {STARTS} starts end at a linkage, {alike} of them at the best one, which is {:.2} mm off the path (root of the mean \
+         square); the time is that of one start, the other numbers are those of the best.",
+        1e3 * best.value.sqrt()
+    );
+    let converged = best.reason.is_converged();
+    (
+        Some(Run { name: Name::FourBar, method: INTERIOR.0, outcome: best, milliseconds, control: Vec::new(), converged }),
+        words,
+    )
 }
 
 fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<Run, Error> {
@@ -336,7 +362,7 @@ impl Run {
 /// The forces found, and how violation and gradient went: a panel for each problem.
 fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
     const COLOURS: [Colour; 3] = [colour::BLUE, colour::RED, colour::GREEN];
-    let of_problems = || runs.chunk_by(|one, other| one.name == other.name).filter(|runs| runs[0].name != Name::Identify);
+    let of_problems = || runs.chunk_by(|one, other| one.name == other.name).filter(|runs| !runs[0].control.is_empty());
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
             title: runs[0].name.text(),
