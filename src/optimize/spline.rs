@@ -11,9 +11,9 @@ pub(super) fn cubic(share: f64, coefficients: usize) -> (usize, [f64; 4]) {
     let mut weights = [1.0, 0.0, 0.0, 0.0];
     for degree in 1..=3 {
         let mut saved = 0.0;
-        for r in 0..degree {
-            let share = weights[r] / (right(r + 1) + left(degree - r));
-            weights[r] = saved + right(r + 1) * share;
+        for (r, weight) in weights[..degree].iter_mut().enumerate() {
+            let share = *weight / (right(r + 1) + left(degree - r));
+            *weight = saved + right(r + 1) * share;
             saved = left(degree - r) * share;
         }
         weights[degree] = saved;
