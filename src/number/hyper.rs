@@ -23,7 +23,7 @@ pub fn slope(x: &Slope) -> f64 {
 /// let (mut x, mut y) = (Hyper::from(2.0), Hyper::from(0.5));
 /// x.add_to_part(1, 1.0);
 /// y.add_to_part(2, 1.0);
-/// let product = x * x * Scalar::sin(y);
+/// let product = x * x * Scalar::sin(&y);
 /// assert!((product.part(3) - 2.0 * 2.0 * 0.5f64.cos()).abs() < 1e-15); // ∂²/∂x∂y
 /// ```
 pub type Hyper = DualSVec<Slope, 1>;
