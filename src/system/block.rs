@@ -207,12 +207,18 @@ impl BlockRun {
                 Variable::D => with.d,
                 Variable::E => with.e,
             };
-            if term.transposed || self.like.mirrored {
-                x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
-            }
-            if !term.transposed || self.like.mirrored {
-                x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
-            }
+            self.add_product((x, places), term.transposed, of, to);
+        }
+    }
+
+    /// Adds B of, or Bᵀ of.
+    #[inline(always)]
+    fn add_product(&self, (x, places): (&[f64], &[[u32; 2]]), transposed: bool, of: &[f64], to: &mut [f64]) {
+        if transposed || self.like.mirrored {
+            x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
+        }
+        if !transposed || self.like.mirrored {
+            x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
         }
     }
 
@@ -238,12 +244,7 @@ impl BlockRun {
                 Variable::D => force,
                 Variable::E => phi_dot,
             };
-            if term.transposed || self.like.mirrored {
-                x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
-            }
-            if !term.transposed || self.like.mirrored {
-                x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
-            }
+            self.add_product((x, places), !term.transposed, of, to);
         }
     }
 }

@@ -59,11 +59,11 @@ impl CostSecondOrder {
         });
         registers.iter_mut().zip(given.chain(fixed.iter().copied())).for_each(|(register, x)| *register = [x]);
         kernel.main().run(registers);
-        let results = kernel.main();
-        let result = |k: usize| results.results().nth(k).map_or(0.0, |register| registers[register][0]);
-        for (k, of) in partials.iter().enumerate() {
-            put(*of, [result(2 + k), result(2 + partials.len() + k)]);
+        let from = |first: usize| kernel.main().results().skip(first).map(|register| registers[register][0]);
+        for (of, (slope, change)) in partials.iter().zip(from(2).zip(from(2 + partials.len()))) {
+            put(*of, [slope, change]);
         }
-        [result(0), result(1)]
+        let mut first = from(0);
+        [0, 1].map(|_| first.next().unwrap_or(0.0))
     }
 }

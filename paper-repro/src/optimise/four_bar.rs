@@ -35,7 +35,7 @@ fn formulas<S: Scalar>(x: &[S]) -> Vec<S> {
         let joint = [left + a * theta.cos(), low + a * theta.sin()];
         let rocker = [joint[0] + b * cos - foot[0], joint[1] + b * sin - foot[1]];
         closure.push(rocker[0] * rocker[0] + rocker[1] * rocker[1] - c * c);
-        // b c sin μ of the angle between coupler and rocker.
+        // sin μ of the angle between coupler and rocker.
         transmission.push((cos * rocker[1] - sin * rocker[0]) / c);
         let [px, py] = target(k);
         let (ex, ey) = (joint[0] + u * cos - v * sin - px, joint[1] + u * sin + v * cos - py);
@@ -116,7 +116,7 @@ impl Problem for FourBar {
     }
 }
 
-/// What so many random starts came to: the lowest, how many ended within 1 % of it, and all evaluations, gradients and products.
+/// What random starts came to: the lowest, how many ended within 1 % of it, and how many converged at all.
 pub struct Synthesis {
     pub best: Outcome,
     pub alike: usize,

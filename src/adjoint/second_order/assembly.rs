@@ -1,8 +1,6 @@
 //! Through the assembly of a start: (q₀, v₀) = A(q̂, v̂; b) along a direction, and the change of (∂A)ᵀ (q̄, v̄), by hyper-dual numbers.
 
-use num_dual::Dual64;
-
-use super::SecondOrderSweep;
+use super::{SecondOrderSweep, dual};
 use crate::adjoint::AdjointSweep;
 use crate::forward::{Assembler, Assembly, Motion};
 use crate::node::Newton;
@@ -20,7 +18,6 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<(), Error> {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
-        let dual = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(|(x, d)| Dual64::new(*x, *d)).collect::<Vec<_>>();
         let guess = [
             dual(&assembly.q, direction.start.q().as_slice()),
             dual(&assembly.v, direction.start.rate().as_slice()),

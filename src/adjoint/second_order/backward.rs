@@ -1,9 +1,7 @@
 //! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
 
-use num_dual::Dual64;
-
-use super::SecondOrderSweep;
 use super::forward::along_start;
+use super::{SecondOrderSweep, dual};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::Motion;
 use crate::node::Newton;
@@ -130,7 +128,6 @@ impl SecondOrderSweep {
 
     /// From the values z(b) of the parameters to b: the change of (∂z/∂b)ᵀ w.
     fn parameter_rows(&mut self, system: &System, motion: &Motion, first: &AdjointSweep) {
-        let dual = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect::<Vec<_>>();
         let design = dual(motion.inputs.design.as_slice(), self.change.inputs.design.as_slice());
         let mut gradient = design.clone();
         system.parameters().pull_back(&design, &dual(&first.design, &self.sweep.design), &mut gradient);

@@ -125,18 +125,15 @@ impl SecondOrderSweep {
     fn begin(&mut self, system: &System, motion: &Motion, newton: &mut Newton, direction: &Inputs) -> Result<(), Error> {
         let change = &mut self.change;
         change.inputs = motion.refinement().refine(direction);
-        let design = motion.inputs.design.iter().zip(&direction.design).map(|(x, dot)| Dual64::new(*x, *dot));
-        let design = DVector::from_iterator(system.designs(), design);
-        let values = system.parameters().values(design.as_slice());
+        let design = dual(motion.inputs.design.as_slice(), direction.design.as_slice());
+        let values = system.parameters().values(&design);
         change.design.clear();
         change.design.extend(values.iter().map(|z| z.eps));
         let (nodes, scheme) = (motion.trajectory.times.len(), motion.trajectory.scheme);
         if change.trajectory.times.len() != nodes || change.trajectory.scheme != scheme {
             change.trajectory = Trajectory::zeros(system, nodes, scheme);
         }
-        let steps = motion.inputs.grid.steps.iter().zip(&change.inputs.grid.steps);
-        self.steps.clear();
-        self.steps.extend(steps.map(|(dt, dot)| Dual64::new(*dt, *dot)));
+        self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
         self.accuracy = Accuracy::default();
         Programs::prepare(&mut self.programs, system, &newton.evaluation, &motion.at(0));
         self.along_assembly(system, motion, newton, direction)
@@ -160,4 +157,9 @@ fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
         }
         _ => inputs.check_direction(direction, inserted),
     }
+}
+
+/// Numbers with their derivatives.
+fn dual(x: &[f64], dot: &[f64]) -> Vec<Dual64> {
+    x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect()
 }

@@ -28,7 +28,7 @@ impl SecondOrderSweep {
         self.add_equations(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
         self.sweep.take_cost();
         if has_cost && system.has_control_rates() {
-            self.add_control_rates(system, motion, node);
+            self.add_control_rates(node);
         }
         Ok(())
     }
@@ -50,7 +50,7 @@ impl SecondOrderSweep {
         self.add_equations(system, motion, (newton, first), (node, s));
         self.sweep.take_cost();
         if system.has_integral() && system.has_control_rates() {
-            self.add_control_rates(system, motion, node);
+            self.add_control_rates(node);
         }
         Ok(())
     }
@@ -126,17 +126,16 @@ impl SecondOrderSweep {
     }
 
     /// What costs on u̇ add to the derivatives with respect to controls and step lengths.
-    fn add_control_rates(&mut self, system: &System, motion: &Motion, node: usize) {
+    fn add_control_rates(&mut self, node: usize) {
         let step = node.max(1);
         let Some(&Dual64 { re: length, eps: length_dot, .. }) = self.steps.get(step - 1) else { return };
         let ([u_dot, u_dot_change], sweep) = (&self.u_dot, &mut self.sweep);
-        let (j, j_dot) = (&self.first_rows.u_dot, &sweep.cost.u_dot);
-        let rows: Vec<f64> = (0..system.k()).map(|k| (j_dot[k] - j[k] * length_dot / length) / length).collect();
-        let by_length = dot(j, u_dot) * length_dot / length - dot(j_dot, u_dot) - dot(j, u_dot_change);
+        let (j, rows) = (&self.first_rows.u_dot, &mut sweep.cost.u_dot);
+        let by_length = dot(j, u_dot) * length_dot / length - dot(rows, u_dot) - dot(j, u_dot_change);
+        rows.iter_mut().zip(j).for_each(|(row, j)| *row = (*row - j * length_dot / length) / length);
         let controls = &mut sweep.gradient.controls;
-        sweep.refinement.add_controls(step, 1.0, &rows, controls);
-        sweep.refinement.add_controls(step - 1, -1.0, &rows, controls);
+        sweep.refinement.add_controls(step, 1.0, rows, controls);
+        sweep.refinement.add_controls(step - 1, -1.0, rows, controls);
         sweep.refinement.add_step(step, by_length / length, &mut sweep.gradient.steps);
-        debug_assert!(motion.nodes() > 1);
     }
 }

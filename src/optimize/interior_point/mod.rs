@@ -76,7 +76,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     let (n, multipliers) = (counted.bounds.len(), method.all_multipliers(&counted));
     let (x, value) = (method.y.as_slice()[..n].to_vec(), method.value);
     // What the problem keeps is the motion of the answer.
-    counted.evaluate(&x);
+    counted.ensure(&x);
     Ok(counted.outcome(x, value, multipliers, history, reason))
 }
 
@@ -103,10 +103,9 @@ impl Method {
         let is_inequality = |j: &usize| problem.intervals[*j].least < problem.intervals[*j].most;
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
         let mut y = x;
-        let n = y.len();
         // Once without slacks, to move x inside; then with those of its constraints.
         Barrier::new(problem, &[], &mut y);
-        problem.evaluate_start(&y)?;
+        let value = problem.evaluate_start(&y)?;
         y.extend(inequalities.iter().map(|&j| problem.c[j]));
         let barrier = Barrier::new(problem, &inequalities, &mut y);
         let (m, len) = (rows.len(), y.len());
@@ -115,14 +114,13 @@ impl Method {
             inequalities,
             barrier,
             y: DVector::from_vec(y),
-            value: 0.0,
+            value,
             gradient: DVector::zeros(len),
             c: DVector::zeros(m),
             jacobian: DMatrix::zeros(m, len),
             multipliers: DVector::zeros(m),
             penalty: 1.0,
         };
-        method.value = problem.evaluate(&method.y.as_slice()[..n]);
         method.c = method.constraints(problem, &method.y);
         method.linearise(problem)?;
         if method.barrier.is_there() {
