@@ -250,6 +250,13 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A motion that cannot be computed in segments.
+    NotInSegments {
+        /// What stands in the way.
+        what: String,
+        /// Why, and what to do.
+        why: &'static str,
+    },
     /// A derivative was asked for with respect to something that a motion does not have.
     NoSuchInput {
         /// What was asked for.
@@ -465,6 +472,7 @@ impl fmt::Display for Error {
                 "{what} is {value}: a sum is beyond the range of numbers; take other units, scale the cost, or shorten a motion that \
                  amplifies every change"
             ),
+            Error::NotInSegments { what, why } => write!(f, "multiple shooting cannot do with {what}: {why}"),
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is no input of this motion; `check::Input::all` lists them")
             }

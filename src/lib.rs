@@ -104,7 +104,7 @@ pub use adjoint::{AdjointVariables, Gradient};
 pub use animation::Animation;
 pub use error::Error;
 #[cfg(feature = "files")]
-pub use files::{SceneFile, Table};
+pub use files::{Finished, SceneFile, Study, Table};
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,
     PotentialEnergy, Sum,
@@ -112,7 +112,7 @@ pub use model::element::{
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
 pub use motion::{Composition, Grid, Held, Inputs, Progress, Report, Stages, Start, Task, Trajectory};
 pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
-pub use scene::{Scene, planar, scenes};
+pub use scene::{EndState, Scene, planar, scenes};
 pub use scheme::Scheme;
 pub use settings::Settings;
 pub use solver::{LiftedSolver, LongSolver, Mechanics, Solver, State, Stopped, gradient, gradients, simulate};

@@ -7,10 +7,12 @@ mod inputs;
 mod names;
 mod report;
 mod scene;
+mod study;
 mod table;
 mod trajectory;
 
 pub use scene::SceneFile;
+pub use study::{Finished, Study};
 pub use table::Table;
 
 use serde::de::DeserializeOwned;

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`interior_point`] | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
 //! | [`homotopy`] | the same where it is not solved at once, by way of easier problems |
+//! | [`MultipleShooting`] | a motion whose end is too sensitive to its beginning, in segments with states of their own: a problem for the methods above |
 //! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
 //! | [`lbfgs`] | many variables and bounds, by gradients alone |
 //! | [`augmented_lagrangian`] | the same with constraints |
@@ -37,6 +38,7 @@ mod least_squares;
 mod line_search;
 mod motion_problem;
 mod multi_start;
+mod multiple_shooting;
 mod outcome;
 mod problem;
 mod spline;
@@ -50,6 +52,7 @@ pub use lbfgs::lbfgs;
 pub use least_squares::{Fit, levenberg_marquardt};
 pub use motion_problem::MotionProblem;
 pub use multi_start::{lowest, multi_start};
+pub use multiple_shooting::MultipleShooting;
 pub use outcome::{Iterate, Options, Outcome, Reason, silent};
 pub use problem::{Interval, Problem};
 pub use trials::Trials;

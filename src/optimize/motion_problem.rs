@@ -37,7 +37,7 @@ impl<'s> MotionProblem<'s> {
         self.constraints[output.index()] = to;
     }
 
-    /// The variables of the inputs that it was made with, or that were evaluated last.
+    /// The variables of the inputs that it was made with, changed to, or evaluated last.
     pub fn start(&self) -> Vec<f64> {
         self.x.clone()
     }
@@ -49,7 +49,7 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
-    /// Changes what is not free of the inputs, such as the lengths of their steps, not their number.
+    /// Changes the inputs, such as the lengths of their steps, not their number.
     ///
     /// # Errors
     /// Inputs that do not fit the system any more, or the variables; then nothing is changed.
@@ -59,8 +59,14 @@ impl<'s> MotionProblem<'s> {
         inputs.check(self.solver.system())?;
         self.inputs.check_direction(&inputs, 0)?;
         self.variables.take_grid(&inputs);
+        self.x = self.variables.of(&inputs);
         self.inputs = inputs;
         Ok(())
+    }
+
+    /// Sets the time at which the motion starts, which nothing depends on.
+    pub(super) fn start_at(&mut self, time: f64) {
+        self.inputs.grid.start = time;
     }
 
     /// The number of outputs.

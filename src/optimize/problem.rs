@@ -146,6 +146,17 @@ pub trait Problem {
         Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::push_forward`".into() })
     }
 
+    /// Jᵀ J d of the residuals c(x) with Jacobian J, at the x that was evaluated last: the Hessian of ½ ‖c‖² without the curvature of c (Gauss and
+    /// Newton). Afterwards the gradient that was asked for last is Jᵀ (J d).
+    ///
+    /// # Errors
+    /// Those of [`push_forward`](Self::push_forward) and [`gradient`](Self::gradient).
+    fn gauss_newton_product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        let mut change = vec![0.0; self.constraints().len()];
+        self.push_forward(direction, &mut change)?;
+        self.gradient(0.0, &change, product)
+    }
+
     /// The Hessian of the function whose gradient was asked for last, at the same x, times a direction; only [`interior_point`](super::interior_point())
     /// asks for it.
     ///

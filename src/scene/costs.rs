@@ -1,9 +1,41 @@
 //! Costs and outputs of a scene.
 
+use nalgebra::SVector;
+
 use super::{Scene, as_mut};
-use crate::model::element::{Cost, ListCost, Sum};
+use crate::Scalar;
+use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
 use crate::system::{AnyCosts, CostShape, Costs, Fixed, PlacedCost};
+
+/// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EndState {
+    /// Which.
+    pub coordinate: Coordinate,
+    /// q_N.
+    pub position: Output,
+    /// q̇_N.
+    pub rate: Output,
+}
+
+/// b₁ (q − b₀).
+struct Position;
+
+impl Cost<1, 0, 0, 2> for Position {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 2>) -> S {
+        (at.q[0] - b[0]) * b[1]
+    }
+}
+
+/// q̇.
+struct Rate;
+
+impl Cost<1, 0, 0, 0> for Rate {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.v[0]
+    }
+}
 
 impl Scene {
     /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
@@ -81,6 +113,24 @@ impl Scene {
         if self.check(name, "output", [output.0]) {
             self.add_cost((name, 1 + output.index()), (Fixed(term), sum), (&q, &sigma, &u), &b);
         }
+    }
+
+    /// Adds outputs for where a coordinate is at the end of a motion and how fast it goes.
+    pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
+        let of = self.parts.coordinates.get(coordinate.index()).map_or("?", String::as_str);
+        let names = ["value", "rate"].map(|what| format!("{what} of {of} at the end"));
+        let [position, rate] = names.map(|name| (self.output(&name), name));
+        self.term(position.0, &position.1, Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
+        self.term(rate.0, &rate.1, Rate, Sum::Terminal, [coordinate], [], [], []);
+        EndState { coordinate, position: position.0, rate: rate.0 }
+    }
+
+    /// Adds a residual as an output: w (q_i − q̃) of a coordinate that was read at node i, q̃, with the weight w, such as the reading's inverse standard
+    /// deviation.
+    pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
+        let output = self.output(name);
+        self.term(output, name, Position, Sum::Node(node), [coordinate], [], [], [value.into(), weight.into()]);
+        output
     }
 
     /// Adds a cost on lists, of lengths that are known at run time ([`ListCost`]).

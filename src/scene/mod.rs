@@ -17,6 +17,7 @@ use crate::model::{Control, Coordinate, Design, Drawn, Frame, Handle, Multiplier
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{AnyBatch, Applied, Batch, Holonomic, Jet, Kinetic, Parts, PlacedElement, Potential};
 use crate::{Error, System};
+pub use costs::EndState;
 use ready::{Added, Recipe};
 
 /// A mechanism under construction.

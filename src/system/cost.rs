@@ -192,17 +192,21 @@ pub struct CostUse {
     pub accelerations: Depends,
     /// u̇.
     pub control_rates: Depends,
+    /// t.
+    pub time: Depends,
 }
 
 impl CostUse {
-    pub const NONE: Self = CostUse { accelerations: Depends::Never, control_rates: Depends::Never };
-    pub const UNKNOWN: Self = CostUse { accelerations: Depends::Perhaps, control_rates: Depends::Perhaps };
+    pub const NONE: Self = CostUse { accelerations: Depends::Never, control_rates: Depends::Never, time: Depends::Never };
+    pub const UNKNOWN: Self =
+        CostUse { accelerations: Depends::Perhaps, control_rates: Depends::Perhaps, time: Depends::Perhaps };
 
     /// Of a cost that depends on such arguments.
     pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
         arguments.fold(CostUse::NONE, |uses, of| match of {
             Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
             Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
+            Of::Time => CostUse { time: Depends::Always, ..uses },
             _ => uses,
         })
     }
@@ -212,6 +216,7 @@ impl CostUse {
         CostUse {
             accelerations: self.accelerations.max(other.accelerations),
             control_rates: self.control_rates.max(other.control_rates),
+            time: self.time.max(other.time),
         }
     }
 }
@@ -249,6 +254,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
     /// Whether any of its costs that belong to an output (0 for J) has a value before the last node.
     fn is_running(&self, output: usize) -> bool;
+    /// The ways in which those of its costs that belong to an output are summed, and their names.
+    fn sums(&self, output: usize) -> Vec<(Sum, &str)>;
     /// What is needed by those that a weight says are summed here.
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
     /// Whether any of its costs is summed with the weights of the scheme.

@@ -326,6 +326,16 @@ impl System {
         self.running.iter().zip(factors).any(|(running, factor)| *running && *factor != 0.0)
     }
 
+    /// The ways in which the terms of an output (0 for J) are summed, and their names.
+    pub(crate) fn sums(&self, output: usize) -> impl Iterator<Item = (Sum, &str)> {
+        self.costs.iter().flat_map(move |costs| costs.sums(output))
+    }
+
+    /// Whether any element or cost may depend on time itself.
+    pub(crate) fn depends_on_time(&self) -> bool {
+        self.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
+    }
+
     /// The last single node at which a cost counts, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
         self.last_cost_node.as_ref().map(|(node, name)| (*node, name.as_str()))

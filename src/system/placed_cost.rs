@@ -302,6 +302,10 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         self.items.iter().any(|item| item.output == output && item.sum != Sum::Terminal)
     }
 
+    fn sums(&self, output: usize) -> Vec<(Sum, &str)> {
+        self.items.iter().filter(|item| item.output == output).map(|item| (item.sum, item.name.as_str())).collect()
+    }
+
     fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
         let here = self.items.iter().filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
         here.fold(CostUse::NONE, |uses, item| uses.and(item.uses))

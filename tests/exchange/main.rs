@@ -11,3 +11,4 @@ mod pipe;
 mod progress;
 #[cfg(feature = "files")]
 mod scenes;
+mod study;

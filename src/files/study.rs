@@ -1,0 +1,259 @@
+//! [`Study`]: outcomes of many starts, kept in a file as they come.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::sync::Mutex;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::optimize::{Outcome, Problem};
+use crate::solver::each;
+
+const FORMAT: &str = "hamiltonian-adjoint study";
+const VERSION: u32 = 1;
+
+/// What became of one start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Finished {
+    /// Its number.
+    pub start: usize,
+    /// The best point; empty if there was an error.
+    pub x: Vec<f64>,
+    /// The value there, if it is a number.
+    pub value: Option<f64>,
+    /// The largest violation of a constraint, if it is a number.
+    pub violation: Option<f64>,
+    /// Whether what was asked for is reached.
+    pub converged: bool,
+    /// Why the method stopped, or the error.
+    pub reason: String,
+    /// Values, gradients and products that were asked for.
+    pub counts: [usize; 3],
+}
+
+impl Finished {
+    /// The outcome of a start.
+    pub fn new(start: usize, outcome: &Result<Outcome, Error>) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        match outcome {
+            Ok(of) => Finished {
+                start,
+                x: of.x.clone(),
+                value: finite(of.value),
+                violation: finite(of.violation),
+                converged: of.reason.is_converged(),
+                reason: format!("{:?}", of.reason),
+                counts: [of.evaluations, of.gradients, of.products],
+            },
+            Err(error) => Finished {
+                start,
+                x: Vec::new(),
+                value: None,
+                violation: None,
+                converged: false,
+                reason: error.to_string(),
+                counts: [0; 3],
+            },
+        }
+    }
+
+    /// As a line of JSON, without its end.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("numbers, lists and strings")
+    }
+
+    /// From such a line.
+    ///
+    /// # Errors
+    /// What is no such line.
+    pub fn from_json(line: &str) -> Result<Self, Error> {
+        super::read_json("what became of a start", line)
+    }
+}
+
+#[derive(PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    format: String,
+    version: u32,
+    name: String,
+    starts: usize,
+    /// Of the bits of all starts.
+    sum: String,
+}
+
+/// One method from many starts, each outcome a line in a file: a study that was stopped goes on where it was.
+///
+/// A line that was being written when the run was lost is written anew. Outcomes do not depend on the number of threads, nor on how often the
+/// study was stopped.
+///
+/// ```
+/// use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, Study, scenes::CartPendulum};
+///
+/// let scene = CartPendulum::with_links(1).scene();
+/// let force = scene.control_named("force on the cart").expect("its only control");
+/// let system = scene.compile()?;
+/// let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
+/// let variables = Variables::new(&system, &inputs, vec![Free::control(force)])?;
+/// let starts: Vec<Vec<f64>> = [-10.0, 5.0, 20.0].map(|force| vec![force; 41]).into();
+///
+/// # let folder = std::env::temp_dir().join(format!("study-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder).expect("a folder");
+/// let path = folder.join("swing-up.jsonl");
+/// let mut study = Study::open(&path, "swing-up", &starts)?;
+/// let problem = || MotionProblem::new(&system, Settings::default(), inputs.clone(), variables.clone());
+/// study.run(problem, |problem, start| lbfgs(problem, start, &Options::default(), &mut silent))?;
+/// assert_eq!(study.finished().count(), 3);
+/// # drop(study);
+/// # assert_eq!(Study::open(&path, "swing-up", &starts)?.missing().count(), 0);
+/// # std::fs::remove_dir_all(&folder).expect("removed");
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Study {
+    place: String,
+    file: File,
+    starts: Vec<Vec<f64>>,
+    finished: BTreeMap<usize, Finished>,
+}
+
+impl Study {
+    /// Goes on with the study in a file, or begins it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written, that another process has opened so, that is no study, or one of another name or with other starts.
+    pub fn open(path: &Path, name: &str, starts: &[Vec<f64>]) -> Result<Self, Error> {
+        let place = path.display().to_string();
+        let failed = |error: std::io::Error| wrong(&place, error.to_string());
+        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        file.try_lock()
+            .map_err(|_| wrong(&place, "another process is at this study, or the file cannot be locked".into()))?;
+        let mut text = String::new();
+        file.read_to_string(&mut text).map_err(failed)?;
+        let head = Head {
+            format: FORMAT.into(),
+            version: VERSION,
+            name: name.into(),
+            starts: starts.len(),
+            sum: format!("{:016x}", sum(starts)),
+        };
+        let first = serde_json::to_string(&head).expect("numbers and strings") + "\n";
+        // What a lost run did not write to its end.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        if whole == 0 && !first.starts_with(&text) {
+            return Err(wrong(&place, "line 1 is not that of a study".into()));
+        }
+        let mut finished = BTreeMap::new();
+        if whole > 0 {
+            let mut lines = text[..whole].lines();
+            check(&place, lines.next().unwrap_or_default(), &head)?;
+            for (number, line) in (2..).zip(lines) {
+                let of = Finished::from_json(line)
+                    .map_err(|error| wrong(&format!("{place}, line {number}"), error.to_string()))?;
+                if of.start >= starts.len() {
+                    return Err(wrong(&format!("{place}, line {number}"), format!("there is no start {}", of.start)));
+                }
+                finished.entry(of.start).or_insert(of);
+            }
+        }
+        file.set_len(whole as u64).map_err(failed)?;
+        file.seek(SeekFrom::End(0)).map_err(failed)?;
+        if whole == 0 {
+            file.write_all(first.as_bytes()).map_err(failed)?;
+        }
+        Ok(Study { place, file, starts: starts.to_vec(), finished })
+    }
+
+    /// Keeps what became of a start.
+    ///
+    /// # Errors
+    /// A file that cannot be written any more; a start that there is not.
+    pub fn add(&mut self, of: Finished) -> Result<(), Error> {
+        if of.start >= self.starts.len() {
+            return Err(wrong(&self.place, format!("there is no start {}", of.start)));
+        }
+        if self.finished.contains_key(&of.start) {
+            return Ok(());
+        }
+        // One call for the line and its end.
+        let line = of.to_json() + "\n";
+        self.file.write_all(line.as_bytes()).map_err(|error| wrong(&self.place, error.to_string()))?;
+        self.finished.insert(of.start, of);
+        Ok(())
+    }
+
+    /// What became of the starts that are finished, in their order.
+    pub fn finished(&self) -> impl Iterator<Item = &Finished> {
+        self.finished.values()
+    }
+
+    /// The numbers of the starts that are not.
+    pub fn missing(&self) -> impl Iterator<Item = usize> {
+        (0..self.starts.len()).filter(|start| !self.finished.contains_key(start))
+    }
+
+    /// All starts.
+    pub fn starts(&self) -> &[Vec<f64>] {
+        &self.starts
+    }
+
+    /// The finished start with the lowest value of those whose constraints hold within so much; the first of equal ones.
+    pub fn lowest(&self, violation: f64) -> Option<&Finished> {
+        let good = self.finished().filter(|of| of.violation.is_some_and(|found| found <= violation));
+        let value = |of: &Finished| of.value.unwrap_or(f64::INFINITY);
+        good.min_by(|one, other| value(one).total_cmp(&value(other)))
+    }
+
+    /// Computes what is missing; with the feature `rayon` on all cores, each thread making one problem.
+    ///
+    /// # Errors
+    /// A file that cannot be written any more. Errors of problems and methods are outcomes.
+    pub fn run<P: Problem>(
+        &mut self,
+        problem: impl Fn() -> Result<P, Error> + Sync,
+        method: impl Fn(&mut P, &[f64]) -> Result<Outcome, Error> + Sync,
+    ) -> Result<(), Error> {
+        let (starts, missing) = (self.starts.clone(), self.missing().collect::<Vec<_>>());
+        let study = Mutex::new(self);
+        let one = |worker: &mut Option<P>, start: &usize| {
+            let own = worker.take().map_or_else(&problem, Ok);
+            let outcome = own.and_then(|mut own| {
+                let outcome = method(&mut own, &starts[*start]);
+                *worker = Some(own);
+                outcome
+            });
+            let of = Finished::new(*start, &outcome);
+            study.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(of)
+        };
+        each(&missing, || None, one).into_iter().collect()
+    }
+}
+
+fn check(place: &str, line: &str, expected: &Head) -> Result<(), Error> {
+    let found: Head = super::read_json("a study", line).map_err(|error| wrong(place, error.to_string()))?;
+    let problem = match found {
+        _ if found.format != expected.format || found.version != expected.version => {
+            format!("it is `{}` of version {}, not `{FORMAT}` of version {VERSION}", found.format, found.version)
+        }
+        _ if found.name != expected.name => format!("it is the study `{}`, not `{}`", found.name, expected.name),
+        _ if found != *expected => format!("it has {} other starts; take another file", found.starts),
+        _ => return Ok(()),
+    };
+    Err(wrong(place, problem))
+}
+
+fn wrong(place: &str, problem: String) -> Error {
+    Error::File { kind: "a study", place: place.to_string(), problem }
+}
+
+/// FNV-1a of the sizes and bits.
+fn sum(starts: &[Vec<f64>]) -> u64 {
+    let words = starts.iter().flat_map(|start| std::iter::once(start.len() as u64).chain(start.iter().map(|x| x.to_bits())));
+    let bytes = words.flat_map(u64::to_le_bytes);
+    bytes.fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
+}

@@ -1,0 +1,374 @@
+//! [`MultipleShooting`]: a motion in segments, each with a start of its own.
+
+use nalgebra::DVector;
+
+use super::motion_problem::MotionProblem;
+use super::problem::{Interval, Problem};
+use super::variables::{Free, Quantity, Variables};
+use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System};
+
+/// minimise J subject to what outputs must be and to each segment beginning where the one before it ends (Bock and Plitt 1984).
+///
+/// The states at the cuts are variables, so a guess of the motion can be given, and no end is more sensitive to its start than that of a segment.
+/// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
+/// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
+///
+/// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output.
+///
+/// ```
+/// use hamiltonian_adjoint::optimize::{Free, MultipleShooting, Options, interior_point, silent};
+/// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Settings, Sum, scenes::CartPendulum};
+/// use nalgebra::SVector;
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// struct Effort; // u²
+/// impl Cost<0, 0, 1> for Effort {
+///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _: &SVector<S, 0>) -> S {
+///         at.u[0] * at.u[0] * 1e-4
+///     }
+/// }
+/// struct Angle; // φ − π/2
+/// impl Cost<1> for Angle {
+///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+///         at.q[0] - FRAC_PI_2
+///     }
+/// }
+///
+/// let mut cart = CartPendulum::with_links(1).mechanism();
+/// let (force, rail, angle) = (cart.force, cart.cart.coordinates[0], cart.links[0].coordinates[2]);
+/// let upright = cart.scene.output("upright");
+/// cart.scene.term(upright, "angle", Angle, Sum::Terminal, [angle], [], [], []);
+/// cart.scene.cost("effort", Effort, Sum::Integral, [], [], [force], []);
+/// let states = [rail, angle].map(|q| cart.scene.end_state(q)); // one for each degree of freedom
+/// let system = cart.scene.compile()?;
+/// let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+/// let mut problem = MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 4)?;
+/// // The link turns evenly: a guess that no force is needed for.
+/// problem.guess(|node, q, v| {
+///     q[angle.index()] = -FRAC_PI_2 + std::f64::consts::PI * node as f64 / 40.0;
+///     v[angle.index()] = std::f64::consts::PI;
+/// })?;
+/// let start = problem.start();
+/// let best = interior_point(&mut problem, &start, &Options { stationarity: 1e-5, ..Options::default() }, &mut silent)?;
+/// assert!(best.reason.is_converged() && best.violation < 1e-9);
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct MultipleShooting<'s> {
+    segments: Vec<Segment<'s>>,
+    /// What is free of the whole motion: the first variables; then those of the states at the cuts.
+    whole: Variables,
+    inputs: Inputs,
+    states: Vec<EndState>,
+    names: Vec<String>,
+    /// The outputs that are asked for anything, and whether all segments add to each or the last one alone.
+    outputs: Vec<(usize, bool)>,
+    constraints: Vec<Interval>,
+}
+
+struct Segment<'s> {
+    motion: MotionProblem<'s>,
+    /// The node with which it begins.
+    first: usize,
+    /// Which variable each of its own is.
+    places: Vec<usize>,
+    /// Whether the last gradient asked anything of it: what does not has no product either.
+    asked: bool,
+}
+
+impl<'s> MultipleShooting<'s> {
+    /// With these inputs, of which `free` is free, in so many segments of about equal length; `states` are those of as many coordinates as there are
+    /// degrees of freedom, from which a segment's start is assembled where there are constraints.
+    ///
+    /// # Errors
+    /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; costs that are
+    /// no sums over time, outputs at single nodes; a free duration where anything depends on time itself.
+    pub fn new(
+        system: &'s System,
+        settings: Settings,
+        inputs: Inputs,
+        free: Vec<Free>,
+        states: &[EndState],
+        segments: usize,
+    ) -> Result<Self, Error> {
+        let whole = Variables::new(system, &inputs, free.clone())?;
+        let outputs = asked_outputs(system, states)?;
+        check(system, &inputs, &free, states, segments)?;
+        let stages = inputs.grid.stages;
+        let steps = inputs.grid.steps.len() / stages;
+        let cuts: Vec<usize> = (0..=segments).map(|k| stages * (k * steps / segments)).collect();
+        let rest = inputs.grid.steps.len() % stages;
+        let ends = cuts.windows(2).map(|ends| (ends[0], if ends[1] == stages * steps { ends[1] + rest } else { ends[1] }));
+        let mut next = whole.len();
+        let mut names: Vec<String> = (0..next).map(|i| whole.name(i).to_string()).collect();
+        let mut all = Vec::with_capacity(segments);
+        for (first, last) in ends {
+            if first > 0 {
+                let of = |q: &EndState| {
+                    ["", "rate of "]
+                        .map(|of| format!("{of}{} at node {first}", system.coordinate_name(q.coordinate.index())))
+                };
+                names.extend(states.iter().flat_map(of));
+            }
+            let (own, places) = own_variables(&free, &inputs, (first, last), states, &mut next);
+            let of_segment = of_segment(system, &inputs, (first, last), states);
+            let variables = Variables::new(system, &of_segment, own)?;
+            let motion = MotionProblem::new(system, settings, of_segment, variables)?;
+            all.push(Segment { motion, first, places, asked: false });
+        }
+        let joints = 2 * states.len() * (segments - 1);
+        let constraints = vec![Interval::ZERO; outputs.len() + joints];
+        Ok(MultipleShooting { segments: all, whole, inputs, states: states.to_vec(), names, outputs, constraints })
+    }
+
+    /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
+    ///
+    /// # Errors
+    /// Values that are not finite.
+    pub fn guess(&mut self, mut of: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>)) -> Result<(), Error> {
+        for Segment { motion, first, .. } in self.segments.iter_mut().filter(|segment| segment.first > 0) {
+            motion.change(|inputs| {
+                if let Start::Velocity { q, v } | Start::Assembled { q, v, .. } = &mut inputs.start {
+                    of(*first, q, v);
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
+    ///
+    /// # Panics
+    /// If the system has no such output, or it is that of a state.
+    pub fn constrain(&mut self, output: Output, to: Interval) {
+        let at = self.outputs.iter().position(|(known, _)| *known == output.index()).expect("an output that is no state's");
+        self.constraints[at] = to;
+    }
+
+    /// The variables of the inputs that it was made with, and of the guess.
+    pub fn start(&self) -> Vec<f64> {
+        let mut x = self.whole.of(&self.inputs);
+        x.resize(self.names.len(), 0.0);
+        for segment in &self.segments[1..] {
+            let known = segment.places.len() - 2 * self.states.len();
+            let own = segment.motion.start();
+            segment.places[known..].iter().zip(&own[known..]).for_each(|(&at, value)| x[at] = *value);
+        }
+        x
+    }
+
+    /// The inputs of one motion over all segments that belong to a point.
+    pub fn inputs_at(&self, x: &[f64]) -> Inputs {
+        let mut inputs = self.inputs.clone();
+        self.whole.apply(&x[..self.whole.len()], &mut inputs);
+        inputs
+    }
+
+    /// The segments, each with the motion of the point that was evaluated last.
+    pub fn segments(&self) -> impl Iterator<Item = &MotionProblem<'s>> {
+        self.segments.iter().map(|segment| &segment.motion)
+    }
+
+    /// What joins the end of a segment with the next one's start: row, output and variable.
+    fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
+        let row = self.outputs.len() + 2 * self.states.len() * segment;
+        let starts =
+            self.segments.get(segment + 1).map_or(&[][..], |next| &next.places[next.places.len() - 2 * self.states.len()..]);
+        let ends = self.states.iter().flat_map(|state| [state.position.index(), state.rate.index()]);
+        ends.zip(starts).enumerate().map(move |(k, (output, start))| (row + k, output, *start))
+    }
+
+    /// What a segment contributes to: rows and outputs.
+    fn rows(&self, segment: usize) -> impl Iterator<Item = (usize, usize)> + use<'_> {
+        let is_last = segment + 1 == self.segments.len();
+        let counts = move |(_, (_, running)): &(usize, &(usize, bool))| *running || is_last;
+        self.outputs.iter().enumerate().filter(counts).map(|(row, (output, _))| (row, *output))
+    }
+}
+
+impl Problem for MultipleShooting<'_> {
+    fn variables(&self) -> usize {
+        self.names.len()
+    }
+
+    fn bounds(&self) -> Vec<Interval> {
+        let mut bounds = self.whole.bounds();
+        bounds.resize(self.names.len(), Interval::FREE);
+        bounds
+    }
+
+    fn constraints(&self) -> Vec<Interval> {
+        self.constraints.clone()
+    }
+
+    fn variable_name(&self, i: usize) -> String {
+        self.names[i].clone()
+    }
+
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        let times = self.inputs_at(x).grid.times();
+        let (mut sum, mut found) = (0.0, vec![0.0; self.segments[0].motion.outputs()]);
+        c.fill(0.0);
+        for k in 0..self.segments.len() {
+            let segment = &mut self.segments[k];
+            segment.motion.start_at(times[segment.first]);
+            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
+            sum += segment.motion.evaluate(&own, &mut found)?;
+            self.rows(k).for_each(|(row, output)| c[row] += found[output]);
+            self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
+        }
+        Ok(sum)
+    }
+
+    fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient.fill(0.0);
+        for k in 0..self.segments.len() {
+            let mut weights = vec![0.0; self.segments[k].motion.outputs()];
+            self.rows(k).for_each(|(row, output)| weights[output] = c_weights[row]);
+            for (row, output, start) in self.joints(k) {
+                weights[output] = c_weights[row];
+                gradient[start] -= c_weights[row];
+            }
+            let segment = &mut self.segments[k];
+            segment.asked = f_weight != 0.0 || weights.iter().any(|w| *w != 0.0);
+            if segment.asked {
+                let mut own = vec![0.0; segment.places.len()];
+                segment.motion.gradient(f_weight, &weights, &mut own)?;
+                segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
+            }
+        }
+        Ok(())
+    }
+
+    fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        let mut found = vec![0.0; self.segments[0].motion.outputs()];
+        change.fill(0.0);
+        for k in 0..self.segments.len() {
+            let segment = &mut self.segments[k];
+            let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
+            segment.motion.push_forward(&own, &mut found)?;
+            self.rows(k).for_each(|(row, output)| change[row] += found[output]);
+            self.joints(k).for_each(|(row, output, start)| change[row] = found[output] - direction[start]);
+        }
+        Ok(())
+    }
+
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        product.fill(0.0);
+        for segment in self.segments.iter_mut().filter(|segment| segment.asked) {
+            let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
+            let mut found = vec![0.0; own.len()];
+            segment.motion.product(&own, &mut found)?;
+            segment.places.iter().zip(found).for_each(|(&at, x)| product[at] += x);
+        }
+        Ok(())
+    }
+}
+
+/// The outputs that are no states', and whether each is a sum over time.
+fn asked_outputs(system: &System, states: &[EndState]) -> Result<Vec<(usize, bool)>, Error> {
+    let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
+    let is_sum = |sum: Sum| !matches!(sum, Sum::Terminal | Sum::Node(_));
+    if let Some((_, name)) = system.sums(0).find(|(sum, _)| !is_sum(*sum)) {
+        return refuse(name, "a cost must be a sum over time there; make what holds at single nodes an output");
+    }
+    let is_state = |k: usize| states.iter().any(|state| state.position.index() == k || state.rate.index() == k);
+    let mut asked = Vec::new();
+    for k in (0..system.outputs()).filter(|k| !is_state(*k)) {
+        let (mut running, mut terminal) = (false, false);
+        for (sum, name) in system.sums(1 + k) {
+            if let Sum::Node(_) = sum {
+                return refuse(name, "a node has another number in a segment; ask at the end, or of one motion");
+            }
+            running |= is_sum(sum);
+            terminal |= sum == Sum::Terminal;
+        }
+        if running && terminal {
+            return refuse(system.output_name(k), "an output is a sum over time or a terminal value there; make it two");
+        }
+        asked.push((k, running));
+    }
+    Ok(asked)
+}
+
+fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], segments: usize) -> Result<(), Error> {
+    let steps = inputs.grid.steps.len() / inputs.grid.stages;
+    if segments == 0 || segments > steps {
+        let (what, value) = ("the number of segments".to_string(), segments as f64);
+        return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
+    }
+    if states.len() + system.m() < system.n() {
+        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
+        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
+    }
+    let is_whole = |free: &&Free| {
+        use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
+        !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
+    };
+    if let Some(of) = free.iter().find(|of| !is_whole(of)) {
+        let why = "controls are free at all nodes there, and step lengths by their sum";
+        return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
+    }
+    let is_duration = |of: &Free| of.quantity == Quantity::Duration;
+    if segments > 1 && free.iter().any(is_duration) && system.depends_on_time() {
+        let why = "an element or a cost depends on time itself, and segments would begin at other times; fix the duration";
+        return Err(Error::NotInSegments { what: "a free duration".into(), why });
+    }
+    Ok(())
+}
+
+/// What is free of a segment, and which variables of the whole those are; its state at the start, if it is not the first, takes the next ones.
+fn own_variables(
+    free: &[Free],
+    inputs: &Inputs,
+    (first, last): (usize, usize),
+    states: &[EndState],
+    next: &mut usize,
+) -> (Vec<Free>, Vec<usize>) {
+    let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
+    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
+    let share = sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps);
+    for of in free {
+        match of.quantity {
+            Quantity::Control(_) => {
+                places.extend(at + first..=at + last);
+                own.push(of.clone());
+                at += inputs.grid.nodes();
+                continue;
+            }
+            Quantity::Duration => {
+                let Interval { least, most } = of.bounds;
+                own.push(Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() });
+                places.push(at);
+            }
+            Quantity::Coordinate(_) | Quantity::Rate(_) if first > 0 => {}
+            _ => {
+                own.push(of.clone());
+                places.push(at);
+            }
+        }
+        at += 1;
+    }
+    if first > 0 {
+        for state in states {
+            own.extend([Quantity::Coordinate(state.coordinate), Quantity::Rate(state.coordinate)].map(Free::new));
+            places.extend([*next, *next + 1]);
+            *next += 2;
+        }
+    }
+    (own, places)
+}
+
+/// The inputs between two nodes; other than at the first, the start is made of states.
+fn of_segment(system: &System, inputs: &Inputs, (first, last): (usize, usize), states: &[EndState]) -> Inputs {
+    let mut own = inputs.clone();
+    own.grid.start = inputs.grid.times()[first];
+    own.grid.steps = inputs.grid.steps[first..last].to_vec();
+    own.controls = inputs.controls.columns(first, last - first + 1).into_owned();
+    if first > 0 {
+        let (q, v) = (inputs.start.q().clone(), DVector::zeros(system.n()));
+        let coordinates: Vec<_> = states.iter().map(|state| state.coordinate).collect();
+        let held = Held { coordinates: coordinates.clone(), velocities: coordinates };
+        own.start = if system.m() == 0 { Start::Velocity { q, v } } else { Start::Assembled { q, v, held } };
+    }
+    own
+}

@@ -1,0 +1,114 @@
+//! A study: outcomes kept in a file, a run that is lost in the middle, files that are none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use super::common::assert_says;
+use hamiltonian_adjoint::optimize::{Options, Outcome, Problem, lbfgs, silent};
+use hamiltonian_adjoint::{Error, Finished, Study};
+
+/// (x² − 1)² + y²/2, which has no value left of −3.
+struct Valleys(f64, f64);
+impl Problem for Valleys {
+    fn variables(&self) -> usize {
+        2
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        (self.0, self.1) = (x[0], x[1]);
+        match x[0] < -3.0 {
+            true => Err(Error::EmptyScene),
+            false => Ok((x[0] * x[0] - 1.0).powi(2) + x[1] * x[1] / 2.0),
+        }
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient.copy_from_slice(&[f * 4.0 * self.0 * (self.0 * self.0 - 1.0), f * self.1]);
+        Ok(())
+    }
+}
+
+fn starts() -> Vec<Vec<f64>> {
+    (0..20).map(|k| vec![3.0 * (f64::from(k) * 1.3).sin() - 0.3, f64::from(k) / 7.0]).collect()
+}
+
+fn method(problem: &mut Valleys, start: &[f64]) -> Result<Outcome, Error> {
+    lbfgs(problem, start, &Options::default(), &mut silent)
+}
+
+/// A folder of its own that goes with the test.
+struct Folder(PathBuf);
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("study-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        Folder(folder)
+    }
+}
+impl Drop for Folder {
+    fn drop(&mut self) {
+        fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+fn all(path: &Path) -> Vec<Finished> {
+    let mut study = Study::open(path, "valleys", &starts()).expect("a study");
+    study.run(|| Ok(Valleys(0.0, 0.0)), method).expect("written");
+    study.finished().cloned().collect()
+}
+
+#[test]
+fn a_study_that_was_lost_goes_on_where_it_was() {
+    let folder = Folder::new("lost");
+    let path = folder.0.join("whole.jsonl");
+    let expected = all(&path);
+    assert_eq!(expected.iter().map(|of| of.start).collect::<Vec<_>>(), (0..20).collect::<Vec<_>>());
+    let failed: Vec<_> = expected.iter().filter(|of| of.value.is_none()).collect();
+    assert!(!failed.is_empty() && failed.iter().all(|of| of.x.is_empty() && !of.converged && !of.reason.is_empty()));
+    assert!(expected.iter().filter(|of| of.converged).all(|of| of.value.expect("a value") < 1e-12));
+    let text = fs::read_to_string(&path).expect("the file");
+    // Nothing more is computed, and nothing written.
+    let calls = AtomicUsize::new(0);
+    let counted = |problem: &mut Valleys, start: &[f64]| {
+        calls.fetch_add(1, Relaxed);
+        method(problem, start)
+    };
+    let mut study = Study::open(&path, "valleys", &starts()).expect("a study");
+    study.run(|| Ok(Valleys(0.0, 0.0)), counted).expect("written");
+    assert_eq!((calls.load(Relaxed), fs::read_to_string(&path).expect("the file") == text), (0, true));
+    // Only one may write it.
+    assert_says(&Study::open(&path, "valleys", &starts()).expect_err("it is open"), &["another process", "whole.jsonl"]);
+    drop(study);
+    // Lost after any byte: what is whole is kept, the rest is computed, and the answer is the same.
+    for (k, length) in (0..text.len()).step_by(97).enumerate() {
+        let path = folder.0.join(format!("torn {k}.jsonl"));
+        fs::write(&path, &text[..length]).expect("written");
+        let kept = text[..length].matches('\n').count().saturating_sub(1);
+        assert_eq!(Study::open(&path, "valleys", &starts()).expect("a study").missing().count(), 20 - kept, "{length}");
+        assert_eq!(all(&path), expected, "{length}");
+        assert!(fs::read_to_string(&path).expect("the file").ends_with('\n'));
+    }
+}
+
+#[test]
+fn files_that_are_no_such_study_are_left_alone() {
+    let folder = Folder::new("wrong");
+    let path = folder.0.join("study.jsonl");
+    all(&path);
+    let good = fs::read_to_string(&path).expect("the file");
+    let refuse = |text: &str, words: &[&str]| {
+        fs::write(&path, text).expect("written");
+        assert_says(&Study::open(&path, "valleys", &starts()).expect_err(text), words);
+        assert_eq!(fs::read_to_string(&path).expect("the file"), text, "it was changed");
+    };
+    refuse("my notes, without an end of line", &["line 1", "study.jsonl"]);
+    refuse("my notes\nmore\n", &["a study", "line 1"]);
+    refuse(&good.replacen("valleys", "hills", 1), &["`hills`", "`valleys`"]);
+    refuse(&good.replacen("\"version\":1", "\"version\":2", 1), &["version 2"]);
+    refuse(&good.replacen("\"starts\":20", "\"starts\":21", 1), &["21", "other starts"]);
+    let sum = good.split("\"sum\":\"").nth(1).expect("a sum")[..16].to_string();
+    refuse(&good.replacen(&sum, "0123456789abcdef", 1), &["other starts"]);
+    let second = good.lines().nth(1).expect("a line").to_string();
+    refuse(&good.replacen(&second, "{\"start\":0}", 1), &["line 2"]);
+    refuse(&good.replacen(&second, &second.replacen("\"start\":", "\"start\":7", 1), 1), &["line 2", "no start 7"]);
+    assert_says(&Study::open(&folder.0, "valleys", &starts()).expect_err("a folder"), &["a study"]);
+}

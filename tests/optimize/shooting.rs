@@ -1,0 +1,249 @@
+//! Multiple shooting: the same optimum as one motion, exact derivatives, and what it refuses.
+
+use super::common::assert_says;
+use super::{Angle, Effort, One, Speed};
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Variables, interior_point, silent,
+};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{
+    Composition, Control, Coordinate, Cost, CostPoint, Design, EndState, Error, Grid, Inputs, Output, Scalar, Scene, Scheme,
+    Settings, Start, Sum, System,
+};
+use nalgebra::SVector;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// t.
+struct Late;
+impl Cost<0, 0, 0, 0> for Late {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.t
+    }
+}
+
+/// A cart of 2 kg on a spring that is pushed for 1 m, at rest at the end.
+fn push() -> (System, Control, Output, Vec<EndState>) {
+    let mut scene = Scene::new();
+    let cart = scene.body("cart", 2.0, 0.1, [0.0, 0.0, 0.0]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    scene.spring_damper("spring", Body::GROUND.at(-1.0, 0.5), cart.at(0.0, 0.1), 3.0, 1.0, 0.4);
+    let (place, speed, energy) = (scene.output("place"), scene.output("speed"), scene.output("energy"));
+    scene.term(place, "place", Angle, Sum::Terminal, [cart.coordinates[0]], [], [], [1.0.into()]);
+    scene.term(speed, "speed", Speed, Sum::Terminal, [cart.coordinates[0]], [], [], []);
+    scene.term(energy, "energy", Effort, Sum::Trapezoidal, [], [], [force], [0.1.into()]);
+    scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1.0.into()]);
+    let states = cart.coordinates.map(|q| scene.end_state(q)).to_vec();
+    (scene.compile().expect("a system"), force, energy, states)
+}
+
+#[test]
+fn segments_without_constraints_find_what_one_motion_finds() {
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+        let (system, force, energy, states) = push();
+        let settings = Settings { scheme, ..Settings::default() };
+        let inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.05));
+        let free = vec![Free::control(force)];
+        let options = Options { stationarity: 1e-9, ..Options::default() };
+        let variables = Variables::new(&system, &inputs, free.clone()).expect("free");
+        let mut one = MotionProblem::new(&system, settings, inputs.clone(), variables).expect("a problem");
+        let looked_at: Vec<_> = states.iter().flat_map(|state| [state.position, state.rate]).collect();
+        looked_at.into_iter().for_each(|output| one.constrain(output, Interval::FREE));
+        let start = one.start();
+        let mut whole = MultipleShooting::new(&system, settings, inputs, free, &states, 4).expect("a problem");
+        assert_eq!((whole.variables(), whole.constraints().len()), (31 + 3 * 6, 3 + 3 * 6));
+        // The energy is looked at alone, in both.
+        one.constrain(energy, Interval::FREE);
+        whole.constrain(energy, Interval::FREE);
+        let alone = interior_point(&mut one, &start, &options, &mut silent).expect("fits");
+        let start = whole.start();
+        let parts = interior_point(&mut whole, &start, &options, &mut silent).expect("fits");
+        assert!(alone.reason.is_converged() && parts.reason.is_converged(), "{:?} {:?}", alone.reason, parts.reason);
+        assert!((alone.value - parts.value).abs() < 1e-9 * alone.value, "{} {}", alone.value, parts.value);
+        assert!((alone.constraints[energy.index()] - parts.constraints[energy.index()]).abs() < 1e-7);
+        let difference = (one.inputs_at(&alone.x).controls - whole.inputs_at(&parts.x).controls).amax();
+        assert!(difference < 1e-5, "{difference}");
+    }
+}
+
+#[test]
+fn a_swing_up_is_found_from_a_guess_of_the_motion() {
+    let (mut cart, mut states) = (CartPendulum::with_links(1).mechanism(), Vec::new());
+    let (rail, angle) = (cart.cart.coordinates[0], cart.links[0].coordinates[2]);
+    let output = cart.scene.output("upright");
+    cart.scene.term(output, "angle", Angle, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
+    cart.scene.cost("effort", Effort, Sum::Integral, [], [], [cart.force], [1e-4.into()]);
+    states.extend([rail, angle].map(|q| cart.scene.end_state(q)));
+    let force = cart.force;
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+    let free = vec![Free::control(force)];
+    let mut problem =
+        MultipleShooting::new(&system, Settings::default(), inputs, free.clone(), &states, 5).expect("a problem");
+    let turn = |node: usize| PI * node as f64 / 40.0;
+    problem.guess(|node, q, v| (q[angle.index()], v[angle.index()]) = (turn(node) - FRAC_PI_2, PI)).expect("a guess");
+    let start = problem.start();
+    assert_eq!(start[41..45], [0.0, 0.0, turn(8) - FRAC_PI_2, PI]);
+    assert_eq!(problem.variable_name(43), "link 1.φ at node 8");
+    let options = Options { stationarity: 1e-6, ..Options::default() };
+    let best = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+    assert!(best.reason.is_converged() && best.violation <= 1e-9, "{:?}", best.reason);
+    // All of the motion is joined: states exactly, what is assembled from them up to the drift of the segment before.
+    let motions: Vec<_> = problem.segments().map(|motion| motion.solver.trajectory().clone()).collect();
+    for pair in motions.windows(2) {
+        let end = pair[0].q.ncols() - 1;
+        let [dq, dv] = [pair[0].q.column(end) - pair[1].q.column(0), pair[0].v.column(end) - pair[1].v.column(0)];
+        println!("positions to {:.0e}, velocities to {:.0e}", dq.amax(), dv.amax());
+        for q in [rail, angle] {
+            assert!(dq[q.index()].abs() < 1e-9 && dv[q.index()].abs() < 1e-9);
+        }
+        assert!(dq.amax() < 3e-3 && dv.amax() < 3e-2);
+        assert!((pair[0].times[end] - pair[1].times[0]).abs() < 1e-14);
+    }
+    // One motion with the same force ends close by, and its own optimum is not far.
+    let inputs = problem.inputs_at(&best.x);
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut one = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let looked_at = states.iter().flat_map(|state| [state.position, state.rate]);
+    looked_at.for_each(|output| one.constrain(output, Interval::FREE));
+    let start = one.start();
+    let polished = interior_point(&mut one, &start, &options, &mut silent).expect("fits");
+    println!("{} in segments, {} as one motion, {} simulations", best.value, polished.value, polished.evaluations);
+    assert!(polished.reason.is_converged() && polished.evaluations < 12, "{:?}", polished.reason);
+    assert!((polished.value - best.value).abs() < 1e-2 * best.value);
+}
+
+/// Everything free that may be, cuts at macro steps of a composition, with constraints.
+fn everything<'s>(
+    system: &'s System,
+    (force, length): (Control, Design),
+    states: &[EndState],
+    rail: Coordinate,
+) -> MultipleShooting<'s> {
+    let mut inputs = Inputs::at_rest(system, Grid::composed(7, 0.04, Composition::Suzuki4));
+    inputs.start = Start::assembled(system);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 3.0 * (0.9 * i as f64).sin());
+    let free = vec![
+        Free::new(Quantity::Rate(rail)),
+        Free::control(force).scaled(2.0),
+        Free::design(length).logarithmic(),
+        Free::duration().scaled(0.5).within(0.1, 3.0),
+    ];
+    let mut problem = MultipleShooting::new(system, Settings::default(), inputs, free, states, 3).expect("a problem");
+    problem
+        .guess(|node, q, v| {
+            let [rail, angle] = [states[0], states[1]].map(|state| state.coordinate.index());
+            (q[rail], q[angle]) = (0.01 * node as f64, -FRAC_PI_2 + 0.02 * node as f64);
+            (v[rail], v[angle]) = (0.3, 0.5);
+        })
+        .expect("a guess");
+    problem
+}
+
+#[test]
+fn derivatives_of_joined_segments_are_exact() {
+    let mut scene = Scene::new();
+    let length = scene.design("length", 0.8);
+    let cart = scene.body("cart", 1.0, 0.1, [0.0, 0.0, 0.0]);
+    let bob = scene.body("bob", 0.5, 0.02, [0.0, -0.8, -FRAC_PI_2]);
+    scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.0);
+    scene.revolute("hinge", cart.at(0.0, 0.0), bob.at(-length, 0.0));
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    let [far, effort] = ["far", "effort"].map(|name| scene.output(name));
+    scene.term(far, "place", Angle, Sum::Terminal, [bob.coordinates[0]], [], [], [0.3.into()]);
+    scene.term(effort, "push", Effort, Sum::Integral, [], [], [force], [0.2.into()]);
+    scene.cost("time", One, Sum::Integral, [], [], [], []);
+    scene.cost("work", Effort, Sum::Rectangle, [], [], [force], [0.1.into()]);
+    let (rail, angle) = (cart.coordinates[0], bob.coordinates[2]);
+    let states = [rail, angle].map(|q| scene.end_state(q));
+    let system = scene.compile().expect("a system");
+    let mut problem = everything(&system, (force, length), &states, rail);
+    let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
+    let (n, rows) = (problem.variables(), problem.constraints().len());
+    assert_eq!((n, rows), (1 + 36 + 1 + 1 + 8, 2 + 8));
+    let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
+    let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut along = |step: f64| {
+        let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
+        let mut c = vec![0.0; rows];
+        let value = problem.evaluate(&moved, &mut c).expect("motions") + dot(&weights, &c);
+        let (mut gradient, mut product, mut change) = (vec![0.0; n], vec![0.0; n], vec![0.0; rows]);
+        problem.gradient(1.0, &weights, &mut gradient).expect("a gradient");
+        problem.product(&direction, &mut product).expect("a product");
+        problem.push_forward(&direction, &mut change).expect("a change");
+        let mut gauss_newton = vec![0.0; n];
+        problem.gauss_newton_product(&direction, &mut gauss_newton).expect("a product");
+        assert!((dot(&gauss_newton, &direction) - dot(&change, &change)).abs() < 1e-11 * dot(&change, &change));
+        (vec![vec![value], c, gradient.clone()].concat(), [vec![dot(&gradient, &direction)], change, product].concat())
+    };
+    let exact = along(0.0).1;
+    let [far, near] = [2e-3, 1e-3].map(|step| {
+        let (above, below) = (along(step).0, along(-step).0);
+        above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * step)).collect::<Vec<f64>>()
+    });
+    for (k, ours) in exact.iter().enumerate() {
+        let expected = near[k] + (near[k] - far[k]) / 3.0;
+        assert!((ours - expected).abs() < 1e-8 * expected.abs().max(1.0), "{k}: {ours} {expected}");
+    }
+}
+
+#[test]
+fn what_segments_cannot_do_with_is_named() {
+    let build = |add: &dyn Fn(&mut Scene, [Coordinate; 3], Control)| {
+        let mut scene = Scene::new();
+        let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+        let force = scene.control("force");
+        scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+        add(&mut scene, cart.coordinates, force);
+        let states = cart.coordinates.map(|q| scene.end_state(q));
+        (scene.compile().expect("a system"), force, states)
+    };
+    let wrong = |add: &dyn Fn(&mut Scene, [Coordinate; 3], Control),
+                 free: &dyn Fn(Control) -> Free,
+                 states: usize,
+                 segments: usize| {
+        let (system, force, all) = build(add);
+        let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+        MultipleShooting::new(&system, Settings::default(), inputs, vec![free(force)], &all[..states], segments)
+            .err()
+            .expect("wrong")
+    };
+    let nothing = |_: &mut Scene, _: [Coordinate; 3], _: Control| {};
+    let terminal = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
+        scene.cost("at the end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
+    };
+    assert_says(&wrong(&terminal, &Free::control, 3, 2), &["`at the end`", "output"]);
+    let passage = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
+        scene.reading("passage", q[0], 3, 0.1, 1.0);
+    };
+    assert_says(&wrong(&passage, &Free::control, 3, 2), &["`passage`", "node"]);
+    let mixed = |scene: &mut Scene, q: [Coordinate; 3], u: Control| {
+        let output = scene.output("both");
+        scene.term(output, "sum", Effort, Sum::Integral, [], [], [u], [1.0.into()]);
+        scene.term(output, "end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
+    };
+    assert_says(&wrong(&mixed, &Free::control, 3, 2), &["both", "two"]);
+    let timed = |scene: &mut Scene, _: [Coordinate; 3], _: Control| {
+        scene.cost("late", Late, Sum::Integral, [], [], [], []);
+    };
+    assert_says(&wrong(&timed, &|_| Free::duration(), 3, 2), &["duration", "time"]);
+    // A single segment may.
+    let (system, _, states) = build(&timed);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+    MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::duration()], &states, 1).expect("one motion");
+    let coarse = |force| Free::new(Quantity::LinearControl(force, 4));
+    assert_says(&wrong(&nothing, &coarse, 3, 2), &["LinearControl", "all nodes"]);
+    assert_says(&wrong(&nothing, &Free::control, 2, 2), &["states", "2", "degrees of freedom"]);
+    for segments in [0, 9] {
+        assert_says(&wrong(&nothing, &Free::control, 3, segments), &["segments", &segments.to_string()]);
+    }
+    let (system, force, states) = build(&nothing);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+    let mut problem =
+        MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 8).expect("fits");
+    let error = problem.guess(|_, q, _| q[0] = f64::NAN).expect_err("no number");
+    assert!(matches!(error, Error::NotFinite { .. }), "{error}");
+}
