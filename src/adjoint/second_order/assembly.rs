@@ -1,12 +1,34 @@
-//! Through the assembly of a start: (q₀, v₀) = A(q̂, v̂; b) along a direction, and the change of (∂A)ᵀ (q̄, v̄), by hyper-dual numbers.
+//! Through the assembly of a start, once more: its equations along a direction, and their transpose (`adjoint/assembly.rs`) differentiated.
+//!
+//! ```text
+//!   A (ẇ, ν̇) = −D(𝓛_v(q₀, w, ν) − 𝓛_v(q₀, 0, 0), Φ)              D along q̂˙ and ḃ,          q̇₀ = q̂˙ + ẇ
+//!   A (v̇₀ − v̂˙, μ̇) = −D(𝓛_v(q₀, v₀, μ) − 𝓛_v(q₀, v̂, 0), dΦ/dt)    D along q̇₀, v̂˙ and ḃ
+//!   Aᵀ (ċ, ė) + E k̇ = (v̄˙, 0) − Ȧᵀ (c, e),                        and so on
+//! ```
+
+use nalgebra::DVector;
 
 use super::{SecondOrderSweep, dual};
 use crate::adjoint::AdjointSweep;
-use crate::forward::{Assembler, Assembly, Motion};
+use crate::adjoint::assembly::Side;
+use crate::forward::assembly::Which;
+use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
-use crate::number::{Hyper, Real, dot};
-use crate::system::{Covector, Given, StateRows};
+use crate::number::{Hyper, Real};
+use crate::system::{Covector, Given, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
+
+/// (ẇ, ν̇) and (v̇₀, μ̇).
+pub(super) struct AssemblyChange {
+    moved: Pair,
+    velocity: Pair,
+}
+
+/// Rows at the two points, of c or of e alone.
+struct Rows {
+    state: StateRows,
+    design: Vec<f64>,
+}
 
 impl SecondOrderSweep {
     /// The direction of the start that was assembled, in the place of that of its guess.
@@ -18,31 +40,46 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<(), Error> {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
-        let guess = [
-            dual(&assembly.q, direction.start.q().as_slice()),
-            dual(&assembly.v, direction.start.rate().as_slice()),
-            dual(&motion.design, &self.change.design),
-        ];
-        let start = self.assemble(system, motion, (newton, assembly), &guess)?;
-        self.change.inputs.start = Start::Velocity { q: start.q().map(|q| q.eps), v: start.rate().map(|v| v.eps) };
+        let zeros = Pair::new(system.n(), system.m());
+        let (mut q, mut v) = (direction.start.q().clone(), direction.start.rate().clone());
+        let side = self.sweep.side(system, newton, Which::Coordinates, (motion, assembly, &zeros))?;
+        let mut right = self.change_of_residual(system, newton, &side, [q.as_slice(), &zeros.v]);
+        let lifted = [dual(motion.inputs.start.q().as_slice(), q.as_slice()), dual(&motion.design, &self.change.design)];
+        let (here, none) = (motion.at(0), dual(&zeros.v, &zeros.v));
+        let u: Vec<_> = here.u.iter().map(|u| (*u).into()).collect();
+        let given = Given { u: &u, t: here.t.into(), design: &lifted[1] };
+        let (no_sigma, mut phi) = (dual(&zeros.sigma, &zeros.sigma), dual(&zeros.sigma, &zeros.sigma));
+        system.phi(&given.at(&lifted[0], &none, &no_sigma), &mut phi);
+        right.sigma.iter_mut().zip(&phi).for_each(|(right, phi)| *right = -phi.eps);
+        let moved = side.tangent.solve(system, newton, &right)?;
+        q += DVector::from_column_slice(&moved.v);
+        let side = self.sweep.side(system, newton, Which::Velocities, (motion, assembly, &zeros))?;
+        let right = self.change_of_residual(system, newton, &side, [q.as_slice(), v.as_slice()]);
+        let mut velocity = side.tangent.solve(system, newton, &right)?;
+        v += DVector::from_column_slice(&velocity.v);
+        velocity.v.copy_from_slice(v.as_slice());
+        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        self.change.inputs.start = Start::Velocity { q, v };
+        self.of_assembly = Some(AssemblyChange { moved, velocity });
         Ok(())
     }
 
-    /// The start that a guess with derivatives leads to.
-    fn assemble<R: Real>(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        (newton, assembly): (&mut Newton, &Assembly),
-        [q, v, design]: &[Vec<R>; 3],
-    ) -> Result<Start<R>, Error> {
-        let here = motion.at(0);
-        let u: Vec<R> = here.u.iter().map(|u| R::from(*u)).collect();
-        let given = Given { u: &u, t: R::from(here.t), design };
-        let mut assembler = Assembler { system, newton: &mut *newton, report: &mut self.report, tolerance: 0.0 };
-        let start = assembler.lift((q, v), (assembly, here.into()), given);
-        newton.evaluation.set_compliance(&motion.trajectory.compliance);
-        start
+    /// −D of the equations along q, v and the design variables; of Φ it is that of dΦ/dt.
+    fn change_of_residual(&mut self, system: &System, newton: &Newton, side: &Side, [q, v]: [&[f64]; 2]) -> Pair {
+        let SecondOrderSweep { change, programs, zeros, no_controls, sums, .. } = self;
+        let along = NodeView::of_equations([q, v, &zeros.sigma], (no_controls, 0.0, &change.design));
+        let mut right = Pair::new(q.len(), zeros.sigma.len());
+        for (blocks, at, sign) in [(&side.tangent.moved, &side.moved, -1.0), (&side.tangent.unmoved, &side.unmoved, 1.0)] {
+            newton.evaluation.push_forward(system, blocks, &along, sums);
+            if let Some(programs) = programs {
+                programs.equations.add_changes(system.batches(), (at, &along), sums);
+            }
+            right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right += sign * l_v);
+            if sign < 0.0 {
+                right.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
+            }
+        }
+        right
     }
 
     /// From the derivatives with respect to (q₀, v₀) to those with respect to the guess and the parameters.
@@ -53,41 +90,149 @@ impl SecondOrderSweep {
         (newton, first): (&mut Newton, &AdjointSweep),
         direction: &Inputs,
     ) -> Result<(), Error> {
-        let (Some(assembly), Some(record)) = (&motion.assembly, &first.record) else { return Ok(()) };
-        self.sweep.through_assembly(system, motion, newton)?;
-        // dJ/dq₀ and dJ/dv₀ of the gradient itself.
-        let [a, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
-        let of_p: Vec<f64> = b.iter().map(|b| -b).collect();
-        let mut rows = StateRows::new(system.n(), system.m());
-        let with = Covector { c: &of_p, d: &self.zeros.v, e: &self.zeros.sigma };
-        newton.evaluation.pull_back(system, motion.node_blocks(0), &with, &mut rows);
-        rows.q.iter_mut().zip(a).for_each(|(q, a)| *q -= a);
-        let along = [
-            (assembly.q.as_slice(), direction.start.q().as_slice()),
-            (assembly.v.as_slice(), direction.start.rate().as_slice()),
-            (motion.design.as_slice(), &self.change.design.clone()),
-        ];
-        for (list, (x, _)) in along.iter().enumerate() {
-            for i in 0..x.len() {
-                let guess = [0, 1, 2].map(|of| {
-                    let number = |(k, (x, d)): (usize, (&f64, &f64))| {
-                        let mut number = Hyper::from(*x);
-                        number.add_to_part(2, *d);
-                        number.add_to_part(1, if (of, k) == (list, i) { 1.0 } else { 0.0 });
-                        number
-                    };
-                    along[of].0.iter().zip(along[of].1).enumerate().map(number).collect::<Vec<Hyper>>()
-                });
-                let start = self.assemble(system, motion, (newton, assembly), &guess)?;
-                let mixed = |list: &[Hyper]| list.iter().map(|x| x.part(3)).collect::<Vec<f64>>();
-                let own = dot(&rows.q, &mixed(start.q().as_slice())) + dot(&rows.v, &mixed(start.rate().as_slice()));
-                match list {
-                    0 => self.sweep.gradient.start.q_mut()[i] += own,
-                    1 => self.sweep.gradient.start.rate_mut()[i] += own,
-                    _ => self.sweep.design[i] += own,
-                }
-            }
-        }
+        let (Some(assembly), Some(along)) = (&motion.assembly, self.of_assembly.take()) else { return Ok(()) };
+        let zeros = Pair::new(system.n(), system.m());
+        let of = (motion, assembly, &zeros);
+        let [q_bar, v_bar] = of_start(system, motion, (newton, first));
+        let (q, v) = (self.sweep.gradient.start.q().clone(), self.sweep.gradient.start.rate().clone());
+        let q_dot = self.change.inputs.start.q().clone();
+        let directions = |of: &Pair| -> [Vec<f64>; 2] { [of.v.clone(), of.sigma.clone()] };
+        let [moved, none] = [directions(&along.velocity), directions(&zeros)];
+        let guess = [direction.start.rate().as_slice().to_vec(), none[1].clone()];
+        let of_velocities =
+            self.through(system, newton, (Which::Velocities, of), (q_dot.as_slice(), [&moved, &guess]), [&v_bar, &v])?;
+        let [q_bar, q] = [q_bar + of_velocities.to_q[0].clone(), q + of_velocities.to_q[1].clone()];
+        let moved = directions(&along.moved);
+        let of_coordinates =
+            self.through(system, newton, (Which::Coordinates, of), (q_dot.as_slice(), [&moved, &none]), [&q_bar, &q])?;
+        self.add_change_of_phi(system, motion, &of_coordinates.x.sigma, q_dot.as_slice());
+        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        let held = assembly.held.clone();
+        self.sweep.gradient.start = Start::Assembled { q: of_coordinates.guess, v: of_velocities.guess, held };
         Ok(())
     }
+
+    /// Through one of the systems of equations: from what is with respect to its solution, of the gradient and of its change.
+    fn through(
+        &mut self,
+        system: &System,
+        newton: &mut Newton,
+        (which, of): (Which, (&Motion, &Assembly, &Pair)),
+        (q_dot, directions): (&[f64], [&[Vec<f64>; 2]; 2]),
+        [bar, dot]: [&DVector<f64>; 2],
+    ) -> Result<Through, Error> {
+        let side = self.sweep.side(system, newton, which, of)?;
+        let right = |v: &DVector<f64>| Pair { v: v.as_slice().to_vec(), sigma: vec![0.0; system.m()] };
+        let (x, _) = side.tangent.solve_transposed(system, newton, &right(bar))?;
+        let change = self.change_of_rows(system, newton, (&side, &x), (q_dot, directions));
+        let mut right = right(dot);
+        subtract(&mut right.v, &change.of_matrix.v);
+        subtract(&mut right.sigma, &change.of_matrix.sigma);
+        let (x_dot, of_held) = side.tangent.solve_transposed(system, newton, &right)?;
+        self.sweep.add_parameters_of(system, newton, &side, &x_dot);
+        self.sweep.design.iter_mut().zip(&change.design).for_each(|(sum, row)| *sum += row);
+        let back = side.back(system, newton, &x_dot);
+        let to_q = [side.back(system, newton, &x).q, back.q + change.q];
+        Ok(Through { guess: back.guess + of_held + change.guess, to_q, x })
+    }
+
+    /// What Aᵀ (c, e) and the rows of (c, e) change by along a direction of the two points.
+    fn change_of_rows(
+        &mut self,
+        system: &System,
+        newton: &Newton,
+        (side, x): (&Side, &Pair),
+        (q, [moved, unmoved]): (&[f64], [&[Vec<f64>; 2]; 2]),
+    ) -> Change {
+        let [of_moved, of_unmoved] = side.covectors(x);
+        let m = self.rows_along(system, newton, (&side.moved, &side.tangent.moved), (q, moved), &of_moved);
+        let u = self.rows_along(system, newton, (&side.unmoved, &side.tangent.unmoved), (q, unmoved), &of_unmoved);
+        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let design = less(&u.design, &m.design);
+        if side.tangent.which == Which::Velocities {
+            let of_matrix = Pair { v: m.state.v, sigma: m.state.sigma };
+            let q = less(&u.state.q, &m.state.q).into();
+            return Change { of_matrix, guess: u.state.v.into(), q, design };
+        }
+        let of_e = Covector { c: &side.zeros.v, d: &side.zeros.v, e: &x.sigma };
+        let l = self.rows_along(system, newton, (&side.unmoved, &side.tangent.unmoved), (q, unmoved), &of_e);
+        let of_matrix = (0..q.len()).map(|i| m.state.v[i] + m.state.q[i] - u.state.q[i] + l.state.v[i]).collect();
+        let of_matrix = Pair { v: of_matrix, sigma: m.state.sigma };
+        Change { of_matrix, guess: m.state.v.into(), q: DVector::zeros(q.len()), design }
+    }
+
+    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction.
+    fn rows_along(
+        &mut self,
+        system: &System,
+        newton: &Newton,
+        (at, blocks): (&NodeView<f64>, &[f64]),
+        (q, [v, sigma]): (&[f64], &[Vec<f64>; 2]),
+        with: &Covector,
+    ) -> Rows {
+        let SecondOrderSweep { sweep, change, programs, no_controls, .. } = self;
+        let (along, rows) = (NodeView::of_equations([q, v, sigma], (no_controls, 0.0, &change.design)), &mut sweep.cost);
+        rows.clear();
+        newton.evaluation.pull_back_along(blocks, &along, with, rows);
+        if let Some(programs) = programs {
+            programs.equations.pull_back(system.batches(), (at, &along), with, rows);
+        }
+        let state = StateRows { v: rows.v.clone(), q: rows.q.clone(), sigma: rows.sigma.clone() };
+        Rows { state, design: rows.design.clone() }
+    }
+
+    /// What −Φ_bᵀ e changes by along a direction of q and b, by hyper-dual numbers.
+    fn add_change_of_phi(&mut self, system: &System, motion: &Motion, e: &[f64], q_dot: &[f64]) {
+        let here = motion.at(0);
+        let moving = |x: &[f64], dot: &[f64]| -> Vec<Hyper> {
+            let number = |(x, dot): (&f64, &f64)| {
+                let mut number = Hyper::from(*x);
+                number.add_to_part(2, *dot);
+                number
+            };
+            x.iter().zip(dot).map(number).collect()
+        };
+        let q = moving(motion.inputs.start.q().as_slice(), q_dot);
+        let u: Vec<Hyper> = here.u.iter().map(|u| (*u).into()).collect();
+        let zeros = [vec![Hyper::from(0.0); q.len()], vec![Hyper::from(0.0); e.len()]];
+        let mut phi = zeros[1].clone();
+        for p in 0..self.sweep.design.len() {
+            let mut design = moving(&motion.design, &self.change.design);
+            design[p].add_to_part(1, 1.0);
+            let given = Given { u: &u, t: here.t.into(), design: &design };
+            system.phi(&given.at(&q, &zeros[0], &zeros[1]), &mut phi);
+            self.sweep.design[p] -= phi.iter().zip(e).map(|(phi, e)| phi.part(3) * e).sum::<f64>();
+        }
+    }
+}
+
+/// The change of dJ/dv̂ or dJ/dq̂, what is added to q̄ and to its change, and (c, e).
+struct Through {
+    guess: DVector<f64>,
+    to_q: [DVector<f64>; 2],
+    x: Pair,
+}
+
+/// What changes along a direction with (c, e) as they are.
+struct Change {
+    of_matrix: Pair,
+    guess: DVector<f64>,
+    q: DVector<f64>,
+    design: Vec<f64>,
+}
+
+/// dJ/dq₀ and dJ/dv₀ of the gradient itself.
+fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &AdjointSweep)) -> [DVector<f64>; 2] {
+    let (mut rows, zeros) = (StateRows::new(system.n(), system.m()), Pair::new(system.n(), system.m()));
+    let Some(record) = &first.record else { return [rows.q.into(), rows.v.into()] };
+    let [a, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
+    let of_p: Vec<f64> = b.iter().map(|b| -b).collect();
+    let with = Covector { c: &of_p, d: &zeros.v, e: &zeros.sigma };
+    newton.evaluation.pull_back(system, motion.node_blocks(0), &with, &mut rows);
+    subtract(&mut rows.q, a);
+    [rows.q.into(), rows.v.into()]
+}
+
+fn subtract(from: &mut [f64], what: &[f64]) {
+    from.iter_mut().zip(what).for_each(|(x, y)| *x -= y);
 }

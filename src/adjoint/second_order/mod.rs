@@ -27,6 +27,7 @@ use crate::motion::Report;
 use crate::node::Newton;
 use crate::system::{CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
+use assembly::AssemblyChange;
 use programs::Programs;
 
 /// Memory for products.
@@ -38,6 +39,8 @@ pub(crate) struct SecondOrderSweep {
     /// The derivatives of the adjoint variables and of the gradient.
     sweep: AdjointSweep,
     programs: Option<Programs>,
+    /// Of a start that is assembled.
+    of_assembly: Option<AssemblyChange>,
     /// q̄˙ + ḣ v and p̄˙ + ḣ g of the stage at hand.
     known_q: Vec<f64>,
     known_p: Vec<f64>,
@@ -67,6 +70,7 @@ impl SecondOrderSweep {
             steps: Vec::new(),
             sweep: AdjointSweep::new(system, scheme),
             programs: None,
+            of_assembly: None,
             known_q: zeros(n),
             known_p: zeros(n),
             right: pair(),

@@ -1,10 +1,6 @@
-//! The equations of an assembly on any numbers, and their tangent.
+//! The equations of an assembly on any numbers, by the plain formulas.
 
-use num_dual::Dual64;
-
-use super::bordered::Bordered;
 use crate::System;
-use crate::node::Newton;
 use crate::number::{Real, larger};
 use crate::system::{Given, Pair, Sums};
 
@@ -15,14 +11,6 @@ const MIXED: usize = 3;
 pub(super) struct Unknowns<R> {
     pub(super) x: Vec<R>,
     pub(super) multipliers: Vec<R>,
-}
-
-impl Unknowns<f64> {
-    /// With the derivative along a direction.
-    fn along(&self, direction: &Pair) -> Unknowns<Dual64> {
-        let lift = |x: &[f64], dx: &[f64]| x.iter().zip(dx).map(|(&x, &dx)| Dual64::new(x, dx)).collect();
-        Unknowns { x: lift(&self.x, &direction.v), multipliers: lift(&self.multipliers, &direction.sigma) }
-    }
 }
 
 impl<R: Real> Unknowns<R> {
@@ -90,34 +78,4 @@ impl<R: Real> Equations<'_, R> {
 
 pub(super) fn sum<R: Real>(q: &[R], w: &[R]) -> Vec<R> {
     q.iter().zip(w).map(|(&q, &w)| q + w).collect()
-}
-
-/// The tangent of one of the systems of equations at a point, bordered by what is held.
-pub(super) struct Tangent<'a> {
-    pub(super) bordered: Bordered,
-    pub(super) equations: Equations<'a, f64>,
-    pub(super) unknowns: Unknowns<f64>,
-    pub(super) given: Given<'a>,
-}
-
-impl Tangent<'_> {
-    /// Solves for a correction in the place of the residual.
-    pub(super) fn solve(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
-        let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<Dual64>>();
-        let (u, design) = (lift(self.given.u), lift(self.given.design));
-        let given = Given { u: &u, t: Dual64::from_re(self.given.t), design: &design };
-        let (first, second) = match self.equations {
-            Equations::Coordinates(guess) => (lift(guess), Vec::new()),
-            Equations::Velocities(q, guess) => (lift(q), lift(guess)),
-        };
-        let equations = match self.equations {
-            Equations::Coordinates(_) => Equations::Coordinates(&first),
-            Equations::Velocities(..) => Equations::Velocities(&first, &second),
-        };
-        let mut moved = Unknowns::<Dual64>::new(&self.unknowns.x, &self.unknowns.multipliers);
-        self.bordered.solve_close(system, newton, left, |_, x, product| {
-            equations.residual(system, &self.unknowns.along(x), given, &mut moved);
-            moved.part(1, product);
-        });
-    }
 }

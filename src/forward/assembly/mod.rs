@@ -6,15 +6,17 @@
 //! ```
 //!
 //! E picks what is held. Without it w and v₀ − v̂ are the least changes in the metric of M. Both are solved by Newton's method; its matrix is
-//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w: products with it come from dual numbers, and K(0) is the
-//! preconditioner of GMRES. Constraints that depend on each other get a small compliance in K(0), not in the equations. What solves the equations
-//! is differentiated in `adjoint/assembly.rs`.
+//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Constraints that depend on each other get a small
+//! compliance in K(0), not in the equations. What solves the equations is differentiated in `adjoint/assembly.rs`, and once more in
+//! `adjoint/second_order/assembly.rs`.
 
 mod bordered;
 mod equations;
+mod tangent;
 
-pub(crate) use bordered::Bordered;
-use equations::{Equations, Tangent, Unknowns, sum};
+use bordered::Bordered;
+use equations::{Equations, Unknowns, sum};
+pub(crate) use tangent::{Tangent, Which};
 
 use nalgebra::DVector;
 
@@ -28,7 +30,7 @@ use crate::{Coordinate, Error, Start, System};
 
 const MOST_CORRECTIONS: usize = 50;
 /// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
-pub(crate) const LEAST_CORRECTIONS: usize = 3;
+const LEAST_CORRECTIONS: usize = 3;
 /// A correction below this part of the largest number is rounding …
 const ROUNDING: f64 = 1e-15;
 /// … and below this one if corrections have stopped shrinking.
@@ -58,6 +60,30 @@ pub(crate) struct Assembler<'a> {
     pub(crate) tolerance: f64,
 }
 
+impl Assembly {
+    /// Where the equations for w or for v₀ are linearised: (q₀, w, ν) and (q₀, 0, 0), or (q₀, v₀, μ) and (q₀, v̂, 0).
+    pub(crate) fn points<'a>(
+        &'a self,
+        which: Which,
+        (q, zeros): (&'a [f64], &'a Pair),
+        given: Given<'a>,
+    ) -> [NodeView<'a, f64>; 2] {
+        let (moved, from) = match which {
+            Which::Coordinates => (&self.moved, &zeros.v),
+            Which::Velocities => (&self.velocity, &self.v),
+        };
+        [given.at(q, &moved.v, &moved.sigma), given.at(q, from, &zeros.sigma)]
+    }
+
+    /// What is held of it.
+    pub(crate) fn held(&self, which: Which) -> Vec<usize> {
+        match which {
+            Which::Coordinates => indices(&self.held.coordinates),
+            Which::Velocities => indices(&self.held.velocities),
+        }
+    }
+}
+
 impl Assembler<'_> {
     /// The start for a guess.
     pub(crate) fn assemble(
@@ -65,44 +91,76 @@ impl Assembler<'_> {
         (q, v, held): (&[f64], &[f64], &Held),
         given: Given,
     ) -> Result<(Start, Assembly), Error> {
-        let zeros = [vec![0.0; self.system.n()], vec![0.0; self.system.m()]];
-        let mut moved = Unknowns::new(&zeros[0], &zeros[1]);
+        let zeros = Pair::new(self.system.n(), self.system.m());
+        let mut moved = zeros.clone();
         self.move_coordinates(q, &indices(&held.coordinates), &mut moved, given)?;
-        let q0 = sum(q, &moved.x);
-        let mut velocity = Unknowns::new(v, &zeros[1]);
-        let bordered = self.factor(&q0, v, &indices(&held.velocities), given)?;
-        let equations = Equations::Velocities(&q0, v);
-        let tangent = Tangent { bordered, equations, unknowns: Unknowns::new(v, &zeros[1]), given };
-        self.correct(&tangent, equations, &mut velocity, given)?;
+        let q0 = sum(q, &moved.v);
+        let points = [given.at(&q0, v, &zeros.sigma); 2];
+        let tangent = Tangent::new(self, Which::Velocities, [&points[0], &points[1]], &indices(&held.velocities))?;
+        let mut velocity = Unknowns::new(v, &zeros.sigma);
+        let from = self.l_v(&points[1]);
+        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given, |this, at, left| {
+            this.residual((Which::Velocities, &from), &given.at(&q0, &at.x, &at.multipliers), left);
+        })?;
         let start = Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_column_slice(&velocity.x) };
-        let pair = |x: Unknowns<f64>| Pair { v: x.x, sigma: x.multipliers };
-        let (moved, velocity) = (pair(moved), pair(velocity));
+        let velocity = Pair { v: velocity.x, sigma: velocity.multipliers };
         Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
     }
 
-    /// The same on other numbers, near a start that was assembled.
+    /// The same on other numbers, near a start that was assembled, by the plain formulas.
     pub(crate) fn lift<R: Real>(
         &mut self,
         (q, v): (&[R], &[R]),
         (assembly, real): (&Assembly, Given),
         given: Given<R>,
     ) -> Result<Start<R>, Error> {
-        let near = sum(&assembly.q, &assembly.moved.v);
+        let (near, zeros) = (sum(&assembly.q, &assembly.moved.v), Pair::new(self.system.n(), self.system.m()));
+        let system = self.system;
         let mut moved = Unknowns::new(&assembly.moved.v, &assembly.moved.sigma);
-        let bordered = self.factor(&near, &assembly.moved.v, &indices(&assembly.held.coordinates), real)?;
-        let (equations, unknowns) =
-            (Equations::Coordinates(&assembly.q), Unknowns::new(&assembly.moved.v, &assembly.moved.sigma));
-        self.correct(&Tangent { bordered, equations, unknowns, given: real }, Equations::Coordinates(q), &mut moved, given)?;
+        let tangent = self.tangent(assembly, Which::Coordinates, (&near, &zeros), real)?;
+        let equations = Equations::Coordinates(q);
+        self.correct(&tangent, equations, &mut moved, given, |_, at, left| equations.residual(system, at, given, left))?;
         let q0 = sum(q, &moved.x);
         let mut velocity = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
-        let held = indices(&assembly.held.velocities);
         // What is held is the guess, derivatives and all.
-        held.iter().for_each(|&i| velocity.x[i] = v[i]);
-        let bordered = self.factor(&near, &assembly.velocity.v, &held, real)?;
-        let unknowns = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
-        let tangent = Tangent { bordered, equations: Equations::Velocities(&near, &assembly.v), unknowns, given: real };
-        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given)?;
+        assembly.held(Which::Velocities).iter().for_each(|&i| velocity.x[i] = v[i]);
+        let tangent = self.tangent(assembly, Which::Velocities, (&near, &zeros), real)?;
+        let equations = Equations::Velocities(&q0, v);
+        self.correct(&tangent, equations, &mut velocity, given, |_, at, left| equations.residual(system, at, given, left))?;
         Ok(Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_vec(velocity.x) })
+    }
+
+    /// The tangent at a start that was assembled.
+    pub(crate) fn tangent(
+        &mut self,
+        assembly: &Assembly,
+        which: Which,
+        at: (&[f64], &Pair),
+        given: Given,
+    ) -> Result<Tangent, Error> {
+        let [moved, unmoved] = assembly.points(which, at, given);
+        Tangent::new(self, which, [&moved, &unmoved], &assembly.held(which))
+    }
+
+    /// 𝓛_v by the programs.
+    fn l_v(&mut self, at: &NodeView<f64>) -> Vec<f64> {
+        let mut l_v = vec![0.0; self.system.n()];
+        self.newton.l_v(self.system, at, &mut l_v, self.report);
+        l_v
+    }
+
+    /// What is left of one of the systems of equations, but for E κ, by the programs; with 𝓛_v at the point that did not move.
+    fn residual(&mut self, (which, from): (Which, &[f64]), at: &NodeView<f64>, left: &mut Unknowns<f64>) {
+        let mut pair = Pair::new(at.v.len(), at.sigma.len());
+        self.newton.l_v_and_phi_dot(self.system, at, &mut pair, self.report);
+        left.x.iter_mut().zip(pair.v.iter().zip(from)).for_each(|(left, (l_v, from))| *left = l_v - from);
+        match which {
+            Which::Coordinates => {
+                left.multipliers.fill(0.0);
+                self.system.phi(at, &mut left.multipliers);
+            }
+            Which::Velocities => left.multipliers.copy_from_slice(&pair.sigma),
+        }
     }
 
     /// Factors K(0) at a point.
@@ -113,18 +171,19 @@ impl Assembler<'_> {
     }
 
     /// w and ν from w = 0, with K(0) made anew at every correction.
-    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Unknowns<f64>, given: Given) -> Result<(), Error> {
-        let (mut left, mut delta) =
-            (Unknowns::new(&moved.x, &moved.multipliers), Pair::new(self.system.n(), self.system.m()));
-        let (mut worst, mut last) = (self.violation(q, &moved.x, given), f64::INFINITY);
+    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Pair, given: Given) -> Result<(), Error> {
+        let zeros = moved.clone();
+        let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
+        let (mut worst, mut last) = (self.violation(q, &moved.v, given), f64::INFINITY);
         for corrections in 1..=MOST_CORRECTIONS {
-            let bordered = self.factor(&sum(q, &moved.x), &moved.x, held, given)?;
-            Equations::Coordinates(q).residual(self.system, moved, given, &mut left);
+            let q0 = sum(q, &moved.v);
+            let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
+            let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held)?;
+            let from = self.l_v(&from);
+            self.residual((Which::Coordinates, &from), &at, &mut left);
             left.part(0, &mut delta);
-            let unknowns = Unknowns::new(&moved.x, &moved.multipliers);
-            let tangent = Tangent { bordered, equations: Equations::Coordinates(q), unknowns, given };
-            tangent.solve(self.system, self.newton, &mut delta);
-            let step = |share: f64| moved.x.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
+            tangent.correct(self.system, self.newton, &mut delta);
+            let step = |share: f64| moved.v.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
             // A comparison is false for a NaN.
             let gets_better = |share: &f64| {
@@ -133,10 +192,10 @@ impl Assembler<'_> {
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
             let (next, correction) = (step(share), share * largest(&delta.v));
-            moved.x.copy_from_slice(&next);
-            moved.multipliers.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            worst = self.violation(q, &moved.x, given);
-            let size = larger(largest(q), largest(&moved.x));
+            moved.v.copy_from_slice(&next);
+            moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
+            worst = self.violation(q, &moved.v, given);
+            let size = larger(largest(q), largest(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
             if corrections >= LEAST_CORRECTIONS && (correction <= ROUNDING * size || is_stalled) {
@@ -150,7 +209,7 @@ impl Assembler<'_> {
             let equation = self.system.equation_name(equation).to_string();
             return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
         }
-        let size = larger(largest(q), largest(&moved.x));
+        let size = larger(largest(q), largest(&moved.v));
         if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: last }) }
     }
 
@@ -169,16 +228,17 @@ impl Assembler<'_> {
         equations: Equations<R>,
         unknowns: &mut Unknowns<R>,
         given: Given<R>,
+        mut residual: impl FnMut(&mut Self, &Unknowns<R>, &mut Unknowns<R>),
     ) -> Result<(), Error> {
         let (n, m) = (self.system.n(), self.system.m());
         let mut left = Unknowns { x: vec![R::zero(); n], multipliers: vec![R::zero(); m] };
         let (mut delta, mut last) = (Pair::new(n, m), vec![f64::INFINITY; R::PARTS]);
         for corrections in 1..=MOST_CORRECTIONS {
-            equations.residual(self.system, unknowns, given, &mut left);
+            residual(self, unknowns, &mut left);
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate() {
                 left.part(k, &mut delta);
-                tangent.solve(self.system, self.newton, &mut delta);
+                tangent.correct(self.system, self.newton, &mut delta);
                 unknowns.subtract(k, &delta);
                 let given = equations.size(k, given);
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));

@@ -1,0 +1,166 @@
+//! [`Tangent`]: the linearised equations of an assembly, and their transpose.
+//!
+//! ```text
+//!   velocities:    A = [𝓛_vv Φ_qᵀ; Φ_q 0]              at (q₀, v₀, μ)
+//!   coordinates:   A = [𝓛_vv + D Φ_qᵀ; Φ_q 0]          at (q₀, w, ν),      D = 𝓛_vq(q₀, w, ν) − 𝓛_vq(q₀, 0, 0)
+//! ```
+
+use nalgebra::DVector;
+
+use super::bordered::Bordered;
+use super::{Assembler, LEAST_CORRECTIONS, MOST_CORRECTIONS, STALLED};
+use crate::forward::redundancy::masses;
+use crate::node::Newton;
+use crate::number::{larger, largest};
+use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
+use crate::{Error, System};
+
+/// A correction below this part of the solution is rounding.
+const ROUNDING: f64 = 1e-16;
+
+/// Which of the two systems of equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Which {
+    /// For w and ν.
+    Coordinates,
+    /// For v₀ and μ.
+    Velocities,
+}
+
+/// A at a point, bordered by what is held: solved by GMRES with K(0) as preconditioner, which has neither D nor is without a compliance where constraints
+/// depend on each other.
+pub(crate) struct Tangent {
+    pub(crate) which: Which,
+    held: Vec<usize>,
+    bordered: Bordered,
+    /// Second derivatives at (q₀, w, ν) or (q₀, v₀, μ), and at (q₀, 0, 0) or (q₀, v̂, 0).
+    pub(crate) moved: Vec<f64>,
+    pub(crate) unmoved: Vec<f64>,
+}
+
+impl Tangent {
+    pub(crate) fn new(
+        assembler: &mut Assembler,
+        which: Which,
+        [moved, unmoved]: [&NodeView<f64>; 2],
+        held: &[usize],
+    ) -> Result<Self, Error> {
+        let mut l_v = vec![0.0; assembler.system.n()];
+        let [moved_blocks, unmoved_blocks] = [moved, unmoved].map(|point| {
+            assembler.newton.l_v(assembler.system, point, &mut l_v, assembler.report);
+            assembler.newton.evaluation.blocks.clone()
+        });
+        let bordered = assembler.factor(moved.q, moved.v, held, (*moved).into())?;
+        Ok(Tangent { which, held: held.to_vec(), bordered, moved: moved_blocks, unmoved: unmoved_blocks })
+    }
+
+    /// A x, without what is held.
+    fn product(&self, system: &System, newton: &Newton, x: &Pair, sums: &mut Sums<f64>, image: &mut Pair) {
+        let (none, no_controls) = (vec![0.0; x.v.len()], vec![0.0; system.k()]);
+        let along = |q, v, sigma| NodeView::of_equations([q, v, sigma], (&no_controls, 0.0, &[]));
+        let evaluation = &newton.evaluation;
+        if self.which == Which::Velocities {
+            evaluation.push_forward(system, &self.moved, &along(&none, &x.v, &x.sigma), sums);
+            image.v.copy_from_slice(sums.l_v());
+            image.sigma.copy_from_slice(sums.phi_dot());
+            return;
+        }
+        evaluation.push_forward(system, &self.moved, &along(&x.v, &x.v, &x.sigma), sums);
+        image.v.copy_from_slice(sums.l_v());
+        let no_sigma = vec![0.0; x.sigma.len()];
+        evaluation.push_forward(system, &self.unmoved, &along(&x.v, &none, &no_sigma), sums);
+        image.v.iter_mut().zip(sums.l_v()).for_each(|(sum, l_v)| *sum -= l_v);
+        // dΦ/dt is Φ_q v there.
+        evaluation.push_forward(system, &self.unmoved, &along(&none, &x.v, &no_sigma), sums);
+        image.sigma.copy_from_slice(sums.phi_dot());
+    }
+
+    /// Aᵀ (c, e), without what is held.
+    pub(crate) fn transposed_product(
+        &self,
+        system: &System,
+        newton: &Newton,
+        x: &Pair,
+        rows: &mut StateRows,
+        image: &mut Pair,
+    ) {
+        let (none, no_e) = (vec![0.0; x.v.len()], vec![0.0; x.sigma.len()]);
+        let evaluation = &newton.evaluation;
+        if self.which == Which::Velocities {
+            evaluation.pull_back(system, &self.moved, &Covector { c: &x.v, d: &none, e: &x.sigma }, rows);
+            image.v.copy_from_slice(&rows.v);
+            image.sigma.copy_from_slice(&rows.sigma);
+            return;
+        }
+        let of_c = Covector { c: &x.v, d: &none, e: &no_e };
+        evaluation.pull_back(system, &self.moved, &of_c, rows);
+        image.v.iter_mut().zip(rows.v.iter().zip(&rows.q)).for_each(|(sum, (v, q))| *sum = v + q);
+        image.sigma.copy_from_slice(&rows.sigma);
+        evaluation.pull_back(system, &self.unmoved, &of_c, rows);
+        image.v.iter_mut().zip(&rows.q).for_each(|(sum, q)| *sum -= q);
+        evaluation.pull_back(system, &self.unmoved, &Covector { c: &none, d: &none, e: &x.sigma }, rows);
+        image.v.iter_mut().zip(&rows.v).for_each(|(sum, v)| *sum += v);
+    }
+
+    /// Solves for a correction in the place of the residual.
+    pub(super) fn correct(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+        let mut sums = Sums::new(system.n(), system.m());
+        self.bordered.solve_close(system, newton, left, |newton, x, image| {
+            self.product(system, newton, x, &mut sums, image);
+        });
+    }
+
+    /// A⁻¹ r.
+    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, right: &Pair) -> Result<Pair, Error> {
+        let mut sums = Sums::new(system.n(), system.m());
+        let product = |newton: &Newton, x: &Pair, image: &mut Pair| self.product(system, newton, x, &mut sums, image);
+        self.solve_with(system, newton, right, product).map(|(x, _)| x)
+    }
+
+    /// (c, e) = A⁻ᵀ r, and E k, which makes up for what is left in the rows of what is held.
+    pub(crate) fn solve_transposed(
+        &self,
+        system: &System,
+        newton: &mut Newton,
+        right: &Pair,
+    ) -> Result<(Pair, DVector<f64>), Error> {
+        let mut rows = StateRows::new(system.n(), system.m());
+        let product = |newton: &Newton, x: &Pair, image: &mut Pair| {
+            self.transposed_product(system, newton, x, &mut rows, image);
+        };
+        let (x, left) = self.solve_with(system, newton, right, product)?;
+        let mut of_held = DVector::zeros(system.n());
+        self.held.iter().for_each(|&i| of_held[i] = left.v[i]);
+        Ok((x, of_held))
+    }
+
+    /// A solution and what is left of its right-hand side.
+    fn solve_with(
+        &self,
+        system: &System,
+        newton: &mut Newton,
+        right: &Pair,
+        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
+    ) -> Result<(Pair, Pair), Error> {
+        let (mut x, mut left) = (Pair::new(system.n(), system.m()), right.clone());
+        // The velocities that the right-hand side makes without constraints: the solution may vanish but for its rounding.
+        let masses = masses(newton, system);
+        let sizes = right.v.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
+        let given = sizes.fold(0.0, larger);
+        let mut last = f64::INFINITY;
+        for corrections in 1..=MOST_CORRECTIONS {
+            self.bordered.solve_close(system, newton, &mut left, &mut product);
+            let correction = largest(&left.v);
+            x.add(&left);
+            product(newton, &x, &mut left);
+            left.subtract_from(right);
+            let size = larger(given, largest(&x.v));
+            let is_done = correction <= ROUNDING * size || correction >= 0.5 * last && correction <= STALLED * size;
+            if corrections >= LEAST_CORRECTIONS && is_done {
+                return Ok((x, left));
+            }
+            last = correction;
+        }
+        Err(Error::AssemblyStalled { correction: last })
+    }
+}
