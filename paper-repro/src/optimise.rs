@@ -1,10 +1,12 @@
 //! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library: what each needs, and where it ends.
 
+mod figures;
 mod four_bar;
 mod mechanisms;
+mod shooting;
 
 use std::f64::consts::FRAC_PI_2;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
@@ -14,15 +16,12 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Control, Cost, CostPoint, Error as MotionError, Grid, Inputs, Output, Scalar, Settings as SolverSettings, Solver, Sum,
-    System,
+    Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings as SolverSettings, Solver, Sum, System,
 };
-use nalgebra::SVector;
 use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::files;
-use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
 use crate::settings::Settings;
 use crate::statistics::median;
 use crate::table::Table;
@@ -83,48 +82,16 @@ impl Name {
     }
 }
 
-/// The angle less what it must be, or its rate.
-struct Angle;
-
-impl Cost<1, 0, 0, 1> for Angle {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
-        at.q[0] - b[0]
-    }
-}
-
-struct Speed;
-
-impl Cost<1, 0, 0, 0> for Speed {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
-        at.v[0]
-    }
-}
-
-/// b u².
-struct Effort;
-
-impl Cost<0, 0, 1, 1> for Effort {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, b: &SVector<S, 1>) -> S {
-        b[0] * at.u[0] * at.u[0]
-    }
-}
-
-/// 1, whose integral is the time.
-struct One;
-
-impl Cost<0, 0, 0, 0> for One {
-    fn cost<S: Scalar>(&self, _at: &CostPoint<S, 0, 0, 0>, _b: &SVector<S, 0>) -> S {
-        S::one()
-    }
-}
-
 /// A problem: the system, the inputs to start from, what of them is free, and the outputs.
 struct Posed {
     system: System,
     inputs: Inputs,
     control: Control,
     free: Vec<Free>,
-    outputs: Vec<Output>,
+    /// What outputs must be.
+    constraints: Vec<(Output, Interval)>,
+    /// For multiple shooting.
+    states: Vec<EndState>,
 }
 
 fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
@@ -132,28 +99,22 @@ fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
         return mechanisms::periodic();
     }
     let mut cart = settings.example().mechanism();
-    let (control, mut outputs) = (cart.force, Vec::new());
-    for (j, link) in (1..).zip(&cart.links) {
-        let angle = [link.coordinates[2]];
-        if name == Name::Paper {
-            cart.scene.cost(&format!("angle {j}"), AngleError, Sum::Terminal, angle, [], [], [FRAC_PI_2.into()]);
-        }
-        let output = cart.scene.output(&format!("angle {j}"));
-        outputs.push(output);
-        cart.scene.term(output, &format!("angle of link {j}"), Angle, Sum::Terminal, angle, [], [], [FRAC_PI_2.into()]);
-    }
-    if name.at_rest() {
-        let speeds = cart.links.iter().map(|link| link.coordinates[2]).chain([cart.cart.coordinates[0]]);
-        for (j, q) in speeds.enumerate().collect::<Vec<_>>() {
-            let output = cart.scene.output(&format!("speed {j}"));
-            cart.scene.term(output, &format!("speed {j}"), Speed, Sum::Terminal, [q], [], [], []);
+    let control = cart.force;
+    let (place, angles) = (cart.cart.coordinates[0], cart.links.iter().map(|link| link.coordinates[2]).collect::<Vec<_>>());
+    if name == Name::Paper {
+        for (j, angle) in (1..).zip(&angles) {
+            cart.scene.cost(&format!("angle {j}"), AngleError, Sum::Terminal, [*angle], [], [], [FRAC_PI_2.into()]);
         }
     }
+    let states: Vec<EndState> = std::iter::once(place).chain(angles).map(|q| cart.scene.end_state(q)).collect();
+    let (upright, speed) = (Interval::equal(FRAC_PI_2), if name.at_rest() { Interval::ZERO } else { Interval::FREE });
+    let positions = states.iter().enumerate().map(|(j, of)| (of.position, if j == 0 { Interval::FREE } else { upright }));
+    let constraints = positions.chain(states.iter().map(|of| (of.rate, speed))).collect();
     let is_timed = matches!(name, Name::Time | Name::TimeRest);
     if is_timed {
-        cart.scene.cost("time", One, Sum::Integral, [], [], [], []);
+        cart.scene.time("time", 1.0);
     } else if name != Name::Paper {
-        cart.scene.cost("effort", Effort, Sum::Integral, [], [], [control], [1e-4.into()]);
+        cart.scene.effort("effort", control, 1e-4);
     }
     let free = match is_timed {
         true => vec![Free::control(control).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)],
@@ -162,7 +123,7 @@ fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
     let system = cart.scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
     inputs.controls.fill(10.0);
-    Ok(Posed { system, inputs, control, free, outputs })
+    Ok(Posed { system, inputs, control, free, constraints, states })
 }
 
 /// The method, its name and what it is told.
@@ -192,6 +153,8 @@ struct Run {
     milliseconds: f64,
     control: Vec<(f64, f64)>,
     converged: bool,
+    /// Those of the optimum, of a motion.
+    inputs: Option<Inputs>,
 }
 
 pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
@@ -201,7 +164,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let mut found = String::new();
     for name in names {
         if matches!(name, Name::Identify | Name::FourBar) {
-            let (run, words) = if name == Name::Identify { identify()? } else { synthesise() };
+            let (run, words) = if name == Name::Identify { identify(&folder)? } else { synthesise() };
             runs.extend(run);
             found += &words;
             continue;
@@ -213,6 +176,9 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
         };
         for method in methods {
             runs.push(solve(name, *method, settings)?);
+        }
+        if name == Name::RestSooner {
+            runs.push(in_segments(name, settings)?);
         }
     }
     let gradient = one_gradient(settings)?;
@@ -239,9 +205,10 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     );
     files::write(&folder.join("optimise.md"), format!("# Optimal control\n\n{words}\n\n{}", table.markdown()))?;
     files::write_json(&folder.join("optimise.json"), &runs.iter().map(Run::record).collect::<Vec<_>>())?;
-    draw(&runs, &folder)?;
+    figures::draw(&runs, &folder)?;
+    figures::motions(&runs, settings, &folder)?;
     files::print(&format!(
-        "{}\n{words}\noptimise.md, optimise.json and figures are in {}\n",
+        "{}\n{words}\noptimise.md, optimise.json, figures and motions before and after are in {}\n",
         table.text(),
         folder.display()
     ))?;
@@ -249,7 +216,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
 }
 
 /// The first of 100 fits, and how often the truth lay within two standard errors.
-fn identify() -> Result<(Option<Run>, String), Error> {
+fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
     const REPEATS: usize = 100;
     let begin = Instant::now();
     let mechanisms::Identified { within, of, fit } = mechanisms::identify(REPEATS)?;
@@ -259,7 +226,9 @@ fn identify() -> Result<(Option<Run>, String), Error> {
          scenes included."
     );
     let (outcome, converged) = (fit.outcome.clone(), fit.outcome.reason.is_converged());
-    let run = Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome, milliseconds, control: Vec::new(), converged };
+    figures::residuals(&outcome.constraints, &mechanisms::times_of_readings(), folder)?;
+    let (method, control) = (LEAST_SQUARES.0, Vec::new());
+    let run = Run { name: Name::Identify, method, outcome, milliseconds, control, converged, inputs: None };
     Ok((Some(run), words))
 }
 
@@ -278,24 +247,27 @@ fn synthesise() -> (Option<Run>, String) {
         1e3 * best.value.sqrt()
     );
     let converged = best.reason.is_converged();
-    (
-        Some(Run { name: Name::FourBar, method: INTERIOR.0, outcome: best, milliseconds, control: Vec::new(), converged }),
-        words,
-    )
+    let (method, control) = (INTERIOR.0, Vec::new());
+    (Some(Run { name: Name::FourBar, method, outcome: best, milliseconds, control, converged, inputs: None }), words)
+}
+
+/// What is more exact than the cost is not asked for.
+fn options(name: Name) -> MethodOptions {
+    let target = (name == Name::Paper).then_some(1e-10);
+    MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() }
 }
 
 fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<Run, Error> {
-    let Posed { system, inputs, control, free, outputs } = pose(name, settings)?;
+    let Posed { system, inputs, control, free, constraints, .. } = pose(name, settings)?;
     let variables = Variables::new(&system, &inputs, free)?;
-    let target = (name == Name::Paper).then_some(1e-10);
-    // What the cost is more exact in is not asked for.
-    let options = MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() };
+    let options = options(name);
     let (mut times, mut last) = (Vec::new(), None);
     // Short ones are timed again.
     while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
         let mut problem = MotionProblem::new(&system, SolverSettings::default(), inputs.clone(), variables.clone())?;
-        if name == Name::Paper && method != LEAST_SQUARES.0 {
-            outputs.iter().for_each(|output| problem.constrain(*output, Interval::FREE));
+        for (output, to) in &constraints {
+            let is_asked = name != Name::Paper || method == LEAST_SQUARES.0;
+            problem.constrain(*output, if is_asked { *to } else { Interval::FREE });
         }
         let start = problem.start();
         let begin = Instant::now();
@@ -305,10 +277,28 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     }
     let Some((outcome, problem)) = last else { unreachable!("at least one repeat") };
     let inputs = problem.inputs_at(&outcome.x);
-    let row = inputs.controls.row(control.index());
-    let control = inputs.grid.times().into_iter().zip(row.iter().copied()).collect();
-    let converged = outcome.reason.is_converged();
-    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged })
+    let (control, converged) = (history_of(control, &inputs), outcome.reason.is_converged());
+    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
+}
+
+/// By multiple shooting.
+fn in_segments(name: Name, settings: &Settings) -> Result<Run, Error> {
+    let posed = pose(name, settings)?;
+    let (mut times, mut last) = (Vec::new(), None);
+    while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
+        let begin = Instant::now();
+        last = Some(shooting::solve(&posed, &options(name))?);
+        times.push(1e3 * begin.elapsed().as_secs_f64());
+    }
+    let Some((outcome, inputs)) = last else { unreachable!("at least one repeat") };
+    let (control, converged) = (history_of(posed.control, &inputs), outcome.reason.is_converged());
+    let method = "multiple shooting";
+    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
+}
+
+/// A control over time.
+fn history_of(control: Control, inputs: &Inputs) -> Vec<(f64, f64)> {
+    inputs.grid.times().into_iter().zip(inputs.controls.row(control.index()).iter().copied()).collect()
 }
 
 /// A simulation and its gradient, s.
@@ -357,34 +347,4 @@ impl Run {
             "reason": format!("{:?}", outcome.reason),
         })
     }
-}
-
-/// The forces found, and how violation and gradient went: a panel for each problem.
-fn draw(runs: &[Run], folder: &std::path::Path) -> Result<(), Error> {
-    const COLOURS: [Colour; 3] = [colour::BLUE, colour::RED, colour::GREEN];
-    let of_problems = || runs.chunk_by(|one, other| one.name == other.name).filter(|runs| !runs[0].control.is_empty());
-    let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
-        let chart = |runs: &[Run]| Chart {
-            title: runs[0].name.text(),
-            x: x.clone(),
-            y: y(runs[0].name),
-            legend: Place::UpperRight,
-            series: (runs.iter().zip(COLOURS))
-                .map(|(run, colour)| Series::new(run.method, points(run), colour, Style::Line))
-                .collect(),
-            size: (560.0, 330.0),
-            ..Chart::default()
-        };
-        Panels { charts: of_problems().map(chart).collect(), columns: 2 }
-    };
-    let control = |name: Name| match name {
-        Name::Periodic => Axis::linear("torque on the crank [N m]"),
-        _ => Axis::linear("force on the cart F [N]"),
-    };
-    panels(Axis::linear("time t [s]"), control, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
-    let history = |run: &Run| -> Vec<(f64, f64)> {
-        run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
-    };
-    let error = |_| Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
-    panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
 }

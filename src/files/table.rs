@@ -1,6 +1,6 @@
 //! [`Table`]: measured or wanted signals over time, from CSV.
 
-use crate::Error;
+use crate::{Error, Grid};
 
 /// Columns of numbers over time, with gaps.
 ///
@@ -100,6 +100,30 @@ impl Table {
             place: "the header".into(),
             problem: format!("there is no column `{name}` among {}", self.names.join(", ")),
         })
+    }
+
+    /// The values of a column with the nodes that they belong to; gaps are left out.
+    ///
+    /// # Errors
+    /// A value at a time at which there is no node of the grid, to a thousandth of a step.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    pub fn readings(&self, column: usize, grid: &Grid) -> Result<Vec<(usize, f64)>, Error> {
+        let times = grid.times();
+        let steps = grid.steps.iter().map(|dt| dt.abs());
+        let tolerance = 1e-3 * steps.fold(f64::INFINITY, f64::min);
+        let known = self.times.iter().zip(&self.columns[column]).filter_map(|(t, value)| value.map(|value| (*t, value)));
+        let at = |(t, value): (f64, f64)| {
+            let distance = |node: &usize| (times[*node] - t).abs();
+            let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            nearest.filter(|node| distance(node) <= tolerance).map(|node| (node, value)).ok_or_else(|| Error::File {
+                kind: "a table",
+                place: format!("column `{}`", self.names[column]),
+                problem: format!("it has a value at {t} s, where the grid has no node"),
+            })
+        };
+        known.map(at).collect()
     }
 
     /// The value of a column at a time, linear between rows that have one; before the first and behind the last it is theirs.

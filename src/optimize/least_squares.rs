@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::{Counted, largest_change};
-use super::{Iterate, Options, Outcome, Problem, Reason};
+use super::{Interval, Iterate, Options, Outcome, Problem, Reason};
 use crate::Error;
 
 /// Where a fit ended, and how well its variables are known.
@@ -15,7 +15,7 @@ use crate::Error;
 pub struct Fit {
     /// The point, whose value is ½‖r‖².
     pub outcome: Outcome,
-    /// ∂r/∂x there.
+    /// ∂r/∂x there, of the residuals that are asked for anything.
     pub jacobian: DMatrix<f64>,
 }
 
@@ -105,7 +105,9 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     let value = half_square(&at.r);
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&at.x);
-    let outcome = counted.outcome(at.x, value, at.r.as_slice().to_vec(), history, reason);
+    let mut multipliers = vec![0.0; counted.c.len()];
+    asked(&counted).zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
+    let outcome = counted.outcome(at.x, value, multipliers, history, reason);
     Ok(Fit { outcome, jacobian: at.jacobian })
 }
 
@@ -113,8 +115,14 @@ fn half_square(r: &DVector<f64>) -> f64 {
     0.5 * r.norm_squared()
 }
 
+/// The residuals that are not looked at alone.
+fn asked<P: Problem + ?Sized>(problem: &Counted<P>) -> impl Iterator<Item = usize> {
+    (0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE)
+}
+
 fn residuals<P: Problem + ?Sized>(problem: &Counted<P>) -> DVector<f64> {
-    DVector::from_iterator(problem.c.len(), problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)))
+    let all = asked(problem).map(|j| problem.intervals[j].excess(problem.c[j])).collect::<Vec<f64>>();
+    DVector::from_vec(all)
 }
 
 struct State {
@@ -126,11 +134,12 @@ struct State {
 impl State {
     /// At the point that was evaluated last.
     fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
-        let (r, mut jacobian) = (residuals(problem), problem.jacobian(&Vec::from_iter(0..problem.c.len()))?);
-        for (j, of) in problem.intervals.iter().enumerate() {
+        let rows: Vec<usize> = asked(problem).collect();
+        let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
+        for (k, of) in rows.iter().map(|&j| &problem.intervals[j]).enumerate() {
             // A residual that is within what it may be is zero around here.
-            if of.least != of.most && r[j] == 0.0 {
-                jacobian.row_mut(j).fill(0.0);
+            if of.least != of.most && r[k] == 0.0 {
+                jacobian.row_mut(k).fill(0.0);
             }
         }
         Ok(State { x, r, jacobian })

@@ -4,7 +4,8 @@ use super::problem::{Interval, Problem};
 use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System};
 
-/// minimise J subject to what outputs must be: equal to zero, unless something else is said.
+/// minimise J subject to what outputs must be: equal to zero, unless something else is said; of those of an
+/// [`EndState`](crate::EndState) nothing is asked.
 pub struct MotionProblem<'s> {
     /// The solver, with the motion of the point that was evaluated last.
     pub solver: Solver<'s>,
@@ -24,7 +25,7 @@ impl<'s> MotionProblem<'s> {
     /// Inputs that do not fit the system.
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
-        let constraints = vec![Interval::ZERO; system.outputs()];
+        let constraints = default_constraints(system);
         let (x, solver, direction) = (variables.of(&inputs), Solver::new(system, settings), inputs.no_change());
         Ok(MotionProblem { solver, inputs, variables, constraints, gradient: vec![0.0; x.len()], x, direction })
     }
@@ -78,6 +79,12 @@ impl<'s> MotionProblem<'s> {
     pub fn free(&self) -> &Variables {
         &self.variables
     }
+}
+
+/// What outputs must be unless it is said.
+pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
+    let of = |k| if system.is_looked_at(k) { Interval::FREE } else { Interval::ZERO };
+    (0..system.outputs()).map(of).collect()
 }
 
 impl Problem for MotionProblem<'_> {

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::motion_problem::MotionProblem;
+use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
 use super::variables::{Free, Quantity, Variables};
 use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System};
@@ -16,37 +16,22 @@ use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System}
 /// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output.
 ///
 /// ```
-/// use hamiltonian_adjoint::optimize::{Free, MultipleShooting, Options, interior_point, silent};
-/// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Settings, Sum, scenes::CartPendulum};
-/// use nalgebra::SVector;
-/// use std::f64::consts::FRAC_PI_2;
-///
-/// struct Effort; // u²
-/// impl Cost<0, 0, 1> for Effort {
-///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _: &SVector<S, 0>) -> S {
-///         at.u[0] * at.u[0] * 1e-4
-///     }
-/// }
-/// struct Angle; // φ − π/2
-/// impl Cost<1> for Angle {
-///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
-///         at.q[0] - FRAC_PI_2
-///     }
-/// }
+/// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, scenes::CartPendulum};
+/// use std::f64::consts::{FRAC_PI_2, PI};
 ///
 /// let mut cart = CartPendulum::with_links(1).mechanism();
 /// let (force, rail, angle) = (cart.force, cart.cart.coordinates[0], cart.links[0].coordinates[2]);
-/// let upright = cart.scene.output("upright");
-/// cart.scene.term(upright, "angle", Angle, Sum::Terminal, [angle], [], [], []);
-/// cart.scene.cost("effort", Effort, Sum::Integral, [], [], [force], []);
+/// cart.scene.effort("effort", force, 1e-4);
 /// let states = [rail, angle].map(|q| cart.scene.end_state(q)); // one for each degree of freedom
 /// let system = cart.scene.compile()?;
 /// let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
 /// let mut problem = MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 4)?;
-/// // The link turns evenly: a guess that no force is needed for.
+/// problem.constrain(states[1].position, Interval::equal(FRAC_PI_2));
+/// // A guess: the link turns evenly.
 /// problem.guess(|node, q, v| {
-///     q[angle.index()] = -FRAC_PI_2 + std::f64::consts::PI * node as f64 / 40.0;
-///     v[angle.index()] = std::f64::consts::PI;
+///     q[angle.index()] = -FRAC_PI_2 + PI * node as f64 / 40.0;
+///     v[angle.index()] = PI;
 /// })?;
 /// let start = problem.start();
 /// let best = interior_point(&mut problem, &start, &Options { stationarity: 1e-5, ..Options::default() }, &mut silent)?;
@@ -60,8 +45,8 @@ pub struct MultipleShooting<'s> {
     inputs: Inputs,
     states: Vec<EndState>,
     names: Vec<String>,
-    /// The outputs that are asked for anything, and whether all segments add to each or the last one alone.
-    outputs: Vec<(usize, bool)>,
+    /// Of each output, whether all segments add to it or it is the last one's.
+    running: Vec<bool>,
     constraints: Vec<Interval>,
 }
 
@@ -91,7 +76,7 @@ impl<'s> MultipleShooting<'s> {
         segments: usize,
     ) -> Result<Self, Error> {
         let whole = Variables::new(system, &inputs, free.clone())?;
-        let outputs = asked_outputs(system, states)?;
+        let running = running_outputs(system)?;
         check(system, &inputs, &free, states, segments)?;
         let stages = inputs.grid.stages;
         let steps = inputs.grid.steps.len() / stages;
@@ -115,9 +100,9 @@ impl<'s> MultipleShooting<'s> {
             let motion = MotionProblem::new(system, settings, of_segment, variables)?;
             all.push(Segment { motion, first, places, asked: false });
         }
-        let joints = 2 * states.len() * (segments - 1);
-        let constraints = vec![Interval::ZERO; outputs.len() + joints];
-        Ok(MultipleShooting { segments: all, whole, inputs, states: states.to_vec(), names, outputs, constraints })
+        let mut constraints = default_constraints(system);
+        constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
+        Ok(MultipleShooting { segments: all, whole, inputs, states: states.to_vec(), names, running, constraints })
     }
 
     /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
@@ -138,10 +123,9 @@ impl<'s> MultipleShooting<'s> {
     /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
     ///
     /// # Panics
-    /// If the system has no such output, or it is that of a state.
+    /// If the system has no such output.
     pub fn constrain(&mut self, output: Output, to: Interval) {
-        let at = self.outputs.iter().position(|(known, _)| *known == output.index()).expect("an output that is no state's");
-        self.constraints[at] = to;
+        self.constraints[..self.running.len()][output.index()] = to;
     }
 
     /// The variables of the inputs that it was made with, and of the guess.
@@ -170,18 +154,17 @@ impl<'s> MultipleShooting<'s> {
 
     /// What joins the end of a segment with the next one's start: row, output and variable.
     fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
-        let row = self.outputs.len() + 2 * self.states.len() * segment;
+        let row = self.running.len() + 2 * self.states.len() * segment;
         let starts =
             self.segments.get(segment + 1).map_or(&[][..], |next| &next.places[next.places.len() - 2 * self.states.len()..]);
         let ends = self.states.iter().flat_map(|state| [state.position.index(), state.rate.index()]);
         ends.zip(starts).enumerate().map(move |(k, (output, start))| (row + k, output, *start))
     }
 
-    /// What a segment contributes to: rows and outputs.
-    fn rows(&self, segment: usize) -> impl Iterator<Item = (usize, usize)> + use<'_> {
+    /// The outputs that a segment contributes to.
+    fn rows(&self, segment: usize) -> impl Iterator<Item = usize> + use<'_> {
         let is_last = segment + 1 == self.segments.len();
-        let counts = move |(_, (_, running)): &(usize, &(usize, bool))| *running || is_last;
-        self.outputs.iter().enumerate().filter(counts).map(|(row, (output, _))| (row, *output))
+        (0..self.running.len()).filter(move |&output| self.running[output] || is_last)
     }
 }
 
@@ -213,7 +196,7 @@ impl Problem for MultipleShooting<'_> {
             segment.motion.start_at(times[segment.first]);
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
             sum += segment.motion.evaluate(&own, &mut found)?;
-            self.rows(k).for_each(|(row, output)| c[row] += found[output]);
+            self.rows(k).for_each(|output| c[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
         }
         Ok(sum)
@@ -223,7 +206,7 @@ impl Problem for MultipleShooting<'_> {
         gradient.fill(0.0);
         for k in 0..self.segments.len() {
             let mut weights = vec![0.0; self.segments[k].motion.outputs()];
-            self.rows(k).for_each(|(row, output)| weights[output] = c_weights[row]);
+            self.rows(k).for_each(|output| weights[output] = c_weights[output]);
             for (row, output, start) in self.joints(k) {
                 weights[output] = c_weights[row];
                 gradient[start] -= c_weights[row];
@@ -246,7 +229,7 @@ impl Problem for MultipleShooting<'_> {
             let segment = &mut self.segments[k];
             let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
             segment.motion.push_forward(&own, &mut found)?;
-            self.rows(k).for_each(|(row, output)| change[row] += found[output]);
+            self.rows(k).for_each(|output| change[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| change[row] = found[output] - direction[start]);
         }
         Ok(())
@@ -264,16 +247,15 @@ impl Problem for MultipleShooting<'_> {
     }
 }
 
-/// The outputs that are no states', and whether each is a sum over time.
-fn asked_outputs(system: &System, states: &[EndState]) -> Result<Vec<(usize, bool)>, Error> {
+/// Whether each output is a sum over time.
+fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
     let is_sum = |sum: Sum| !matches!(sum, Sum::Terminal | Sum::Node(_));
     if let Some((_, name)) = system.sums(0).find(|(sum, _)| !is_sum(*sum)) {
         return refuse(name, "a cost must be a sum over time there; make what holds at single nodes an output");
     }
-    let is_state = |k: usize| states.iter().any(|state| state.position.index() == k || state.rate.index() == k);
-    let mut asked = Vec::new();
-    for k in (0..system.outputs()).filter(|k| !is_state(*k)) {
+    let mut all = Vec::with_capacity(system.outputs());
+    for k in 0..system.outputs() {
         let (mut running, mut terminal) = (false, false);
         for (sum, name) in system.sums(1 + k) {
             if let Sum::Node(_) = sum {
@@ -285,9 +267,9 @@ fn asked_outputs(system: &System, states: &[EndState]) -> Result<Vec<(usize, boo
         if running && terminal {
             return refuse(system.output_name(k), "an output is a sum over time or a terminal value there; make it two");
         }
-        asked.push((k, running));
+        all.push(running);
     }
-    Ok(asked)
+    Ok(all)
 }
 
 fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], segments: usize) -> Result<(), Error> {

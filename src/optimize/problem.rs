@@ -17,6 +17,11 @@ impl Interval {
     /// Equal to zero.
     pub const ZERO: Interval = Interval { least: 0.0, most: 0.0 };
 
+    /// Equal to a value.
+    pub const fn equal(value: f64) -> Self {
+        Interval { least: value, most: value }
+    }
+
     /// From `least` to `most`.
     pub const fn new(least: f64, most: f64) -> Self {
         Interval { least, most }

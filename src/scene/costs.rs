@@ -28,6 +28,24 @@ impl Cost<1, 0, 0, 2> for Position {
     }
 }
 
+/// b u².
+struct Effort;
+
+impl Cost<0, 0, 1, 1> for Effort {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, b: &SVector<S, 1>) -> S {
+        b[0] * at.u[0] * at.u[0]
+    }
+}
+
+/// b, whose integral is b times the duration.
+struct Time;
+
+impl Cost<0, 0, 0, 1> for Time {
+    fn cost<S: Scalar>(&self, _at: &CostPoint<S, 0, 0, 0>, b: &SVector<S, 1>) -> S {
+        b[0]
+    }
+}
+
 /// q̇.
 struct Rate;
 
@@ -115,11 +133,23 @@ impl Scene {
         }
     }
 
-    /// Adds outputs for where a coordinate is at the end of a motion and how fast it goes.
+    /// Adds the effort w ∫ u² dt of a control to J.
+    pub fn effort(&mut self, name: &str, control: Control, weight: impl Into<Param>) {
+        self.cost(name, Effort, Sum::Integral, [], [], [control], [weight.into()]);
+    }
+
+    /// Adds the duration of the motion, times a weight, to J.
+    pub fn time(&mut self, name: &str, weight: impl Into<Param>) {
+        self.cost(name, Time, Sum::Integral, [], [], [], [weight.into()]);
+    }
+
+    /// Adds outputs for where a coordinate is at the end of a motion and how fast it goes; nothing is asked of them unless
+    /// [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain) says it.
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
         let of = self.parts.coordinates.get(coordinate.index()).map_or("?", String::as_str);
         let names = ["value", "rate"].map(|what| format!("{what} of {of} at the end"));
         let [position, rate] = names.map(|name| (self.output(&name), name));
+        self.parts.looked_at.extend([position.0.index(), rate.0.index()]);
         self.term(position.0, &position.1, Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
         self.term(rate.0, &rate.1, Rate, Sum::Terminal, [coordinate], [], [], []);
         EndState { coordinate, position: position.0, rate: rate.0 }

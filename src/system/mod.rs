@@ -210,6 +210,11 @@ impl System {
         self.names.outputs.len()
     }
 
+    /// Whether nothing is asked of an output unless it is said.
+    pub(crate) fn is_looked_at(&self, output: usize) -> bool {
+        self.names.looked_at.contains(&output)
+    }
+
     /// The name of an output.
     ///
     /// # Panics

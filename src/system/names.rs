@@ -10,6 +10,7 @@ pub(super) struct Names {
     pub(super) controls: Vec<String>,
     pub(super) designs: Vec<String>,
     pub(super) outputs: Vec<String>,
+    pub(super) looked_at: Vec<usize>,
 }
 
 impl Names {
@@ -24,6 +25,7 @@ impl Names {
             equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
             controls: scene.controls.clone(),
             outputs: scene.outputs.clone(),
+            looked_at: scene.looked_at.clone(),
             designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
         }
     }

@@ -19,6 +19,8 @@ pub(crate) struct Parts {
     pub(crate) controls: Vec<String>,
     /// The names of what is computed of a motion beside J.
     pub(crate) outputs: Vec<String>,
+    /// Outputs that nothing is asked of unless it is said.
+    pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,
     /// Expressions of them, of which parameters are made.
     pub(crate) expressions: Graph,

@@ -1,7 +1,7 @@
 //! Multiple shooting: the same optimum as one motion, exact derivatives, and what it refuses.
 
 use super::common::assert_says;
-use super::{Angle, Effort, One, Speed};
+use super::{Angle, Effort, Speed};
 use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Variables, interior_point, silent,
 };
@@ -48,11 +48,9 @@ fn segments_without_constraints_find_what_one_motion_finds() {
         let options = Options { stationarity: 1e-9, ..Options::default() };
         let variables = Variables::new(&system, &inputs, free.clone()).expect("free");
         let mut one = MotionProblem::new(&system, settings, inputs.clone(), variables).expect("a problem");
-        let looked_at: Vec<_> = states.iter().flat_map(|state| [state.position, state.rate]).collect();
-        looked_at.into_iter().for_each(|output| one.constrain(output, Interval::FREE));
         let start = one.start();
         let mut whole = MultipleShooting::new(&system, settings, inputs, free, &states, 4).expect("a problem");
-        assert_eq!((whole.variables(), whole.constraints().len()), (31 + 3 * 6, 3 + 3 * 6));
+        assert_eq!((whole.variables(), whole.constraints().len()), (31 + 3 * 6, 9 + 3 * 6));
         // The energy is looked at alone, in both.
         one.constrain(energy, Interval::FREE);
         whole.constrain(energy, Interval::FREE);
@@ -71,9 +69,7 @@ fn segments_without_constraints_find_what_one_motion_finds() {
 fn a_swing_up_is_found_from_a_guess_of_the_motion() {
     let (mut cart, mut states) = (CartPendulum::with_links(1).mechanism(), Vec::new());
     let (rail, angle) = (cart.cart.coordinates[0], cart.links[0].coordinates[2]);
-    let output = cart.scene.output("upright");
-    cart.scene.term(output, "angle", Angle, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
-    cart.scene.cost("effort", Effort, Sum::Integral, [], [], [cart.force], [1e-4.into()]);
+    cart.scene.effort("effort", cart.force, 1e-4);
     states.extend([rail, angle].map(|q| cart.scene.end_state(q)));
     let force = cart.force;
     let system = cart.scene.compile().expect("a system");
@@ -81,6 +77,7 @@ fn a_swing_up_is_found_from_a_guess_of_the_motion() {
     let free = vec![Free::control(force)];
     let mut problem =
         MultipleShooting::new(&system, Settings::default(), inputs, free.clone(), &states, 5).expect("a problem");
+    problem.constrain(states[1].position, Interval::equal(FRAC_PI_2));
     let turn = |node: usize| PI * node as f64 / 40.0;
     problem.guess(|node, q, v| (q[angle.index()], v[angle.index()]) = (turn(node) - FRAC_PI_2, PI)).expect("a guess");
     let start = problem.start();
@@ -105,8 +102,7 @@ fn a_swing_up_is_found_from_a_guess_of_the_motion() {
     let inputs = problem.inputs_at(&best.x);
     let variables = Variables::new(&system, &inputs, free).expect("free");
     let mut one = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
-    let looked_at = states.iter().flat_map(|state| [state.position, state.rate]);
-    looked_at.for_each(|output| one.constrain(output, Interval::FREE));
+    one.constrain(states[1].position, Interval::equal(FRAC_PI_2));
     let start = one.start();
     let polished = interior_point(&mut one, &start, &options, &mut silent).expect("fits");
     println!("{} in segments, {} as one motion, {} simulations", best.value, polished.value, polished.evaluations);
@@ -154,7 +150,7 @@ fn derivatives_of_joined_segments_are_exact() {
     let [far, effort] = ["far", "effort"].map(|name| scene.output(name));
     scene.term(far, "place", Angle, Sum::Terminal, [bob.coordinates[0]], [], [], [0.3.into()]);
     scene.term(effort, "push", Effort, Sum::Integral, [], [], [force], [0.2.into()]);
-    scene.cost("time", One, Sum::Integral, [], [], [], []);
+    scene.time("time", 1.0);
     scene.cost("work", Effort, Sum::Rectangle, [], [], [force], [0.1.into()]);
     let (rail, angle) = (cart.coordinates[0], bob.coordinates[2]);
     let states = [rail, angle].map(|q| scene.end_state(q));
@@ -162,7 +158,7 @@ fn derivatives_of_joined_segments_are_exact() {
     let mut problem = everything(&system, (force, length), &states, rail);
     let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
     let (n, rows) = (problem.variables(), problem.constraints().len());
-    assert_eq!((n, rows), (1 + 36 + 1 + 1 + 8, 2 + 8));
+    assert_eq!((n, rows), (1 + 36 + 1 + 1 + 8, 6 + 8));
     let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
     let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::optimize::{
-    Fit, Free, MotionProblem, Options as MethodOptions, Quantity, Trials, Variables, levenberg_marquardt, silent,
+    Fit, Free, Interval, MotionProblem, Options as MethodOptions, Quantity, Trials, Variables, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
@@ -13,7 +13,7 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::{DVector, SVector};
 
-use super::{Angle, Effort, Posed};
+use super::Posed;
 
 /// b dq/dt.
 struct Rate;
@@ -48,20 +48,20 @@ pub fn periodic() -> Result<Posed, MotionError> {
     scene.joint_friction("friction", Body::GROUND, rocker, 0.02);
     let torque = scene.control("torque");
     scene.torque_actuator("motor", Body::GROUND, crank, torque);
-    let angle = [crank.coordinates[2]];
-    let (turn, speed) = (scene.output("turn"), scene.output("speed"));
-    scene.term(turn, "angle at the end", Angle, Sum::Terminal, angle, [], [], [TAU.into()]);
-    scene.term(speed, "speed at the end", Rate, Sum::Terminal, angle, [], [], [1.0.into()]);
-    scene.term(speed, "speed at the start", Rate, Sum::Node(0), angle, [], [], [(-1.0).into()]);
-    scene.cost("effort", Effort, Sum::Integral, [], [], [torque], [1.0.into()]);
+    let angle = crank.coordinates[2];
+    let (end, again) = (scene.end_state(angle), scene.output("as fast as at the start"));
+    scene.term(again, "speed at the end", Rate, Sum::Terminal, [angle], [], [], [1.0.into()]);
+    scene.term(again, "speed at the start", Rate, Sum::Node(0), [angle], [], [], [(-1.0).into()]);
+    scene.effort("effort", torque, 1.0);
     let system = scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
     let mut p_star = DVector::zeros(system.n());
     // About that of a crank that turns once in a second.
     p_star[crank.coordinates[2].index()] = 0.1;
     inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
+    let constraints = vec![(end.position, Interval::equal(TAU)), (again, Interval::ZERO)];
     let rate = Free::new(Quantity::Rate(crank.coordinates[2])).scaled(0.02);
-    Ok(Posed { system, inputs, control: torque, free: vec![Free::control(torque), rate], outputs: vec![turn, speed] })
+    Ok(Posed { system, inputs, control: torque, free: vec![Free::control(torque), rate], constraints, states: Vec::new() })
 }
 
 /// The records: their number, how many readings each has, every so many nodes, and the noise, rad.
@@ -69,6 +69,8 @@ const RECORDS: usize = 5;
 const READINGS: usize = 40;
 const EVERY: usize = 5;
 const NOISE: f64 = 2e-3;
+/// s.
+const STEP: f64 = 0.01;
 /// Mass of the slider in kg, its friction in N s/m, its spring in N/m.
 const TRUTH: [f64; 3] = [0.6, 1.5, 40.0];
 
@@ -91,18 +93,21 @@ fn slider_crank(readings: &[f64]) -> Result<(System, [Design; 3], usize), Motion
     scene.torque_actuator("motor", Body::GROUND, crank, torque);
     let angle = crank.coordinates[2];
     for (k, reading) in readings.iter().enumerate() {
-        let name = format!("reading {k}");
-        let output = scene.output(&name);
-        scene.term(output, &name, Angle, Sum::Node(EVERY * (k + 1)), [angle], [], [], [(*reading).into()]);
+        scene.reading(&format!("reading {k}"), angle, EVERY * (k + 1), *reading, 1.0 / NOISE);
     }
     Ok((scene.compile()?, parameters, angle.index()))
 }
 
+/// Of each record, s.
+pub fn times_of_readings() -> Vec<f64> {
+    (1..=READINGS).map(|k| STEP * (EVERY * k) as f64).collect()
+}
+
 /// Another torque in each record.
 fn driven(system: &System, record: usize) -> Inputs {
-    let mut inputs = Inputs::at_rest(system, Grid::uniform(EVERY * READINGS, 0.01));
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(EVERY * READINGS, STEP));
     let (strength, pace) = (0.25 + 0.1 * record as f64, 3.0 + 1.7 * record as f64);
-    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = strength * (0.01 * pace * i as f64 + record as f64).sin());
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = strength * (STEP * pace * i as f64 + record as f64).sin());
     inputs
 }
 

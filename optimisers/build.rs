@@ -1,0 +1,12 @@
+//! Looks for IPOPT (Debian: `coinor-libipopt-dev`); without it the crate does without.
+
+fn main() {
+    println!("cargo::rustc-check-cfg=cfg(has_ipopt)");
+    println!("cargo::rerun-if-env-changed=PKG_CONFIG_PATH");
+    if let Ok(ipopt) = pkg_config::Config::new().cargo_metadata(false).probe("ipopt") {
+        println!("cargo::rustc-cfg=has_ipopt");
+        ipopt.link_paths.iter().for_each(|path| println!("cargo::rustc-link-search=native={}", path.display()));
+        // What it is linked with itself it brings along.
+        println!("cargo::rustc-link-lib=ipopt");
+    }
+}

@@ -1,0 +1,354 @@
+//! IPOPT by its interface for C (`IpStdCInterface.h` of version 3): five functions, and callbacks that ask the problem.
+
+#![expect(unsafe_code, reason = "a library in C++ is called")]
+
+use std::ffi::{c_char, c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::slice::{from_raw_parts, from_raw_parts_mut};
+
+use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
+
+use crate::{Failure, Hessian};
+
+type EvalF = unsafe extern "C" fn(c_int, *const f64, c_int, *mut f64, *mut c_void) -> c_int;
+type EvalG = unsafe extern "C" fn(c_int, *const f64, c_int, c_int, *mut f64, *mut c_void) -> c_int;
+type EvalJacobian =
+    unsafe extern "C" fn(c_int, *const f64, c_int, c_int, c_int, *mut c_int, *mut c_int, *mut f64, *mut c_void) -> c_int;
+type EvalHessian = unsafe extern "C" fn(
+    c_int,
+    *const f64,
+    c_int,
+    f64,
+    c_int,
+    *const f64,
+    c_int,
+    c_int,
+    *mut c_int,
+    *mut c_int,
+    *mut f64,
+    *mut c_void,
+) -> c_int;
+type Intermediate = unsafe extern "C" fn(c_int, c_int, f64, f64, f64, f64, f64, f64, f64, f64, c_int, *mut c_void) -> c_int;
+
+unsafe extern "C" {
+    fn CreateIpoptProblem(
+        n: c_int,
+        x_least: *const f64,
+        x_most: *const f64,
+        m: c_int,
+        g_least: *const f64,
+        g_most: *const f64,
+        of_jacobian: c_int,
+        of_hessian: c_int,
+        style: c_int,
+        f: EvalF,
+        g: EvalG,
+        gradient: EvalF,
+        jacobian: EvalJacobian,
+        hessian: EvalHessian,
+    ) -> *mut c_void;
+    fn FreeIpoptProblem(problem: *mut c_void);
+    fn AddIpoptStrOption(problem: *mut c_void, key: *const c_char, value: *const c_char) -> c_int;
+    fn AddIpoptNumOption(problem: *mut c_void, key: *const c_char, value: f64) -> c_int;
+    fn AddIpoptIntOption(problem: *mut c_void, key: *const c_char, value: c_int) -> c_int;
+    fn SetIntermediateCallback(problem: *mut c_void, callback: Intermediate) -> c_int;
+    fn IpoptSolve(
+        problem: *mut c_void,
+        x: *mut f64,
+        g: *mut f64,
+        value: *mut f64,
+        of_g: *mut f64,
+        of_least: *mut f64,
+        of_most: *mut f64,
+        data: *mut c_void,
+    ) -> c_int;
+}
+
+/// The problem and what was asked of it.
+struct Asked<'p, P> {
+    problem: &'p mut P,
+    at: Vec<f64>,
+    value: Option<f64>,
+    c: Vec<f64>,
+    gradient: Vec<f64>,
+    counts: [usize; 3],
+    history: Vec<Iterate>,
+    failures: usize,
+    first_failure: Option<Error>,
+}
+
+impl<P: Problem> Asked<'_, P> {
+    /// Whether x has a value; then it is the point that was evaluated last.
+    fn evaluate(&mut self, x: &[f64]) -> Option<f64> {
+        if self.at != x {
+            self.at = x.to_vec();
+            self.counts[0] += 1;
+            let value = self.problem.evaluate(x, &mut self.c);
+            self.value = value.as_ref().ok().copied().filter(|value| value.is_finite());
+            self.failures += usize::from(self.value.is_none());
+            self.first_failure = self.first_failure.take().or(value.err());
+        }
+        self.value
+    }
+
+    /// The gradient of σ f + λᵀ c.
+    fn weigh(&mut self, x: &[f64], f: f64, c: &[f64]) -> Option<&[f64]> {
+        self.evaluate(x)?;
+        self.counts[1] += 1;
+        self.problem.gradient(f, c, &mut self.gradient).ok()?;
+        Some(&self.gradient)
+    }
+
+    /// The Jacobian, row by row.
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) -> Option<()> {
+        let mut weights = vec![0.0; self.c.len()];
+        for (j, row) in values.chunks_exact_mut(x.len()).enumerate() {
+            weights[j] = 1.0;
+            row.copy_from_slice(self.weigh(x, 0.0, &weights)?);
+            weights[j] = 0.0;
+        }
+        Some(())
+    }
+
+    /// The lower triangle of the Hessian of σ f + λᵀ c, row by row.
+    fn hessian(&mut self, x: &[f64], (f, c): (f64, &[f64]), values: &mut [f64]) -> Option<()> {
+        self.weigh(x, f, c)?;
+        let (mut unit, mut row) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for i in 0..x.len() {
+            unit[i] = 1.0;
+            self.counts[2] += 1;
+            self.problem.product(&unit, &mut row).ok()?;
+            unit[i] = 0.0;
+            values[i * (i + 1) / 2..][..=i].copy_from_slice(&row[..=i]);
+        }
+        Some(())
+    }
+}
+
+/// Asks the problem behind a pointer; nothing may unwind into IPOPT.
+///
+/// # Safety
+/// `data` and `x` are what [`minimise`] and IPOPT gave.
+unsafe fn ask<P: Problem>(
+    (n, x, data): (c_int, *const f64, *mut c_void),
+    what: impl FnOnce(&mut Asked<P>, &[f64]) -> Option<()>,
+) -> c_int {
+    // SAFETY: IPOPT hands back the pointer that it was given, and arrays of the sizes that it was told.
+    let (asked, x) = unsafe { (&mut *data.cast::<Asked<P>>(), list(x, n)) };
+    catch_unwind(AssertUnwindSafe(|| what(asked, x))).ok().flatten().map_or(0, |()| 1)
+}
+
+/// # Safety
+/// As `from_raw_parts`, but for an empty list, which IPOPT may give by no pointer.
+unsafe fn list<'a>(x: *const f64, n: c_int) -> &'a [f64] {
+    // SAFETY: as above.
+    if n == 0 { &[] } else { unsafe { from_raw_parts(x, n as usize) } }
+}
+
+unsafe extern "C" fn value<P: Problem>(n: c_int, x: *const f64, _: c_int, f: *mut f64, data: *mut c_void) -> c_int {
+    // SAFETY: as in `ask`.
+    unsafe { ask::<P>((n, x, data), |asked, x| asked.evaluate(x).map(|value| *f = value)) }
+}
+
+unsafe extern "C" fn gradient<P: Problem>(n: c_int, x: *const f64, _: c_int, g: *mut f64, data: *mut c_void) -> c_int {
+    // SAFETY: as in `ask`.
+    unsafe {
+        ask::<P>((n, x, data), |asked, x| {
+            let none = vec![0.0; asked.c.len()];
+            let gradient = asked.weigh(x, 1.0, &none)?;
+            from_raw_parts_mut(g, x.len()).copy_from_slice(gradient);
+            Some(())
+        })
+    }
+}
+
+unsafe extern "C" fn constraints<P: Problem>(
+    n: c_int,
+    x: *const f64,
+    _: c_int,
+    m: c_int,
+    g: *mut f64,
+    data: *mut c_void,
+) -> c_int {
+    // SAFETY: as in `ask`.
+    unsafe {
+        ask::<P>((n, x, data), |asked, x| {
+            asked.evaluate(x)?;
+            if m > 0 {
+                from_raw_parts_mut(g, m as usize).copy_from_slice(&asked.c);
+            }
+            Some(())
+        })
+    }
+}
+
+unsafe extern "C" fn jacobian<P: Problem>(
+    n: c_int,
+    x: *const f64,
+    _: c_int,
+    m: c_int,
+    count: c_int,
+    rows: *mut c_int,
+    cols: *mut c_int,
+    values: *mut f64,
+    data: *mut c_void,
+) -> c_int {
+    if count == 0 {
+        return 1;
+    }
+    let (count, n_all) = (count as usize, n as usize);
+    // SAFETY: as in `ask`; without values, the places are asked for, and the arrays have `count` entries.
+    unsafe {
+        if values.is_null() {
+            let places = from_raw_parts_mut(rows, count).iter_mut().zip(from_raw_parts_mut(cols, count)).enumerate();
+            places.for_each(|(k, (row, col))| (*row, *col) = ((k / n_all) as c_int, (k % n_all) as c_int));
+            return c_int::from(m > 0);
+        }
+        ask::<P>((n, x, data), |asked, x| asked.jacobian(x, from_raw_parts_mut(values, count)))
+    }
+}
+
+unsafe extern "C" fn hessian<P: Problem>(
+    n: c_int,
+    x: *const f64,
+    _: c_int,
+    f: f64,
+    m: c_int,
+    lambda: *const f64,
+    _: c_int,
+    count: c_int,
+    rows: *mut c_int,
+    cols: *mut c_int,
+    values: *mut f64,
+    data: *mut c_void,
+) -> c_int {
+    let count = count as usize;
+    // SAFETY: as in `jacobian`.
+    unsafe {
+        if values.is_null() {
+            let (rows, cols) = (from_raw_parts_mut(rows, count), from_raw_parts_mut(cols, count));
+            let places = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            places.zip(rows.iter_mut().zip(cols)).for_each(|((i, j), (row, col))| (*row, *col) = (i, j));
+            return 1;
+        }
+        ask::<P>((n, x, data), |asked, x| asked.hessian(x, (f, list(lambda, m)), from_raw_parts_mut(values, count)))
+    }
+}
+
+unsafe extern "C" fn iterate<P: Problem>(
+    _: c_int,
+    _: c_int,
+    value: f64,
+    violation: f64,
+    stationarity: f64,
+    _: f64,
+    step: f64,
+    _: f64,
+    _: f64,
+    _: f64,
+    _: c_int,
+    data: *mut c_void,
+) -> c_int {
+    // SAFETY: as in `ask`.
+    let asked = unsafe { &mut *data.cast::<Asked<P>>() };
+    asked.history.push(Iterate { value, violation, stationarity, step, evaluations: asked.counts[0] });
+    1
+}
+
+pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, second: Hessian) -> Result<Outcome, Failure> {
+    let (bounds, intervals) = (problem.bounds(), problem.constraints());
+    let (n, m) = (bounds.len(), intervals.len());
+    if start.len() != n {
+        return Err(Error::Size { what: "the variables of the start", expected: n, found: start.len() }.into());
+    }
+    let ends = |of: &[Interval]| -> [Vec<f64>; 2] {
+        [of.iter().map(|of| of.least).collect(), of.iter().map(|of| of.most).collect()]
+    };
+    let ([x_least, x_most], [g_least, g_most]) = (ends(&bounds), ends(&intervals));
+    let mut asked = Asked {
+        problem,
+        at: Vec::new(),
+        value: None,
+        c: vec![0.0; m],
+        gradient: vec![0.0; n],
+        counts: [0; 3],
+        history: Vec::new(),
+        failures: 0,
+        first_failure: None,
+    };
+    if asked.evaluate(start).is_none() {
+        let value = Error::NotFinite { what: "the value at the start".into(), value: f64::NAN };
+        return Err(asked.first_failure.take().unwrap_or(value).into());
+    }
+    let (mut x, mut c, mut multipliers, mut found) = (start.to_vec(), vec![0.0; m], vec![0.0; m], 0.0);
+    let count = |k: usize| c_int::try_from(k).map_err(|_| Failure::Refused(-102));
+    let (of_jacobian, of_hessian) = (count(m * n)?, count(n * (n + 1) / 2)?);
+    // SAFETY: the arrays have the sizes that are told; `asked` lives until the problem is freed, and nothing else touches it before.
+    let status = unsafe {
+        let ipopt = CreateIpoptProblem(
+            count(n)?,
+            x_least.as_ptr(),
+            x_most.as_ptr(),
+            count(m)?,
+            g_least.as_ptr(),
+            g_most.as_ptr(),
+            of_jacobian,
+            of_hessian,
+            0,
+            value::<P>,
+            constraints::<P>,
+            gradient::<P>,
+            jacobian::<P>,
+            hessian::<P>,
+        );
+        if ipopt.is_null() {
+            return Err(Failure::Refused(-11));
+        }
+        let approximation = if second == Hessian::Exact { c"exact" } else { c"limited-memory" };
+        AddIpoptStrOption(ipopt, c"hessian_approximation".as_ptr(), approximation.as_ptr());
+        AddIpoptStrOption(ipopt, c"sb".as_ptr(), c"yes".as_ptr());
+        AddIpoptIntOption(ipopt, c"print_level".as_ptr(), 0);
+        AddIpoptIntOption(ipopt, c"max_iter".as_ptr(), c_int::try_from(options.iterations).unwrap_or(c_int::MAX));
+        AddIpoptNumOption(ipopt, c"tol".as_ptr(), options.stationarity);
+        AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), options.violation);
+        SetIntermediateCallback(ipopt, iterate::<P>);
+        let data = (&raw mut asked).cast();
+        let none = std::ptr::null_mut();
+        let status =
+            IpoptSolve(ipopt, x.as_mut_ptr(), c.as_mut_ptr(), &mut found, multipliers.as_mut_ptr(), none, none, data);
+        FreeIpoptProblem(ipopt);
+        status
+    };
+    let reason = reason(status)?;
+    // What the problem keeps is the motion of the answer.
+    asked.evaluate(&x);
+    let violation = intervals.iter().zip(&c).fold(0.0, |most: f64, (of, c)| most.max(of.violation(*c)));
+    let Asked { counts: [evaluations, gradients, products], history, failures, first_failure, .. } = asked;
+    Ok(Outcome {
+        x,
+        value: found,
+        constraints: c,
+        violation,
+        multipliers,
+        reason,
+        evaluations,
+        gradients,
+        products,
+        history,
+        failures,
+        first_failure,
+    })
+}
+
+/// Of IPOPT's `ApplicationReturnStatus`.
+fn reason(status: c_int) -> Result<Reason, Failure> {
+    match status {
+        0 | 1 => Ok(Reason::Stationary),
+        2 | -2 => Ok(Reason::Infeasible),
+        3 | 4 | 6 | -3 => Ok(Reason::NoLowerValue),
+        5 => Ok(Reason::Asked),
+        -1 | -4 => Ok(Reason::Iterations),
+        _ => Err(Failure::Refused(status)),
+    }
+}

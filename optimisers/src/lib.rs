@@ -1,0 +1,79 @@
+//! Other optimisers on any [`Problem`](hamiltonian_adjoint::optimize::Problem): argmin, and IPOPT where it is installed when this is built.
+//!
+//! `cargo run --release -p optimisers --example compare` compares them with the library's own methods.
+
+mod argmin;
+#[cfg(has_ipopt)]
+mod ipopt;
+
+use std::fmt;
+
+use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::optimize::{Options, Outcome, Problem};
+
+pub use argmin::Argmin;
+
+/// Whether IPOPT was there when this was built.
+pub const HAS_IPOPT: bool = cfg!(has_ipopt);
+
+/// Where IPOPT gets second derivatives from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hessian {
+    /// All products with unit vectors.
+    Exact,
+    /// None: its own approximation.
+    LimitedMemory,
+}
+
+/// What is no outcome.
+#[derive(Debug)]
+pub enum Failure {
+    /// The problem's own error.
+    Problem(Error),
+    /// Bounds or constraints, which the optimiser does not know.
+    Constrained,
+    /// IPOPT was not found when this was built.
+    NoIpopt,
+    /// What IPOPT says of what it was given, a number of its `ApplicationReturnStatus`.
+    Refused(i32),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Failure::Problem(error) => error.fmt(f),
+            Failure::Constrained => {
+                write!(f, "the problem has bounds or constraints, which this optimiser does not know; take `ipopt`")
+            }
+            Failure::NoIpopt => {
+                write!(
+                    f,
+                    "IPOPT was not found when this was built: install it (Debian: coinor-libipopt-dev) and build again"
+                )
+            }
+            Failure::Refused(status) => write!(f, "IPOPT refuses the problem with its status {status}"),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Problem(error)
+    }
+}
+
+/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`) and `violation` of the options count.
+///
+/// # Errors
+/// A start without a value, a problem that IPOPT refuses, or no IPOPT.
+pub fn ipopt<P: Problem>(problem: &mut P, start: &[f64], options: &Options, hessian: Hessian) -> Result<Outcome, Failure> {
+    #[cfg(has_ipopt)]
+    return ipopt::minimise(problem, start, options, hessian);
+    #[cfg(not(has_ipopt))]
+    {
+        let _ = (problem, start, options, hessian);
+        Err(Failure::NoIpopt)
+    }
+}

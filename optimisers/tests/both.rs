@@ -1,0 +1,112 @@
+//! The adapters against the library's own methods, and what they refuse.
+
+use argmin::core::{Executor, State};
+use argmin::solver::linesearch::MoreThuenteLineSearch;
+use argmin::solver::quasinewton::LBFGS;
+use argmin::solver::trustregion::{Steihaug, TrustRegion};
+use hamiltonian_adjoint::optimize::{Free, Interval, MotionProblem, Options, Problem, Variables, interior_point, silent};
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings, System};
+use optimisers::{Argmin, Failure, HAS_IPOPT, Hessian, ipopt};
+use std::f64::consts::FRAC_PI_2;
+
+/// A cart with one link, upright at the end by the least effort, or as near as can be.
+fn system(is_constrained: bool) -> (System, Vec<Free>, Vec<Output>) {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    let mut upright = Vec::new();
+    if is_constrained {
+        upright.push(cart.scene.end_state(cart.links[0].coordinates[2]).position);
+    }
+    cart.scene.effort("effort", cart.force, 1e-4);
+    let free = vec![Free::control(cart.force)];
+    let scene = if is_constrained { cart.scene } else { CartPendulum::with_links(1).scene() };
+    (scene.compile().expect("a system"), free, upright)
+}
+
+fn problem<'s>((system, free, upright): &'s (System, Vec<Free>, Vec<Output>), bound: f64) -> MotionProblem<'s> {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(40, 0.025));
+    inputs.controls.fill(5.0);
+    let free = free.iter().map(|of| of.clone().within(-bound, bound)).collect();
+    let variables = Variables::new(system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(system, Settings::default(), inputs, variables).expect("a problem");
+    upright.iter().for_each(|output| problem.constrain(*output, Interval::equal(FRAC_PI_2)));
+    problem
+}
+
+#[test]
+fn argmin_finds_the_swing_up_by_gradients_and_by_hessians() {
+    let parts = system(false);
+    let mut problem = problem(&parts, f64::INFINITY);
+    let start = problem.start();
+    let argmin = Argmin::new(&mut problem).expect("no constraints");
+    let solver = LBFGS::new(MoreThuenteLineSearch::new(), 30);
+    let run = Executor::new(argmin, solver).configure(|state| state.param(start.clone()).max_iters(200).target_cost(1e-10));
+    let run = run.run().expect("a run");
+    assert!(run.state().get_best_cost() < 1e-8, "{}", run.state().get_best_cost());
+    let argmin = Argmin::new(&mut problem).expect("no constraints");
+    let solver = TrustRegion::new(Steihaug::new().with_max_iters(60)).with_radius(10.0).expect("a radius");
+    let run = Executor::new(argmin, solver.with_max_radius(500.0).expect("a radius"));
+    let run = run.configure(|state| state.param(start).max_iters(100).target_cost(1e-10)).run().expect("a run");
+    assert!(run.state().get_best_cost() < 1e-8, "{}", run.state().get_best_cost());
+}
+
+#[test]
+fn ipopt_ends_where_the_interior_point_method_does() {
+    let parts = system(true);
+    for bound in [f64::INFINITY, 12.0] {
+        let mut problem = problem(&parts, bound);
+        let start = problem.start();
+        let options = Options { stationarity: 1e-7, iterations: 500, ..Options::default() };
+        let own = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+        for hessian in [Hessian::Exact, Hessian::LimitedMemory] {
+            let found = ipopt(&mut problem, &start, &options, hessian);
+            if !HAS_IPOPT {
+                assert!(found.expect_err("no IPOPT").to_string().contains("coinor-libipopt-dev"));
+                continue;
+            }
+            let found = found.expect("a solution");
+            assert!(found.reason.is_converged() && found.violation < 1e-8, "{:?}", found.reason);
+            assert!((found.value - own.value).abs() < 1e-4 * own.value, "{hessian:?}: {} {}", found.value, own.value);
+            assert!((found.multipliers[0] - own.multipliers[0]).abs() < 1e-2 * own.multipliers[0].abs());
+            assert_eq!(found.products > 0, hessian == Hessian::Exact);
+            assert_eq!(problem.solver.cost().expect("a motion"), found.value);
+        }
+    }
+}
+
+/// √x without a value left of 0, or a panic.
+struct Edge {
+    at: f64,
+    panics: bool,
+}
+impl Problem for Edge {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        assert!(!self.panics || x[0] == 4.0, "a panic of the user's own");
+        self.at = x[0];
+        if x[0] < 0.0 { Err(Error::EmptyScene) } else { Ok(x[0] - x[0].sqrt()) }
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient[0] = f * (1.0 - 0.5 / self.at.sqrt());
+        Ok(())
+    }
+}
+
+#[test]
+fn what_goes_wrong_does_not_go_through_ipopt() {
+    let parts = system(true);
+    assert!(matches!(Argmin::new(&mut problem(&parts, f64::INFINITY)).err(), Some(Failure::Constrained)));
+    if !HAS_IPOPT {
+        return;
+    }
+    let options = Options { iterations: 200, ..Options::default() };
+    let run = |at: f64, panics| ipopt(&mut Edge { at, panics }, &[at], &options, Hessian::LimitedMemory);
+    assert!((run(4.0, false).expect("a minimum").x[0] - 0.25).abs() < 1e-5);
+    assert!(matches!(run(-1.0, false), Err(Failure::Problem(Error::EmptyScene))));
+    // A panic is a point without a value, and IPOPT gives up.
+    assert!(run(4.0, true).is_err() || !run(4.0, true).expect("an end").reason.is_converged());
+    let error = ipopt(&mut Edge { at: 0.0, panics: false }, &[], &options, Hessian::Exact).expect_err("no variables");
+    assert!(error.to_string().contains("expected 1"), "{error}");
+}

@@ -1,0 +1,86 @@
+//! What runs are looked at by: controls, progress, motions before and after, residuals of a fit.
+
+use std::path::Path;
+
+use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver, System};
+
+use super::{Name, Run, pose};
+use crate::error::Error;
+use crate::files;
+use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
+use crate::settings::Settings;
+
+/// The forces found, and how violation and gradient went: a panel for each problem.
+pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
+    const COLOURS: [Colour; 4] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE];
+    let of_problems = || of_problems(runs);
+    let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
+        let chart = |runs: &[Run]| Chart {
+            title: runs[0].name.text(),
+            x: x.clone(),
+            y: y(runs[0].name),
+            legend: Place::UpperRight,
+            series: (runs.iter().zip(COLOURS))
+                .map(|(run, colour)| Series::new(run.method, points(run), colour, Style::Line))
+                .collect(),
+            size: (560.0, 330.0),
+            ..Chart::default()
+        };
+        Panels { charts: of_problems().map(chart).collect(), columns: 2 }
+    };
+    let control = |name: Name| match name {
+        Name::Periodic => Axis::linear("torque on the crank [N m]"),
+        _ => Axis::linear("force on the cart F [N]"),
+    };
+    panels(Axis::linear("time t [s]"), control, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
+    let history = |run: &Run| -> Vec<(f64, f64)> {
+        run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
+    };
+    let error = |_| Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
+    panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
+}
+
+/// The runs of each problem that has a motion.
+fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
+    runs.chunk_by(|one, other| one.name == other.name).filter(|runs| !runs[0].control.is_empty())
+}
+
+/// The motion that each problem starts from, and the best one found, as pages.
+pub fn motions(runs: &[Run], settings: &Settings, folder: &Path) -> Result<(), Error> {
+    for runs in of_problems(runs) {
+        let converged = runs.iter().filter(|run| run.converged);
+        let Some(best) = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value)) else { continue };
+        let (name, posed) = (best.name.text(), pose(best.name, settings)?);
+        let pages = [("before", Some(&posed.inputs)), ("after", best.inputs.as_ref())];
+        for (when, inputs) in pages.into_iter().filter_map(|(when, inputs)| Some((when, inputs?))) {
+            let page = page(&posed.system, inputs, &format!("{name}, {when}"))?;
+            files::write(&folder.join(format!("optimise_{name}_{when}.html")), page)?;
+        }
+    }
+    Ok(())
+}
+
+fn page(system: &System, inputs: &Inputs, title: &str) -> Result<String, Error> {
+    let mut solver = Solver::new(system, SolverSettings::default());
+    let motion = solver.simulate(inputs)?.clone();
+    Ok(Animation::new(system, solver.inputs(), &motion)?.title(title).html())
+}
+
+/// What a fit leaves of each reading, in standard deviations: no trend may be seen.
+pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), Error> {
+    const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
+    let records = residuals.chunks(times.len()).zip(COLOURS).enumerate();
+    let series = records.map(|(k, (record, colour))| {
+        let points = times.iter().copied().zip(record.iter().copied()).collect();
+        Series::new(&format!("record {}", k + 1), points, colour, Style::Circles)
+    });
+    let chart = Chart {
+        title: "identify: what the fit leaves of the crank's angle".into(),
+        x: Axis::linear("time t [s]"),
+        y: Axis::linear("residual [standard deviations]"),
+        legend: Place::UpperRight,
+        series: series.collect(),
+        ..Chart::default()
+    };
+    Panels { charts: vec![chart], columns: 1 }.save(&folder.join("optimise_residuals"))
+}
