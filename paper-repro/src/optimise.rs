@@ -141,6 +141,8 @@ const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options
         |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill(first + s * (last - first)));
     homotopy(problem, start, options, &mut set, &mut silent)
 });
+/// Multiple shooting.
+const SEGMENTS: &str = "ten segments";
 const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options| {
     levenberg_marquardt(problem, start, options, &mut silent).map(|fit| fit.outcome)
 });
@@ -178,7 +180,9 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
             runs.push(solve(name, *method, settings)?);
         }
         if name == Name::RestSooner {
-            runs.push(in_segments(name, settings)?);
+            for is_merged in [false, true] {
+                runs.push(in_segments(name, is_merged, settings)?);
+            }
         }
     }
     let gradient = one_gradient(settings)?;
@@ -281,18 +285,18 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
 }
 
-/// By multiple shooting.
-fn in_segments(name: Name, settings: &Settings) -> Result<Run, Error> {
+/// By multiple shooting; merged segments give one motion at last.
+fn in_segments(name: Name, is_merged: bool, settings: &Settings) -> Result<Run, Error> {
     let posed = pose(name, settings)?;
     let (mut times, mut last) = (Vec::new(), None);
     while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
         let begin = Instant::now();
-        last = Some(shooting::solve(&posed, &options(name))?);
+        last = Some(shooting::solve(&posed, &options(name), is_merged)?);
         times.push(1e3 * begin.elapsed().as_secs_f64());
     }
     let Some((outcome, inputs)) = last else { unreachable!("at least one repeat") };
     let (control, converged) = (history_of(posed.control, &inputs), outcome.reason.is_converged());
-    let method = "multiple shooting";
+    let method = if is_merged { "segments, merged" } else { SEGMENTS };
     Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
 }
 

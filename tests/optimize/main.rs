@@ -630,6 +630,15 @@ fn what_cannot_be_done_is_said() {
     let outcome = interior_point(&mut problem, &[0.0], &any(), &mut silent).expect("fits");
     assert_eq!(outcome.reason, Reason::Infeasible);
     assert!(outcome.violation > 0.4, "{outcome:?}");
+    // Bounds that are too narrow: a cart that cannot be pushed so far.
+    let (system, force) = push(false);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.05));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(force).within(-3.0, 3.0)]).expect("free");
+    let mut narrow = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let outcome = interior_point(&mut narrow, &[1.0; 21], &any(), &mut silent).expect("no error but an answer");
+    println!("{:?} after {} simulations: {}", outcome.reason, outcome.evaluations, outcome.violation);
+    assert_eq!(outcome.reason, Reason::Infeasible);
+    assert!(outcome.violation > 0.1 && outcome.x.iter().all(|u| u.abs() < 3.0) && outcome.evaluations < 400);
     let outcome = interior_point(&mut Given::new(flat, vec![], vec![]), &[], &any(), &mut silent).expect("nothing to do");
     assert_eq!(outcome.reason, Reason::Stationary);
     let outcome = interior_point(&mut Given::new(flat, vec![Interval::FREE; 3], vec![]), &[0.0; 3], &any(), &mut silent)

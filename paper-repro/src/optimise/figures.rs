@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver, System};
 
-use super::{Name, Run, pose};
+use super::{Name, Run, SEGMENTS, pose};
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
@@ -12,7 +12,7 @@ use crate::settings::Settings;
 
 /// The forces found, and how violation and gradient went: a panel for each problem.
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
-    const COLOURS: [Colour; 4] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE];
+    const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
     let of_problems = || of_problems(runs);
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
@@ -48,7 +48,8 @@ fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
 /// The motion that each problem starts from, and the best one found, as pages.
 pub fn motions(runs: &[Run], settings: &Settings, folder: &Path) -> Result<(), Error> {
     for runs in of_problems(runs) {
-        let converged = runs.iter().filter(|run| run.converged);
+        // A force of ten segments is none of one motion.
+        let converged = runs.iter().filter(|run| run.converged && run.method != SEGMENTS);
         let Some(best) = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value)) else { continue };
         let (name, posed) = (best.name.text(), pose(best.name, settings)?);
         let pages = [("before", Some(&posed.inputs)), ("after", best.inputs.as_ref())];

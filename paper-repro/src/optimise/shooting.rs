@@ -1,42 +1,73 @@
-//! At rest after 2 s by multiple shooting: in ten segments from links that turn evenly, then as one motion.
+//! At rest after 2 s by multiple shooting: in ten segments from links that turn evenly without a force, and with fewer and fewer segments from there.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use hamiltonian_adjoint::optimize::{MotionProblem, MultipleShooting, Options, Outcome, Variables, interior_point, silent};
-use hamiltonian_adjoint::{Error, Inputs, Settings};
+use hamiltonian_adjoint::optimize::{MultipleShooting, Options, Outcome, interior_point, silent};
+use hamiltonian_adjoint::{Error, Inputs, Settings, Trajectory};
+use nalgebra::DVector;
 
 use super::Posed;
 
 const SEGMENTS: usize = 10;
 
-/// The solution as one motion, with what both together took, and its inputs.
-pub fn solve(posed: &Posed, options: &Options) -> Result<(Outcome, Inputs), Error> {
-    let Posed { system, inputs, free, constraints, states, .. } = posed;
-    let settings = Settings::default();
-    let mut problem = MultipleShooting::new(system, settings, inputs.clone(), free.clone(), states, SEGMENTS)?;
-    constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));
-    let (nodes, duration) = (inputs.grid.nodes() as f64 - 1.0, inputs.grid.steps.iter().sum::<f64>());
-    problem.guess(|node, q, v| {
+/// A solution in so many segments, with what it took.
+struct Solution<'s> {
+    problem: MultipleShooting<'s>,
+    outcome: Outcome,
+}
+
+/// In ten segments; if they are to be merged, at last as one motion.
+pub fn solve(posed: &Posed, options: &Options, is_merged: bool) -> Result<(Outcome, Inputs), Error> {
+    let (nodes, duration) = (posed.inputs.grid.nodes() as f64 - 1.0, posed.inputs.grid.steps.iter().sum::<f64>());
+    let even = |node: usize, q: &mut DVector<f64>, v: &mut DVector<f64>| {
         // The first state is the cart's.
-        for angle in states[1..].iter().map(|state| state.coordinate.index()) {
+        for angle in posed.states[1..].iter().map(|state| state.coordinate.index()) {
             (q[angle], v[angle]) = (PI * node as f64 / nodes - FRAC_PI_2, PI / duration);
         }
-    })?;
-    let start = problem.start();
-    let parts = interior_point(&mut problem, &start, options, &mut silent)?;
-    let inputs = problem.inputs_at(&parts.x);
-    let variables = Variables::new(system, &inputs, free.clone())?;
-    let mut one = MotionProblem::new(system, settings, inputs, variables)?;
-    constraints.iter().for_each(|(output, to)| one.constrain(*output, *to));
-    let start = one.start();
-    let whole = interior_point(&mut one, &start, options, &mut silent)?;
-    let inputs = one.inputs_at(&whole.x);
-    let outcome = Outcome {
-        evaluations: parts.evaluations + whole.evaluations,
-        gradients: parts.gradients + whole.gradients,
-        products: parts.products + whole.products,
-        history: parts.history.into_iter().chain(whole.history).collect(),
-        ..whole
     };
-    Ok((outcome, inputs))
+    let mut unforced = posed.inputs.clone();
+    unforced.controls.fill(0.0);
+    let mut found = minimise(posed, options, (&unforced, SEGMENTS), even)?;
+    for segments in (1..SEGMENTS).rev().filter(|_| is_merged) {
+        let inputs = found.problem.inputs_at(&found.outcome.x);
+        let states = states(&found.problem);
+        let before = found.outcome;
+        found = minimise(posed, options, (&inputs, segments), |node, q, v| {
+            q.copy_from(&states[node].0);
+            v.copy_from(&states[node].1);
+        })?;
+        let last = found.outcome;
+        found.outcome = Outcome {
+            evaluations: before.evaluations + last.evaluations,
+            gradients: before.gradients + last.gradients,
+            products: before.products + last.products,
+            history: before.history.into_iter().chain(last.history).collect(),
+            ..last
+        };
+    }
+    let inputs = found.problem.inputs_at(&found.outcome.x);
+    Ok((found.outcome, inputs))
+}
+
+fn minimise<'s>(
+    Posed { system, free, constraints, states, .. }: &'s Posed,
+    options: &Options,
+    (inputs, segments): (&Inputs, usize),
+    guess: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>),
+) -> Result<Solution<'s>, Error> {
+    let mut problem = MultipleShooting::new(system, Settings::default(), inputs.clone(), free.clone(), states, segments)?;
+    constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));
+    problem.guess(guess)?;
+    let start = problem.start();
+    let outcome = interior_point(&mut problem, &start, options, &mut silent)?;
+    Ok(Solution { problem, outcome })
+}
+
+/// q and v at all nodes but the last.
+fn states(problem: &MultipleShooting) -> Vec<(DVector<f64>, DVector<f64>)> {
+    let of_segment = |motion: &Trajectory| {
+        let columns = (0..motion.q.ncols() - 1).map(|i| (motion.q.column(i).into_owned(), motion.v.column(i).into_owned()));
+        columns.collect::<Vec<_>>()
+    };
+    problem.segments().flat_map(|segment| of_segment(segment.solver.trajectory())).collect()
 }

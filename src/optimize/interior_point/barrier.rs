@@ -103,6 +103,16 @@ impl Barrier {
         most
     }
 
+    /// Leaves where it was what rounding would bring to a bound.
+    pub(super) fn keep_inside(&self, before: &[f64], y: &mut [f64]) {
+        for ((y, before), of) in y.iter_mut().zip(before).zip(&self.bounds) {
+            let is_outside = distances(of, *y).into_iter().any(|distance| distance <= 0.0);
+            if is_outside {
+                *y = *before;
+            }
+        }
+    }
+
     /// The multipliers behind a step d from y to `next`.
     pub(super) fn step(&mut self, y: &[f64], next: &[f64]) {
         for (i, of) in self.bounds.iter().enumerate() {

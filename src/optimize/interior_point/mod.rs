@@ -32,6 +32,8 @@ const SHARE: f64 = 0.3;
 const ACCEPTED: f64 = 1e-8;
 /// The radius below which there is nothing to be found.
 const LEAST: f64 = 1e-13;
+/// A violation that moves by less than this, and whose derivatives along all ways that are open are below it, does not get smaller.
+const STUCK: f64 = 1e-9;
 /// Differences of φ below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
 
@@ -63,6 +65,10 @@ pub fn interior_point<P: Problem + ?Sized>(
         let asked = options.stationarity * method.scale().max(first);
         if feasible && last.stationarity <= asked && method.barrier.mu <= asked {
             break Reason::Stationary;
+        }
+        let before = history.iter().rev().nth(1).map_or(f64::INFINITY, |before| before.violation);
+        if !feasible && last.violation >= (1.0 - STUCK) * before && method.is_stuck() {
+            break Reason::Infeasible;
         }
         if history.len() > options.iterations {
             break Reason::Iterations;
@@ -200,6 +206,12 @@ impl Method {
         terms.fold(self.gradient.amax(), f64::max)
     }
 
+    /// Whether ‖C‖ has no derivative but into bounds that are reached.
+    fn is_stuck(&self) -> bool {
+        let pull = self.jacobian.tr_mul(&self.c);
+        self.barrier.stationarity(self.y.as_slice(), pull.as_slice()) <= STUCK * self.c.norm() * self.jacobian.amax()
+    }
+
     fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
         let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
         Iterate {
@@ -297,7 +309,8 @@ impl Method {
     }
 
     fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
-        let y = &self.y + p.component_mul(scales);
+        let mut y = &self.y + p.component_mul(scales);
+        self.barrier.keep_inside(self.y.as_slice(), y.as_mut_slice());
         let value = problem.evaluate(&y.as_slice()[..problem.bounds.len()]);
         Trial { c: self.constraints(problem, &y), y, value }
     }
