@@ -110,6 +110,13 @@ impl AdjointSweep {
         self.time += self.cost.time;
     }
 
+    /// Adds derivatives with respect to inputs to those at hand.
+    pub(super) fn add_inputs_of(&mut self, rows: &CostRows) {
+        self.u.iter_mut().zip(&rows.u).for_each(|(sum, u)| *sum += u);
+        self.design.iter_mut().zip(&rows.design).for_each(|(sum, b)| *sum += b);
+        self.time += rows.time;
+    }
+
     /// From u̇ = (u_i − u_{i−1})/Δt_i of a step to its controls and its length.
     fn add_control_rates(&mut self, motion: &Motion, step: usize) {
         let Some(length) = motion.inputs.grid.steps.get(step - 1) else { return };

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::System;
 use crate::motion::{column, column_mut};
 use crate::scheme::StageAdjoint;
-use crate::system::Covector;
+use crate::system::{Covector, Pair};
 
 /// One column a stage, in the order of the motion's second derivatives.
 #[derive(Default)]
@@ -15,23 +15,58 @@ pub(super) struct Record {
     c: DMatrix<f64>,
     d: DMatrix<f64>,
     e: DMatrix<f64>,
+    /// From the last to the first.
+    crossed: Vec<Crossed>,
+}
+
+/// A restart: the adjoint variables of the motion that was started anew, and (c, e) of the projection.
+pub(super) struct Crossed {
+    node: usize,
+    pub(super) anew: StageAdjoint,
+    pub(super) projection: Pair,
 }
 
 impl Record {
     /// Makes room for so many stages.
     pub(super) fn fit(&mut self, system: &System, stages: usize) {
+        self.crossed.clear();
         if self.a.shape() == (system.n(), stages) {
             return;
         }
         let state = || DMatrix::zeros(system.n(), stages);
-        *self = Record { a: state(), b: state(), c: state(), d: state(), e: DMatrix::zeros(system.m(), stages) };
+        *self = Record {
+            a: state(),
+            b: state(),
+            c: state(),
+            d: state(),
+            e: DMatrix::zeros(system.m(), stages),
+            ..Record::default()
+        };
     }
 
     pub(super) fn store(&mut self, stage: usize, of: &StageAdjoint) {
-        let Record { a, b, c, d, e } = self;
+        let Record { a, b, c, d, e, .. } = self;
         for (matrix, x) in [(a, &of.a), (b, &of.b), (c, &of.c), (d, &of.d), (e, &of.e)] {
             column_mut(matrix, stage).copy_from_slice(x);
         }
+    }
+
+    /// Keeps what comes behind the restart of a node.
+    pub(super) fn begin_crossing(&mut self, node: usize, anew: &StageAdjoint) {
+        let projection = Pair { v: Vec::new(), sigma: Vec::new() };
+        self.crossed.push(Crossed { node, anew: anew.clone(), projection });
+    }
+
+    /// Keeps (c, e) of the projection of the restart at hand.
+    pub(super) fn end_crossing(&mut self, of: &StageAdjoint) {
+        if let Some(crossed) = self.crossed.last_mut() {
+            crossed.projection = Pair { v: of.c.clone(), sigma: of.e.clone() };
+        }
+    }
+
+    /// The restart of a node.
+    pub(super) fn crossed(&self, node: usize) -> Option<&Crossed> {
+        self.crossed.iter().find(|crossed| crossed.node == node)
     }
 
     /// a and b.

@@ -8,7 +8,7 @@ use crate::linear::Breakdown;
 use crate::node::Newton;
 use crate::number::largest;
 use crate::scheme::StageAdjoint;
-use crate::system::{Covector, InputRows, NodeView};
+use crate::system::{Covector, InputRows, NodeView, Pair};
 
 /// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
 const MOST_CORRECTIONS: usize = 30;
@@ -23,21 +23,36 @@ impl AdjointSweep {
         restart: &Restart,
         node: usize,
     ) -> Result<(), Breakdown> {
-        self.cost.clear();
-        self.cost_is_zero = false;
-        let StageAdjoint { a, b, .. } = &mut self.step[self.stage];
-        self.cost.q.iter_mut().zip(a).for_each(|(q, a)| *q = -*a);
-        b.iter_mut().for_each(|b| *b = -*b);
+        self.begin_crossing();
         self.cross_momentum(system, motion, newton, restart, node);
         if let Some(projection) = restart.projection {
-            self.cross_projection(system, motion, newton, (restart.q, projection), node)?;
+            self.cross_projection(system, motion, newton, (restart.q, projection, None), node)?;
+        }
+        if let Some(record) = &mut self.record {
+            record.end_crossing(&self.step[self.stage]);
         }
         self.carried.clear();
         Ok(())
     }
 
+    /// dJ/dq in the place of J_q, and π = dJ/dp* in that of b.
+    pub(super) fn begin_crossing(&mut self) {
+        self.cost.clear();
+        self.cost_is_zero = false;
+        let StageAdjoint { a, b, .. } = &mut self.step[self.stage];
+        self.cost.q.iter_mut().zip(a).for_each(|(q, a)| *q = -*a);
+        b.iter_mut().for_each(|b| *b = -*b);
+    }
+
     /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
-    fn cross_momentum(&mut self, system: &System, motion: &Motion, newton: &mut Newton, restart: &Restart, node: usize) {
+    pub(super) fn cross_momentum(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        restart: &Restart,
+        node: usize,
+    ) {
         let StageAdjoint { b, e, .. } = &self.step[self.stage];
         let with = Covector { c: b, d: &self.zeros.v, e: &self.zeros.sigma };
         newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
@@ -61,13 +76,13 @@ impl AdjointSweep {
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w.
-    fn cross_projection(
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w; `less` is taken from the right-hand side.
+    pub(super) fn cross_projection(
         &mut self,
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
-        (q_before, (nu, blocks)): (&[f64], (&[f64], &[f64])),
+        (q_before, (nu, blocks), less): (&[f64], (&[f64], &[f64]), Option<&Pair>),
         node: usize,
     ) -> Result<(), Breakdown> {
         let StageAdjoint { c, d, e, .. } = &mut self.step[self.stage];
@@ -80,6 +95,10 @@ impl AdjointSweep {
             let terms = self.cost.q.iter().zip(&self.rows.q);
             positions.v.iter().zip(terms).for_each(|(&position, (j_q, row))| right[position] = -(j_q + row));
             positions.sigma.iter().for_each(|&position| right[position] = 0.0);
+            if let Some(less) = less {
+                positions.v.iter().zip(&less.v).for_each(|(&position, less)| right[position] -= less);
+                positions.sigma.iter().zip(&less.sigma).for_each(|(&position, less)| right[position] -= less);
+            }
             newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
             c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
             e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);

@@ -176,16 +176,14 @@ impl AdjointSweep {
         if !self.cost_is_zero {
             self.growth.add_source(system, motion, &newton.weights, &self.cost, node);
         }
-        if self.sigma_before_at == Some(node) {
-            self.sigma_before_at = None;
-            let terms = self.cost.sigma.iter_mut().zip(&mut self.sigma_before);
-            terms.for_each(|(sum, carried)| *sum += std::mem::take(carried));
-            self.cost_is_zero = false;
-        }
+        self.take_sigma_before(node);
         let begins = restart.is_some() || node == 0;
         self.solve_stage(system, motion, newton, (node, last), if begins { 0.0 } else { h }, None)?;
         self.input_rows(system, newton, || motion.at(node), node)?;
         if let Some(restart) = restart {
+            if let Some(record) = &mut self.record {
+                record.begin_crossing(node, &self.step[self.stage]);
+            }
             let crossed = self.cross(system, motion, newton, &restart, node);
             crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))?;
             self.solve_stage(system, motion, newton, (node, last), h, Some(restart.step_blocks))?;
@@ -218,6 +216,17 @@ impl AdjointSweep {
             self.growth.watch(system, &newton.weights, (&self.carried.a, &self.carried.b));
         }
         Ok(())
+    }
+
+    /// Takes what a later restart gives to the multipliers of this node.
+    pub(super) fn take_sigma_before(&mut self, node: usize) {
+        if self.sigma_before_at != Some(node) {
+            return;
+        }
+        self.sigma_before_at = None;
+        let terms = self.cost.sigma.iter_mut().zip(&mut self.sigma_before);
+        terms.for_each(|(sum, carried)| *sum += std::mem::take(carried));
+        self.cost_is_zero = false;
     }
 
     /// Goes back through the stages between a node and the one before it.

@@ -839,3 +839,16 @@ fn a_cost_at_a_node_is_the_terminal_cost_of_a_shorter_motion() {
     let error = gradient(&at_node, &short, Settings::default()).expect_err("no such node");
     assert_says(&error, &["`Sum::Node`", "7", "number of steps"]);
 }
+
+#[test]
+fn programs_of_the_guide_are_short() {
+    // Without blank lines, comments and what is hidden.
+    let is_counted = |line: &&str| !(line.trim().is_empty() || line.starts_with("# ") || line.trim().starts_with("//"));
+    let guide = include_str!("../../docs/optimisation.md");
+    let programs: Vec<usize> = (guide.split("```rust\n").skip(1))
+        .filter_map(|rest| rest.split("```").next())
+        .map(|program| program.lines().filter(is_counted).count())
+        .collect();
+    println!("{programs:?} lines");
+    assert!(programs.len() >= 3 && programs.iter().all(|lines| *lines <= 25), "{programs:?}");
+}

@@ -14,8 +14,7 @@ use crate::adjoint::assembly::Side;
 use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
-use crate::number::{Hyper, Real};
-use crate::system::{Covector, Given, NodeView, Pair, StateRows};
+use crate::system::{CostRows, Covector, Given, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
 
 /// (ẇ, ν̇) and (v̇₀, μ̇).
@@ -105,7 +104,10 @@ impl SecondOrderSweep {
         let moved = directions(&along.moved);
         let of_coordinates =
             self.through(system, newton, (Which::Coordinates, of), (q_dot.as_slice(), [&moved, &none]), [&q_bar, &q])?;
-        self.add_change_of_phi(system, motion, &of_coordinates.x.sigma, q_dot.as_slice());
+        let time = self.sweep.time;
+        self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
+        // The time of a start is no guess.
+        self.sweep.time = time;
         newton.evaluation.set_compliance(&motion.trajectory.compliance);
         let held = assembly.held.clone();
         self.sweep.gradient.start = Start::Assembled { q: of_coordinates.guess, v: of_velocities.guess, held };
@@ -145,8 +147,13 @@ impl SecondOrderSweep {
         (q, [moved, unmoved]): (&[f64], [&[Vec<f64>; 2]; 2]),
     ) -> Change {
         let [of_moved, of_unmoved] = side.covectors(x);
-        let m = self.rows_along(system, newton, (&side.moved, &side.tangent.moved), (q, moved), &of_moved);
-        let u = self.rows_along(system, newton, (&side.unmoved, &side.tangent.unmoved), (q, unmoved), &of_unmoved);
+        let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), [v, sigma]: &[Vec<f64>; 2], with: &Covector| {
+            self.rows_along(system, newton, (None, at, blocks), [q, v, sigma], with);
+            let CostRows { q, v, sigma, design, .. } = &self.first_rows;
+            Rows { state: StateRows { v: v.clone(), q: q.clone(), sigma: sigma.clone() }, design: design.clone() }
+        };
+        let m = rows((&side.moved, &side.tangent.moved), moved, &of_moved);
+        let u = rows((&side.unmoved, &side.tangent.unmoved), unmoved, &of_unmoved);
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let design = less(&u.design, &m.design);
         if side.tangent.which == Which::Velocities {
@@ -155,54 +162,10 @@ impl SecondOrderSweep {
             return Change { of_matrix, guess: u.state.v.into(), q, design };
         }
         let of_e = Covector { c: &side.zeros.v, d: &side.zeros.v, e: &x.sigma };
-        let l = self.rows_along(system, newton, (&side.unmoved, &side.tangent.unmoved), (q, unmoved), &of_e);
+        let l = rows((&side.unmoved, &side.tangent.unmoved), unmoved, &of_e);
         let of_matrix = (0..q.len()).map(|i| m.state.v[i] + m.state.q[i] - u.state.q[i] + l.state.v[i]).collect();
         let of_matrix = Pair { v: of_matrix, sigma: m.state.sigma };
         Change { of_matrix, guess: m.state.v.into(), q: DVector::zeros(q.len()), design }
-    }
-
-    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction.
-    fn rows_along(
-        &mut self,
-        system: &System,
-        newton: &Newton,
-        (at, blocks): (&NodeView<f64>, &[f64]),
-        (q, [v, sigma]): (&[f64], &[Vec<f64>; 2]),
-        with: &Covector,
-    ) -> Rows {
-        let SecondOrderSweep { sweep, change, programs, no_controls, .. } = self;
-        let (along, rows) = (NodeView::of_equations([q, v, sigma], (no_controls, 0.0, &change.design)), &mut sweep.cost);
-        rows.clear();
-        newton.evaluation.pull_back_along(blocks, &along, with, rows);
-        if let Some(programs) = programs {
-            programs.equations.pull_back(system.batches(), (at, &along), with, rows);
-        }
-        let state = StateRows { v: rows.v.clone(), q: rows.q.clone(), sigma: rows.sigma.clone() };
-        Rows { state, design: rows.design.clone() }
-    }
-
-    /// What −Φ_bᵀ e changes by along a direction of q and b, by hyper-dual numbers.
-    fn add_change_of_phi(&mut self, system: &System, motion: &Motion, e: &[f64], q_dot: &[f64]) {
-        let here = motion.at(0);
-        let moving = |x: &[f64], dot: &[f64]| -> Vec<Hyper> {
-            let number = |(x, dot): (&f64, &f64)| {
-                let mut number = Hyper::from(*x);
-                number.add_to_part(2, *dot);
-                number
-            };
-            x.iter().zip(dot).map(number).collect()
-        };
-        let q = moving(motion.inputs.start.q().as_slice(), q_dot);
-        let u: Vec<Hyper> = here.u.iter().map(|u| (*u).into()).collect();
-        let zeros = [vec![Hyper::from(0.0); q.len()], vec![Hyper::from(0.0); e.len()]];
-        let mut phi = zeros[1].clone();
-        for p in 0..self.sweep.design.len() {
-            let mut design = moving(&motion.design, &self.change.design);
-            design[p].add_to_part(1, 1.0);
-            let given = Given { u: &u, t: here.t.into(), design: &design };
-            system.phi(&given.at(&q, &zeros[0], &zeros[1]), &mut phi);
-            self.sweep.design[p] -= phi.iter().zip(e).map(|(phi, e)| phi.part(3) * e).sum::<f64>();
-        }
     }
 }
 

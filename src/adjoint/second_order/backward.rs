@@ -7,7 +7,7 @@ use crate::forward::Motion;
 use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::carried_part;
-use crate::system::Covector;
+use crate::system::{Covector, NodeView};
 use crate::{Error, Inputs, Settings, Start, System};
 
 impl SecondOrderSweep {
@@ -40,10 +40,21 @@ impl SecondOrderSweep {
         node: usize,
     ) -> Result<(), Error> {
         let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
+        let (restart, h) = (motion.restarts.at(node), dt * scheme.a(last, last));
+        self.ended = None;
         self.sources_of_node(system, motion, (newton, first), node)?;
         let sweep = &mut self.sweep;
-        sweep.solve_stage(system, motion, newton, (node, last), dt * scheme.a(last, last), None)?;
+        sweep.take_sigma_before(node);
+        let begins = restart.is_some() || node == 0;
+        sweep.solve_stage(system, motion, newton, (node, last), if begins { 0.0 } else { h }, None)?;
         sweep.input_rows(system, newton, || motion.at(node), node)?;
+        if let Some(restart) = restart {
+            self.cross_back(system, motion, (newton, first), (node, &restart))?;
+            self.sweep.solve_stage(system, motion, newton, (node, last), h, Some(restart.step_blocks))?;
+            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
+            self.sweep.input_rows(system, newton, end, node)?;
+        }
+        let sweep = &mut self.sweep;
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
         if node == 0 {
             return Ok(());
@@ -51,7 +62,7 @@ impl SecondOrderSweep {
         for s in (1..last).rev() {
             self.inner_stage(system, motion, (newton, first), (node, s))?;
         }
-        self.sweep.step_row(motion, None, node);
+        self.sweep.step_row(motion, restart, node);
         self.step_row(motion, first, node);
         carried_part((&scheme, 0), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, 0));
@@ -101,7 +112,9 @@ impl SecondOrderSweep {
         for (s, row) in scheme.rows.iter().enumerate() {
             let [a, b] = record.of_step(motion.block_column(node, s + 1));
             for (j, weight) in row.iter().enumerate() {
-                let (v, rate) = self.change.trajectory.rates(node, j);
+                let ended =
+                    self.ended.as_ref().filter(|_| j == scheme.stages()).map(|end| (&end.v[..], &end.p_star_dot[..]));
+                let (v, rate) = ended.unwrap_or_else(|| self.change.trajectory.rates(node, j));
                 own += weight * (dot(a, v) + dot(b, rate));
             }
         }

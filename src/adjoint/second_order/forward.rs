@@ -2,6 +2,7 @@
 
 use super::SecondOrderSweep;
 use crate::forward::Motion;
+use crate::forward::restart::Restart;
 use crate::motion::column;
 use crate::node::Newton;
 use crate::number::largest;
@@ -12,12 +13,20 @@ use crate::{Error, Start, System};
 impl SecondOrderSweep {
     pub(super) fn forward(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
+        self.restarts.clear();
         self.begin_motion(system, motion, newton);
-        self.solve(system, motion, newton, (0, last), 0.0)?;
+        self.sigma_before.fill(0.0);
+        self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), 0.0)?;
         for node in 1..motion.nodes() {
+            let restart = motion.restarts.at(node);
             for s in 1..=last {
-                self.known_part(motion, (node, s));
-                self.solve(system, motion, newton, (node, s), motion.length(node) * scheme.a(s, s))?;
+                self.known_part(motion, (node, s), restart);
+                let end = stage_end(motion, (node, s), restart);
+                self.solve(system, motion, newton, end, motion.length(node) * scheme.a(s, s))?;
+            }
+            if let Some(restart) = restart {
+                self.cross(system, motion, newton, (node, &restart))?;
+                self.solve(system, motion, newton, ((node, last), motion.at(node), motion.node_blocks(node)), 0.0)?;
             }
         }
         Ok(())
@@ -40,7 +49,7 @@ impl SecondOrderSweep {
     }
 
     /// q̄˙ + ḣ v and p̄˙ + ḣ g of a stage, and its place in time.
-    fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize)) {
+    fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize), restart: Option<Restart>) {
         let (trajectory, inputs) = (&mut self.change.trajectory, &self.change.inputs);
         let (scheme, dt, dt_dot) = (motion.trajectory.scheme, motion.length(node), inputs.grid.steps[node - 1]);
         if s < scheme.stages() {
@@ -48,6 +57,7 @@ impl SecondOrderSweep {
         } else {
             trajectory.times[node] = trajectory.times[node - 1] + dt_dot;
         }
+        self.sigma_before.copy_from_slice(column(&trajectory.sigma, node - 1));
         let before = trajectory.columns(node - 1);
         known_part((&scheme, s), dt, (before.q, before.v), |j| trajectory.rates(node, j).0, &mut self.known_q);
         let p_star = (before.p_star, before.p_star_dot);
@@ -56,7 +66,8 @@ impl SecondOrderSweep {
             return;
         }
         for j in 0..=s {
-            let (factor, (v, g)) = (dt_dot * scheme.a(s, j), motion.trajectory.rates(node, j));
+            let rates = restart.filter(|_| j == scheme.stages()).map(|end| (end.v, end.p_star_dot));
+            let (factor, (v, g)) = (dt_dot * scheme.a(s, j), rates.unwrap_or_else(|| motion.trajectory.rates(node, j)));
             self.known_q.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * v);
             self.known_p.iter_mut().zip(g).for_each(|(sum, g)| *sum += factor * g);
         }
@@ -68,10 +79,9 @@ impl SecondOrderSweep {
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
-        (node, s): (usize, usize),
+        ((node, s), at, blocks): ((usize, usize), NodeView<f64>, &[f64]),
         h: f64,
     ) -> Result<(), Error> {
-        let (at, blocks) = (motion.at_stage(node, s), motion.stage_blocks(node, s));
         let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
         let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
         newton.evaluation.push_forward(system, blocks, &along, &mut self.sums);
@@ -83,10 +93,8 @@ impl SecondOrderSweep {
             *right = self.known_p[i] - l_v[i] + h * force[i];
         }
         self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
-        if node > 0 {
-            let sigma = column(&self.change.trajectory.sigma, node - 1);
-            motion.trajectory.compliance.iter().for_each(|&(j, mu)| self.right.sigma[j] -= mu * sigma[j]);
-        }
+        let compliance = motion.trajectory.compliance.iter();
+        compliance.for_each(|&(j, mu)| self.right.sigma[j] -= mu * self.sigma_before[j]);
         let factored = newton.factor(system, h, blocks, &mut self.report);
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
         let pivot = factored.map_err(singular)?;
@@ -128,6 +136,21 @@ impl SecondOrderSweep {
             now.q[i] = self.known_q[i] + h * self.x.v[i];
             now.p_star_dot[i] = g;
             now.p_star[i] = self.known_p[i] + h * g;
+        }
+    }
+}
+
+/// A stage of the step into a node as the step left it: at a restart, not as the motion goes on.
+pub(super) fn stage_end<'a>(
+    motion: &'a Motion,
+    (node, s): (usize, usize),
+    restart: Option<Restart<'a>>,
+) -> ((usize, usize), NodeView<'a, f64>, &'a [f64]) {
+    match restart.filter(|_| s == motion.trajectory.last_stage()) {
+        None => ((node, s), motion.at_stage(node, s), motion.stage_blocks(node, s)),
+        Some(end) => {
+            let at = NodeView { q: end.q, v: end.v, sigma: end.sigma, ..motion.at(node) };
+            ((node, s), at, end.step_blocks)
         }
     }
 }

@@ -15,6 +15,7 @@ mod assembly;
 mod backward;
 mod forward;
 mod programs;
+mod restart;
 mod sources;
 
 use nalgebra::DVector;
@@ -29,6 +30,7 @@ use crate::system::{CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use assembly::AssemblyChange;
 use programs::Programs;
+use restart::RestartChange;
 
 /// Memory for products.
 pub(crate) struct SecondOrderSweep {
@@ -41,6 +43,11 @@ pub(crate) struct SecondOrderSweep {
     programs: Option<Programs>,
     /// Of a start that is assembled.
     of_assembly: Option<AssemblyChange>,
+    /// Of the restarts, in order; on the way back, that of the node at hand.
+    restarts: Vec<RestartChange>,
+    ended: Option<RestartChange>,
+    /// The direction of the multipliers with which the step at hand begins.
+    sigma_before: Vec<f64>,
     /// q̄˙ + ḣ v and p̄˙ + ḣ g of the stage at hand.
     known_q: Vec<f64>,
     known_p: Vec<f64>,
@@ -71,6 +78,9 @@ impl SecondOrderSweep {
             sweep: AdjointSweep::new(system, scheme),
             programs: None,
             of_assembly: None,
+            restarts: Vec::new(),
+            ended: None,
+            sigma_before: zeros(m),
             known_q: zeros(n),
             known_p: zeros(n),
             right: pair(),
@@ -148,10 +158,6 @@ impl SecondOrderSweep {
 fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
     let Motion { trajectory, inputs, assembly, .. } = motion;
     trajectory.check_complete(inputs)?;
-    if let Some(node) = trajectory.restarted.first() {
-        let of = format!("a motion that was started anew (`Settings::drift_bound`), here at node {node}");
-        return Err(Error::NoSecondDerivatives { of });
-    }
     let inserted = trajectory.inserted.len();
     match (assembly, &inputs.start) {
         // The guess, which the start was assembled from.

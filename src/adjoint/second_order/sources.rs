@@ -1,13 +1,41 @@
 //! S_z of a stage: what takes the places of a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
 
 use super::SecondOrderSweep;
+use super::programs::Programs;
 use crate::adjoint::AdjointSweep;
+use crate::adjoint::record::Crossed;
 use crate::forward::{Motion, control_rates};
 use crate::node::Newton;
 use crate::number::dot;
-use crate::system::{Depends, NodeView, Weights};
+use crate::scheme::StageAdjoint;
+use crate::system::{CostRows, Covector, Depends, NodeView, Weights};
 use crate::{Error, System};
 use num_dual::Dual64;
+
+/// A stage, the direction there, and the adjoint variables of the gradient.
+pub(super) struct OfStage<'a> {
+    pub(super) at: NodeView<'a, f64>,
+    pub(super) along: NodeView<'a, f64>,
+    pub(super) blocks: &'a [f64],
+    pub(super) with: Covector<'a>,
+    /// a and b.
+    pub(super) step: [&'a [f64]; 2],
+    /// The change of h.
+    pub(super) h_dot: f64,
+}
+
+impl OfStage<'_> {
+    /// ∂(Dψ)/∂z, −ḣ a and −ḣ b.
+    pub(super) fn add_sources(&self, system: &System, newton: &Newton, programs: &mut Programs, rows: &mut CostRows) {
+        newton.evaluation.pull_back_along(self.blocks, &self.along, &self.with, rows);
+        programs.equations.pull_back(system.batches(), (&self.at, &self.along), &self.with, rows);
+        if self.h_dot != 0.0 {
+            let [a, b] = self.step;
+            rows.v.iter_mut().zip(a).for_each(|(sum, a)| *sum -= self.h_dot * a);
+            rows.p_star_dot.iter_mut().zip(b).for_each(|(sum, b)| *sum -= self.h_dot * b);
+        }
+    }
+}
 
 impl SecondOrderSweep {
     /// Those of a node: of its costs and of its equations.
@@ -25,7 +53,7 @@ impl SecondOrderSweep {
             self.add_costs(system, motion, (node, motion.trajectory.last_stage()), &weights)?;
             self.sweep.add_lengths_of_node(system, motion, node);
         }
-        self.add_equations(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
+        self.add_stage(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
         self.sweep.take_cost();
         if has_cost && system.has_control_rates() {
             self.add_control_rates(node);
@@ -47,7 +75,7 @@ impl SecondOrderSweep {
             self.add_costs(system, motion, (node, s), &Weights::between(self.steps[node - 1] * weight))?;
             self.sweep.add_length_of_stage(motion, (node, s));
         }
-        self.add_equations(system, motion, (newton, first), (node, s));
+        self.add_stage(system, motion, (newton, first), (node, s));
         self.sweep.take_cost();
         if system.has_integral() && system.has_control_rates() {
             self.add_control_rates(node);
@@ -90,8 +118,27 @@ impl SecondOrderSweep {
         if uses == Depends::Perhaps && !self.sweep.cost.is_finite() { Err(unknown()) } else { Ok(()) }
     }
 
-    /// ∂(Dψ)/∂z, −ḣ a and −ḣ b.
-    fn add_equations(
+    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction of the state, and of the inputs of a node or of the parameters alone.
+    pub(super) fn rows_along(
+        &mut self,
+        system: &System,
+        newton: &Newton,
+        (node, at, blocks): (Option<usize>, &NodeView<f64>, &[f64]),
+        state: [&[f64]; 3],
+        with: &Covector,
+    ) {
+        let SecondOrderSweep { change, programs, no_controls, first_rows: rows, .. } = self;
+        let inputs = node.map_or((&no_controls[..], 0.0), |node| (change.inputs.controls_at(node), change.at(node).t));
+        let along = NodeView::of_equations(state, (inputs.0, inputs.1, &change.design));
+        rows.clear();
+        newton.evaluation.pull_back_along(blocks, &along, with, rows);
+        if let Some(programs) = programs {
+            programs.equations.pull_back(system.batches(), (at, &along), with, rows);
+        }
+    }
+
+    /// Those of the equations of a stage; of a node where the motion was started anew, as it goes on.
+    fn add_stage(
         &mut self,
         system: &System,
         motion: &Motion,
@@ -100,17 +147,16 @@ impl SecondOrderSweep {
     ) {
         self.sweep.cost_is_zero = false;
         let (Some(record), Some(programs)) = (&first.record, &mut self.programs) else { return };
+        let crossed = record.crossed(node).filter(|_| s == motion.trajectory.last_stage());
         let stage = motion.block_column(node, s);
-        let (with, rows) = (record.covector(stage), &mut self.sweep.cost);
-        let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
-        newton.evaluation.pull_back_along(motion.stage_blocks(node, s), &along, &with, rows);
-        programs.equations.pull_back(system.batches(), (&at, &along), &with, rows);
         let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
-        if h_dot != 0.0 {
-            let [a, b] = record.of_step(stage);
-            rows.v.iter_mut().zip(a).for_each(|(sum, a)| *sum -= h_dot * a);
-            rows.p_star_dot.iter_mut().zip(b).for_each(|(sum, b)| *sum -= h_dot * b);
-        }
+        let (with, step, h_dot) = match crossed {
+            Some(Crossed { anew: StageAdjoint { a, b, c, d, e }, .. }) => (Covector { c, d, e }, [&a[..], b], 0.0),
+            None => (record.covector(stage), record.of_step(stage), h_dot),
+        };
+        let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
+        let of = OfStage { at, along, blocks: motion.stage_blocks(node, s), with, step, h_dot };
+        of.add_sources(system, newton, programs, &mut self.sweep.cost);
     }
 
     /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, or out of node 0, and its change.
