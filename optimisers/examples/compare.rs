@@ -71,12 +71,11 @@ fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<Motion
     Ok(problem)
 }
 
+/// A method, from a start.
+type Solve<'a> = &'a mut dyn FnMut(&mut MotionProblem, &[f64]) -> Result<Outcome, Box<dyn Error>>;
+
 /// A line of the table: the median time of up to 5 runs.
-fn row(
-    (name, method, gradient): (&str, &str, f64),
-    posed: &Posed,
-    solve: &mut dyn FnMut(&mut MotionProblem, &[f64]) -> Result<Outcome, Box<dyn Error>>,
-) -> Result<(), Box<dyn Error>> {
+fn row((name, method, gradient): (&str, &str, f64), posed: &Posed, solve: Solve) -> Result<(), Box<dyn Error>> {
     let (mut times, mut last) = (Vec::new(), None);
     while times.len() < 5 && times.iter().sum::<f64>() < 1.0 {
         let mut problem = problem(posed)?;
@@ -107,15 +106,18 @@ fn row(
 fn by_argmin(problem: &mut MotionProblem, start: &[f64], options: &Options) -> Result<Outcome, Box<dyn Error>> {
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), options.memory);
     let target = options.target.unwrap_or(f64::NEG_INFINITY);
-    let executor = Executor::new(Argmin::new(problem)?, solver)
-        .configure(|state| state.param(start.to_vec()).max_iters(options.iterations as u64).target_cost(target));
+    let executor = Executor::new(Argmin::new(problem)?, solver).configure(|state| {
+        state.param(start.to_vec()).counting(true).max_iters(options.iterations as u64).target_cost(target)
+    });
     let run = executor.run()?;
     let state = run.state();
     let x = state.get_best_param().cloned().unwrap_or_default();
     let count = |of: &str| state.get_func_counts().get(of).copied().unwrap_or(0) as usize;
     let (evaluations, gradients) = (count("cost_count"), count("gradient_count"));
+    let iterations = state.get_iter() as usize;
     let end = lbfgs(problem, &x, &Options { iterations: 0, ..*options }, &mut silent)?;
-    let outcome = Outcome { evaluations, gradients, ..end };
+    let history = vec![end.history[0]; 1 + iterations];
+    let outcome = Outcome { evaluations, gradients, history, ..end };
     Ok(outcome)
 }
 

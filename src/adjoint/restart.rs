@@ -25,9 +25,7 @@ impl AdjointSweep {
     ) -> Result<(), Breakdown> {
         self.begin_crossing();
         self.cross_momentum(system, motion, newton, restart, node);
-        if let Some(projection) = restart.projection {
-            self.cross_projection(system, motion, newton, (restart.q, projection, None), node)?;
-        }
+        self.cross_projection(system, motion, newton, (restart, None), node)?;
         if let Some(record) = &mut self.record {
             record.end_crossing(&self.step[self.stage]);
         }
@@ -76,15 +74,16 @@ impl AdjointSweep {
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w; `less` is taken from the right-hand side.
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w, if there was a projection; `less` is taken from the right-hand side.
     pub(super) fn cross_projection(
         &mut self,
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
-        (q_before, (nu, blocks), less): (&[f64], (&[f64], &[f64]), Option<&Pair>),
+        (restart, less): (&Restart, Option<&Pair>),
         node: usize,
     ) -> Result<(), Breakdown> {
+        let Some((nu, blocks)) = restart.projection else { return Ok(()) };
         let StageAdjoint { c, d, e, .. } = &mut self.step[self.stage];
         self.rows.q.fill(0.0);
         let mut last = f64::INFINITY;
@@ -115,7 +114,7 @@ impl AdjointSweep {
 
         let here = motion.at(node);
         // w in the place of d, which is no longer needed.
-        d.iter_mut().zip(here.q.iter().zip(q_before)).for_each(|(w, (q, before))| *w = q - before);
+        d.iter_mut().zip(here.q.iter().zip(restart.q)).for_each(|(w, (q, before))| *w = q - before);
         let at = NodeView { v: d, sigma: nu, ..here };
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
         let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());

@@ -11,7 +11,10 @@ use super::assembly::factor_state;
 use crate::motion::Report;
 use crate::node::Newton;
 use crate::number::{Real, all_finite, largest};
-use crate::system::{AccelerationEquations, CostRows, Covector, NodeView, Pair, StateRows, acceleration_tangent};
+use crate::system::{
+    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeView, Pair, SecondOrderEquations, StateRows,
+    acceleration_tangent,
+};
 use crate::{Error, System};
 
 /// Solutions with a K(0) that has compliances are corrected so often, and once …
@@ -25,6 +28,8 @@ const UNDETERMINED: f64 = 1e-6;
 pub(crate) struct Accelerations {
     state: State,
     equations: Option<AccelerationEquations>,
+    /// Made when a product is asked for.
+    second: Option<AccelerationSecondOrder>,
     /// Whether they are those of the motion at hand, with its design variables.
     is_ready: bool,
     /// v̇ and λ of the last state.
@@ -36,7 +41,14 @@ pub(crate) struct Accelerations {
 impl Accelerations {
     pub(crate) fn new(system: &System) -> Self {
         let pair = || Pair::new(system.n(), system.m());
-        Accelerations { state: State::new(system), equations: None, is_ready: false, x: pair(), adjoint: pair() }
+        Accelerations {
+            state: State::new(system),
+            equations: None,
+            second: None,
+            is_ready: false,
+            x: pair(),
+            adjoint: pair(),
+        }
     }
 
     /// Another motion begins: formulas and design variables may be others.
@@ -49,11 +61,14 @@ impl Accelerations {
         let known = evaluation.fingerprint();
         evaluation.set_start(system, at)?;
         if known.is_none() || known != evaluation.fingerprint() {
-            self.equations = None;
+            (self.equations, self.second) = (None, None);
         }
         let elements = &evaluation.formulas(system).elements;
         let equations = self.equations.get_or_insert_with(|| AccelerationEquations::new(system, elements));
         equations.fix(elements, at.design);
+        if let Some(second) = &mut self.second {
+            second.fix(elements, at.design);
+        }
         self.is_ready = true;
         Ok(())
     }
@@ -114,6 +129,65 @@ impl Accelerations {
         if let Some(equations) = equations {
             equations.pull_back(system.batches(), &at, adjoint, rows);
         }
+        Ok(())
+    }
+
+    /// What v̇ and λ of the last state, which is `at`, change by along a direction.
+    pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> Pair {
+        let Accelerations { state, x, adjoint, .. } = self;
+        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
+        acceleration_tangent(system, &here, along, &mut state.right);
+        state.solve(system, adjoint);
+        adjoint.clone()
+    }
+
+    /// What [`pull_back`](Self::pull_back) adds to `first` changes by along a direction, with that of v̇ and λ; `rows` has the changes of the cost's own
+    /// derivatives.
+    ///
+    /// # Errors
+    /// An element without a program.
+    pub(crate) fn pull_back_along(
+        &mut self,
+        system: &System,
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        equations_along: &mut SecondOrderEquations,
+        (first, rows): (&mut CostRows, &mut CostRows),
+    ) -> Result<(), Error> {
+        let Accelerations { state, equations, second, x, adjoint, .. } = self;
+        let elements = &state.newton.evaluation.formulas(system).elements;
+        let (equations, second) = match (equations, &mut *second) {
+            (Some(equations), Some(second)) => (equations, second),
+            (None, _) => return Ok(()),
+            (Some(equations), none) => {
+                let mut made = AccelerationSecondOrder::new(system, elements)?;
+                made.fix(elements, at.design);
+                (equations, none.insert(made))
+            }
+        };
+        state.right.v.copy_from_slice(&first.v_dot);
+        state.right.sigma.copy_from_slice(&first.lambda);
+        state.solve(system, adjoint);
+        let (batches, zeros) = (system.batches(), state.zeros.clone());
+        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &zeros) };
+        let fixed = NodeView { sigma: &zeros.sigma, ..*along };
+        // K̇ (c, e).
+        first.clear();
+        let with = Covector { c: &adjoint.v, d: &zeros.v, e: &adjoint.sigma };
+        let evaluation = &state.newton.evaluation;
+        evaluation.pull_back_along(&evaluation.blocks, &fixed, &with, first);
+        equations_along.pull_back(batches, (&here, &fixed), &with, first);
+        let less = |(right, (row, less)): (&mut f64, (&f64, &f64))| *right = row - less;
+        state.right.v.iter_mut().zip(rows.v_dot.iter().zip(&first.v)).for_each(less);
+        state.right.sigma.iter_mut().zip(rows.lambda.iter().zip(&first.sigma)).for_each(less);
+        let mut change = zeros.clone();
+        state.solve(system, &mut change);
+        equations.pull_back(batches, &here, &change, rows);
+        second.pull_back((&here, &fixed), adjoint, rows);
+        // The rows are linear in v̇ and λ.
+        let moved = NodeView { v_dot: along.v_dot, lambda: along.lambda, ..here };
+        equations.pull_back(batches, &moved, adjoint, rows);
+        let still = NodeView { v_dot: &zeros.v, lambda: &zeros.sigma, ..here };
+        equations.pull_back(batches, &still, &adjoint.negative(), rows);
         Ok(())
     }
 

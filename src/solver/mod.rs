@@ -239,7 +239,7 @@ impl<'s> Solver<'s> {
     /// What all outputs change by along a direction of the inputs, ∂r · d, exact: one forward sweep, however many there are.
     ///
     /// # Errors
-    /// As [`hessian_product`](Self::hessian_product), but costs on accelerations and reactions will do.
+    /// As [`hessian_product`](Self::hessian_product), but costs on accelerations and reactions need no programs.
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let Solver { system, settings, forward, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
@@ -267,8 +267,8 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; a motion that was started anew, costs that
-    /// depend on accelerations or reactions.
+    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; costs that depend on
+    /// accelerations or reactions where an element has no program.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
         let Solver { system, settings, forward, sweep, products } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));

@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use super::acceleration_kernels::AccelerationKernels;
+use super::acceleration_kernels::{AccelerationKernels, rows_along};
 use super::assembly::by_formula;
 use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
 use super::cost::CostRows;
@@ -21,9 +21,9 @@ use super::plain::HyperPoint;
 use super::point::Layout;
 use super::target::Target;
 use super::view::NodeView;
-use crate::System;
 use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Kernel, Lanes, Registers};
+use crate::{Error, System};
 
 /// Elements of one formula.
 struct Group {
@@ -131,6 +131,71 @@ impl Group {
         let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
         let (right_fixed, rows_fixed) = (vec![0.0; right.fixed_len()], vec![0.0; rows.fixed_len()]);
         Group { elements, right, right_fixed, sums, rows, rows_fixed, of }
+    }
+}
+
+/// Elements of one formula.
+struct AlongGroup {
+    elements: Vec<usize>,
+    rows: Lanes,
+    fixed: Vec<f64>,
+    of: Vec<(Target, f64)>,
+}
+
+/// What the derivatives of c·f + e·g change by along a direction, of all elements that have programs.
+pub(crate) struct AccelerationSecondOrder {
+    layout: Layout,
+    groups: Vec<AlongGroup>,
+    registers: Registers,
+    point: Vec<f64>,
+}
+
+impl AccelerationSecondOrder {
+    /// # Errors
+    /// An element without a program.
+    pub(crate) fn new(system: &System, elements: &[Element]) -> Result<Self, Error> {
+        let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
+        let (mut groups, mut registers) = (Vec::new(), Registers::default());
+        for (formula, members) in by_formula(elements) {
+            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
+            let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
+            let Some((kernel, of)) = rows_along(&formula, &bound) else {
+                let element = &own[0].name;
+                let of = format!("costs on accelerations or reactions where an element, `{element}`, has no program");
+                return Err(Error::NoSecondDerivatives { of });
+            };
+            let rows = Lanes::new(kernel, own.len(), |e, which| layout.source(own[e], formula.shape.place(which)));
+            registers.fit(&rows);
+            let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
+            let fixed = vec![0.0; rows.fixed_len()];
+            groups.push(AlongGroup { elements: members, rows, fixed, of });
+        }
+        let point = vec![0.0; layout.len() + system.parameters().len()];
+        Ok(AccelerationSecondOrder { layout, groups, registers, point })
+    }
+
+    /// Runs all preludes.
+    pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
+        for AlongGroup { elements: own, rows, fixed, .. } in &mut self.groups {
+            rows.fix(|e| elements[own[e]].with_factors(design), fixed);
+        }
+    }
+
+    /// Adds those changes at a state with σ = 0 and its v̇ and λ, which stay as they are.
+    pub(crate) fn pull_back(&mut self, (at, along): (&NodeView<f64>, &NodeView<f64>), with: &Pair, rows: &mut CostRows) {
+        let AccelerationSecondOrder { layout, groups, registers, point } = self;
+        layout.load(at, point);
+        layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
+        layout.load_direction_beside_accelerations(along, point);
+        layout.load_accelerations(at, point);
+        for AlongGroup { elements, rows: program, fixed, of } in groups {
+            let count = elements.len();
+            program.run(point, fixed, registers, |e, k, values| {
+                for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
+                    target.add(rows, factor * value);
+                }
+            });
+        }
     }
 }
 

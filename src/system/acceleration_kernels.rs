@@ -10,6 +10,7 @@
 use super::derivatives::{Derivatives, input_node, sum_of_products};
 use super::formula::{ArgumentOf, Component, Formula, InputOf};
 use super::jet::ElementKind;
+use super::second_order_kernels::{constants, moving};
 use super::shape::Shape;
 use crate::program::{Graph, Kernel, Node};
 
@@ -30,28 +31,67 @@ impl AccelerationKernels {
         let (template, shape) = (formula.template.as_ref()?, formula.shape);
         let (mut graph, values) = template.graph();
         let derivatives = Derivatives::new(&mut graph, formula.kind, shape, &values);
-        let parts = |(f, g): (Vec<Node>, Vec<Node>)| {
-            let f = f.into_iter().enumerate().map(|(i, node)| (Component::Momentum(i), node));
-            let g = g.into_iter().enumerate().map(|(j, node)| (Component::Equation(j), node));
-            f.chain(g).collect::<Vec<(Component, Node)>>()
-        };
-        let right = parts(equations(&mut graph, formula.kind, shape, &derivatives, false));
+        let right = equations(&mut graph, formula.kind, shape, &derivatives, false);
         let (components, right): (Vec<_>, Vec<_>) = right.into_iter().filter(|(_, node)| !graph.is_zero(*node)).unzip();
-        let all = parts(equations(&mut graph, formula.kind, shape, &derivatives, true));
-        let weighted: Vec<(Node, Node)> = Vec::from_iter(all.into_iter().map(|(of, node)| match of {
-            Component::Momentum(i) | Component::Force(i) => (node, graph.input(shape.c() + i)),
-            Component::Equation(j) => (node, graph.input(shape.e() + j)),
-        }));
-        let (of, arguments) = arguments(&mut graph, shape, bound);
-        let slopes = graph.reverse(&weighted, &arguments);
+        let (of, slopes) = slopes(&mut graph, formula.kind, (shape, bound), &derivatives);
         let (of, slopes): (Vec<_>, Vec<_>) = of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip();
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, template.parameters, results);
         Some(AccelerationKernels { right: kernel(&right)?, components, rows: kernel(&slopes)?, of })
     }
 }
 
+/// The program for what those rows change by along a direction of q, v, u, t and constants, at fixed v̇ and λ, and with respect to what they are.
+///
+/// The direction of v stands in the place of d, which has no part in c·f + e·g; the others are rates, beside v̇ and λ. Parameters are those of the
+/// formula, then the factors of the constants.
+pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<ArgumentOf>)> {
+    formula.kernels.as_ref()?;
+    let (template, shape) = (formula.template.as_ref()?, formula.shape);
+    let (mut graph, values) = template.graph();
+    let derivatives = Derivatives::new(&mut graph, formula.kind, shape, &values);
+    let (of, slopes) = slopes(&mut graph, formula.kind, (shape, bound), &derivatives);
+    let mut directions: Vec<(Node, Node)> =
+        constants(&mut graph, (shape, bound), template.parameters).into_iter().map(|(_, of)| of).collect();
+    directions.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
+    let moved = (0..shape.n).chain((0..shape.k).map(|k| shape.u() + k)).chain([shape.t()]);
+    directions.extend(moved.map(|which| moving(&mut graph, shape, which)));
+    let changes = graph.forward(&slopes, &directions);
+    let (of, changes): (Vec<_>, Vec<_>) = of.into_iter().zip(changes).filter(|(_, change)| !graph.is_zero(*change)).unzip();
+    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, of))
+}
+
+/// The derivatives of c·f + e·g, and with respect to what.
+fn slopes(
+    graph: &mut Graph,
+    kind: ElementKind,
+    (shape, bound): (Shape, &[bool]),
+    derivatives: &Derivatives,
+) -> (Vec<ArgumentOf>, Vec<Node>) {
+    let all = equations(graph, kind, shape, derivatives, true);
+    let weighted: Vec<(Node, Node)> = Vec::from_iter(all.into_iter().map(|(of, node)| match of {
+        Component::Momentum(i) | Component::Force(i) => (node, graph.input(shape.c() + i)),
+        Component::Equation(j) => (node, graph.input(shape.e() + j)),
+    }));
+    let (of, arguments) = arguments(graph, shape, bound);
+    let slopes = graph.reverse(&weighted, &arguments);
+    (of, slopes)
+}
+
 /// f and g, with v̇ and λ or with zeros in their place.
 fn equations(
+    graph: &mut Graph,
+    kind: ElementKind,
+    shape: Shape,
+    derivatives: &Derivatives,
+    with_accelerations: bool,
+) -> Vec<(Component, Node)> {
+    let (f, g) = parts(graph, kind, shape, derivatives, with_accelerations);
+    let f = f.into_iter().enumerate().map(|(i, node)| (Component::Momentum(i), node));
+    let g = g.into_iter().enumerate().map(|(j, node)| (Component::Equation(j), node));
+    f.chain(g).collect()
+}
+
+fn parts(
     graph: &mut Graph,
     kind: ElementKind,
     shape: Shape,

@@ -131,6 +131,12 @@ impl Element {
         self.b.iter().map(|b| b.value(design)).chain(self.numbers.iter().copied()).collect()
     }
 
+    /// The same, then by which factor each constant is a multiple of a parameter.
+    pub fn with_factors(&self, design: &[f64]) -> Vec<f64> {
+        let factors = self.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
+        self.parameters(design).into_iter().chain(factors).collect()
+    }
+
     /// Adds its constant second derivatives, and the coefficients of its sines.
     pub fn add_constants(&self, parameters: &[f64], into: &mut Constants) {
         let Some(kernels) = &self.formula.kernels else { return };

@@ -44,7 +44,7 @@ mod view;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
-pub(crate) use acceleration::{AccelerationEquations, acceleration_tangent};
+pub(crate) use acceleration::{AccelerationEquations, AccelerationSecondOrder, acceleration_tangent};
 pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};

@@ -80,6 +80,16 @@ impl Layout {
         rest[..self.m].copy_from_slice(at.lambda);
     }
 
+    /// A direction of q, v, u and t and of the values of parameters, beside v̇ and λ: that of v in the place of d.
+    pub(crate) fn load_direction_beside_accelerations(&self, along: &NodeView<f64>, point: &mut [f64]) {
+        let d = self.t() + 1 + self.n;
+        point[d..d + self.n].copy_from_slice(along.v);
+        let (q, rest) = point[self.rates()..].split_at_mut(self.n);
+        q.copy_from_slice(along.q);
+        let others = along.u.iter().chain([&along.t]).chain(along.design);
+        rest[self.n + self.m..].iter_mut().zip(others).for_each(|(rate, x)| *rate = *x);
+    }
+
     /// A direction of all arguments, and of the values of parameters, as rates.
     pub(crate) fn load_direction(&self, along: &NodeView<f64>, point: &mut [f64]) {
         let all = [along.q, along.v, along.sigma, along.u].into_iter().flatten().chain([&along.t]).chain(along.design);

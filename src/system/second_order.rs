@@ -60,10 +60,7 @@ impl SecondOrderEquations {
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        let parameters = |e: usize| {
-            let factors = elements[e].b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
-            elements[e].parameters(design).into_iter().chain(factors).collect::<Vec<f64>>()
-        };
+        let parameters = |e: usize| elements[e].with_factors(design);
         for Group { elements: own, changes, changes_fixed, rows, rows_fixed, .. } in &mut self.groups {
             changes.fix(|e| parameters(own[e]), changes_fixed);
             rows.fix(|e| parameters(own[e]), rows_fixed);

@@ -72,16 +72,16 @@ impl SecondOrderKernels {
 }
 
 /// A node and its tangent.
-type Tangent = (Node, Node);
+pub(super) type Tangent = (Node, Node);
 
 /// An argument and its rate.
-fn moving(graph: &mut Graph, shape: Shape, which: usize) -> Tangent {
+pub(super) fn moving(graph: &mut Graph, shape: Shape, which: usize) -> Tangent {
     let rate = shape.moving().position(|moving| moving == which).unwrap_or_default();
     (graph.input(which), graph.input(shape.rates() + rate))
 }
 
 /// The constants that are bound: their rates are those of what they are multiples of, times the factors.
-fn constants(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(InputOf, Tangent)> {
+pub(super) fn constants(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(InputOf, Tangent)> {
     let bound = (0..shape.p).filter(|&p| bound[p]);
     Vec::from_iter(bound.map(|p| {
         let (factor, rate) = (graph.parameter(parameters + p), graph.input(shape.constant_rates() + p));

@@ -64,6 +64,67 @@ fn costs_on_them_have_exact_gradients_whatever_the_element() {
     println!("largest error {worst:.1e}");
 }
 
+/// A product of the Hessian with a direction against extrapolated differences of gradients, and its asymmetry, both relative to the terms.
+fn error_of_product(system: &System, inputs: &Inputs, settings: Settings) -> [f64; 2] {
+    let direction = |seed: usize| {
+        let mut direction = inputs.no_change();
+        for (k, input) in Input::all(inputs).into_iter().enumerate() {
+            let size = if matches!(input, Input::Step(_)) { 2e-3 } else { 0.1 };
+            *input.of(&mut direction) = size * ((seed + 3 * k) as f64).sin();
+        }
+        direction
+    };
+    let (a, b) = (direction(1), direction(500));
+    let along = |gradient: &hamiltonian_adjoint::Gradient, direction: &Inputs| {
+        let mut own = direction.clone();
+        let terms = Input::all(inputs).into_iter().map(|input| input.in_gradient(gradient) * *input.of(&mut own));
+        terms.fold([0.0, 0.0], |[sum, size], term: f64| [sum + term, size + term.abs()])
+    };
+    let mut solver = Solver::new(system, settings);
+    solver.simulate(inputs).expect("a motion");
+    let of_a = solver.hessian_product(&a).expect("a product").clone();
+    let of_b = solver.hessian_product(&b).expect("a product").clone();
+    let ([ab, size], [ba, _]) = (along(&of_a, &b), along(&of_b, &a));
+    let mut slope = |step: f64| {
+        let mut moved = inputs.clone();
+        let mut a = a.clone();
+        Input::all(inputs).into_iter().for_each(|input| *input.of(&mut moved) += step * *input.of(&mut a));
+        solver.simulate(&moved).expect("a motion");
+        along(solver.gradient().expect("a gradient"), &b)[0]
+    };
+    let [far, near] = [8e-3, 4e-3].map(|step| (slope(step) - slope(-step)) / (2.0 * step));
+    let expected = near + (near - far) / 3.0;
+    [(ab - expected).abs() / size, (ab - ba).abs() / size]
+}
+
+#[test]
+fn products_of_costs_on_them_are_exact_whatever_the_element() {
+    let mut worst = [0.0f64; 2];
+    for kind in elements::kinds().into_iter().chain(ready_parts::kinds()) {
+        let build = || {
+            elements::with(kind, |arms| {
+                let [x, _, phi] = arms.lower.coordinates;
+                let scale = arms.scene.design("scale", 0.1);
+                arms.scene.cost("felt", Felt, Sum::Integral, [x, phi], arms.shoulder, [], [scale * scale]);
+                arms.scene.cost("end", Felt, Sum::Terminal, [phi], arms.shoulder, [], [scale.into()]);
+            })
+        };
+        let system = build().compile().expect("a scene");
+        let inputs = lively(&system);
+        for settings in ways() {
+            let errors = error_of_product(&system, &inputs, settings);
+            assert!(errors[0] < 1e-6 && errors[1] < 1e-11, "{}, {}: {errors:?}", kind.0, settings.scheme.name);
+            worst = [0, 1].map(|k| worst[k].max(errors[k]));
+        }
+        let system = build().compile_without_programs().expect("a scene");
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let error = solver.hessian_product(&inputs.no_change()).expect_err("no programs");
+        assert_says(&error, &["second derivatives", "accelerations", "program"]);
+    }
+    println!("against differences {:.1e}, asymmetry {:.1e}", worst[0], worst[1]);
+}
+
 /// A double pendulum with design variables, of whose reactions there is an integral, a sum and an end.
 fn double_pendulum() -> System {
     let mut scene = Scene::new();

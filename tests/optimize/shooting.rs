@@ -173,7 +173,7 @@ fn derivatives_of_joined_segments_are_exact() {
         let mut gauss_newton = vec![0.0; n];
         problem.gauss_newton_product(&direction, &mut gauss_newton).expect("a product");
         assert!((dot(&gauss_newton, &direction) - dot(&change, &change)).abs() < 1e-11 * dot(&change, &change));
-        (vec![vec![value], c, gradient.clone()].concat(), [vec![dot(&gradient, &direction)], change, product].concat())
+        ([vec![value], c, gradient.clone()].concat(), [vec![dot(&gradient, &direction)], change, product].concat())
     };
     let exact = along(0.0).1;
     let [far, near] = [2e-3, 1e-3].map(|step| {

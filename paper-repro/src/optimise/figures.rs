@@ -73,7 +73,7 @@ pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), 
     let records = residuals.chunks(times.len()).zip(COLOURS).enumerate();
     let series = records.map(|(k, (record, colour))| {
         let points = times.iter().copied().zip(record.iter().copied()).collect();
-        Series::new(&format!("record {}", k + 1), points, colour, Style::Circles)
+        Series::new(format!("record {}", k + 1), points, colour, Style::Circles)
     });
     let chart = Chart {
         title: "identify: what the fit leaves of the crank's angle".into(),

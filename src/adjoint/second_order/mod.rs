@@ -9,6 +9,7 @@
 //!   outputs    dJ/du, dJ/db, dJ/dΔt of the backward sweep, and what their formulas change by themselves
 //! ```
 //!
+//! Restarts ([`restart`]), a start that is assembled ([`assembly`]) and costs on accelerations (`forward/accelerations.rs`) are differentiated alike.
 //! A product is exact, symmetric to rounding, and costs about as much as a gradient.
 
 mod assembly;
@@ -23,7 +24,7 @@ use num_dual::Dual64;
 
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::{ForwardSweep, Motion};
+use crate::forward::{Accelerations, ForwardSweep, Motion};
 use crate::motion::Report;
 use crate::node::Newton;
 use crate::system::{CostRows, Pair, Sums};
@@ -65,6 +66,9 @@ pub(crate) struct SecondOrderSweep {
     /// For costs on u̇: it, its change, and J_u̇.
     u_dot: [Vec<f64>; 2],
     first_rows: CostRows,
+    /// For costs on v̇ and λ: them, and their change.
+    accelerations: Option<Box<Accelerations>>,
+    felt: [Pair; 2],
     report: Report,
 }
 
@@ -94,6 +98,8 @@ impl SecondOrderSweep {
             no_controls: zeros(k),
             u_dot: [zeros(k), zeros(k)],
             first_rows: CostRows::new((n, m, k), system.parameters().len(), system.outputs()),
+            accelerations: None,
+            felt: [pair(), pair()],
             report: Report::default(),
         }
     }
@@ -149,6 +155,9 @@ impl SecondOrderSweep {
         }
         self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
         self.accuracy = Accuracy::default();
+        if let Some(accelerations) = &mut self.accelerations {
+            accelerations.begin();
+        }
         Programs::prepare(&mut self.programs, system, &newton.evaluation, &motion.at(0));
         self.along_assembly(system, motion, newton, direction)
     }

@@ -162,7 +162,7 @@ impl SecondOrderSweep {
             add(&mut less.v, &rows.q, 1.0);
             add(&mut less.sigma, &rows.sigma, 1.0);
             let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), here.t);
-            let crossed = self.sweep.cross_projection(system, motion, newton, (restart.q, (nu, blocks), Some(&less)), node);
+            let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&less)), node);
             crossed.map_err(singular)?;
             add(&mut self.sweep.cost.q, &self.first_rows.v, -1.0);
             self.sweep.add_inputs_of(&self.first_rows);

@@ -4,11 +4,11 @@ use super::SecondOrderSweep;
 use super::programs::Programs;
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::record::Crossed;
-use crate::forward::{Motion, control_rates};
+use crate::forward::{Accelerations, Motion, control_rates};
 use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
-use crate::system::{CostRows, Covector, Depends, NodeView, Weights};
+use crate::system::{CostRows, Covector, Depends, NodeView, Pair, Weights};
 use crate::{Error, System};
 use num_dual::Dual64;
 
@@ -91,31 +91,66 @@ impl SecondOrderSweep {
         (node, s): (usize, usize),
         weights: &Weights<Dual64>,
     ) -> Result<(), Error> {
-        let unknown = || Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() };
         let uses = system.use_of_accelerations(weights, &self.sweep.cost.factors);
-        if uses == Depends::Always {
-            return Err(unknown());
-        }
-        // Whether it matters, the values will tell.
-        let none = [system.n(), system.m()].map(|len| vec![f64::NAN; if uses == Depends::Never { 0 } else { len }]);
+        let is_felt = uses != Depends::Never && self.find_accelerations(system, motion, (node, s), uses)?;
         if system.has_control_rates() {
             self.find_control_rates(motion, node);
         }
         let [u_dot, u_dot_change] = &self.u_dot;
-        let at = NodeView { u_dot, v_dot: &none[0], lambda: &none[1], ..motion.at_stage(node, s) };
-        let along = NodeView { u_dot: u_dot_change, ..self.change.at_stage(node, s) };
+        let [x, x_change] = &self.felt;
+        let at = NodeView { u_dot, v_dot: &x.v, lambda: &x.sigma, ..motion.at_stage(node, s) };
+        let along =
+            NodeView { u_dot: u_dot_change, v_dot: &x_change.v, lambda: &x_change.sigma, ..self.change.at_stage(node, s) };
         if let Some(programs) = &mut self.programs {
             for (costs, programs) in system.costs().iter().zip(&mut programs.costs) {
                 costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
             }
         }
-        if system.has_control_rates() {
+        if system.has_control_rates() || is_felt {
             self.first_rows.clear();
             self.first_rows.factors.copy_from_slice(&self.sweep.cost.factors);
             let weights = weights.map(|weight| weight.re);
             system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.first_rows));
         }
-        if uses == Depends::Perhaps && !self.sweep.cost.is_finite() { Err(unknown()) } else { Ok(()) }
+        if let (true, Some(accelerations), Some(programs)) = (is_felt, &mut self.accelerations, &mut self.programs) {
+            // What costs on u̇ need of the first derivatives is kept.
+            let u_dot = self.first_rows.u_dot.clone();
+            let rows = (&mut self.first_rows, &mut self.sweep.cost);
+            accelerations.pull_back_along(system, (&at, &along), &mut programs.equations, rows)?;
+            self.first_rows.u_dot.copy_from_slice(&u_dot);
+        }
+        if self.sweep.cost.is_finite() {
+            return Ok(());
+        }
+        let what = "a second derivative of a cost".to_string();
+        Err(Error::Overflow { what, value: f64::NAN })
+    }
+
+    /// v̇ and λ of a stage, and what they change by; whether they are known.
+    fn find_accelerations(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (node, s): (usize, usize),
+        uses: Depends,
+    ) -> Result<bool, Error> {
+        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
+        let at = motion.at_stage(node, s);
+        match accelerations.evaluate(system, &at, motion.given_step(node)) {
+            Ok(()) => {
+                let change = accelerations.along(system, &at, &self.change.at_stage(node, s));
+                let with = accelerations.with(at);
+                self.felt = [Pair { v: with.v_dot.to_vec(), sigma: with.lambda.to_vec() }, change];
+                Ok(true)
+            }
+            // Whether it matters, the values will tell.
+            Err(_) if uses == Depends::Perhaps => {
+                let unknown = || Pair { v: vec![f64::NAN; system.n()], sigma: vec![f64::NAN; system.m()] };
+                self.felt = [unknown(), unknown()];
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction of the state, and of the inputs of a node or of the parameters alone.
