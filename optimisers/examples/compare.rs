@@ -14,10 +14,10 @@ use argmin::core::{Executor, State};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, Options, Outcome, Problem, Variables, interior_point, lbfgs, silent,
+    Free, Interval, MotionProblem, Options, Outcome, Problem, Variables, interior_point, lbfgs, lowest, multi_start, silent,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Output, Settings, Solver, Sum, System};
+use hamiltonian_adjoint::{Error as MotionError, Grid, Inputs, Output, Settings, Solver, Sum, System};
 use optimisers::{Argmin, HAS_IPOPT, Hessian, ipopt};
 use serde_json::json;
 
@@ -64,7 +64,7 @@ fn pose(name: &str) -> Result<Posed, Box<dyn Error>> {
     Ok(Posed { system, inputs, free, constraints })
 }
 
-fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<MotionProblem<'_>, Box<dyn Error>> {
+fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<MotionProblem<'_>, MotionError> {
     let variables = Variables::new(system, inputs, free.clone())?;
     let mut problem = MotionProblem::new(system, Settings::default(), inputs.clone(), variables)?;
     constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));
@@ -160,6 +160,32 @@ fn compare() -> Result<(), Box<dyn Error>> {
                 row((name, method, gradient), &posed, &mut |problem, start| Ok(ipopt(problem, start, &options, hessian)?))?;
             }
         }
+    }
+    speed_up()
+}
+
+/// The least effort from 40 starts, on one thread and on all cores.
+fn speed_up() -> Result<(), Box<dyn Error>> {
+    let posed = pose("effort")?;
+    let start = |k: usize| (0..=100).map(|i| 15.0 * ((0.02 * i as f64 + 0.7) * (1.0 + 0.2 * k as f64)).sin()).collect();
+    let starts: Vec<Vec<f64>> = (0..40).map(start).collect();
+    let options = Options { stationarity: 1e-5, iterations: 500, ..Options::default() };
+    let make = || problem(&posed);
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut one_thread = 0.0;
+    println!();
+    for threads in [1, all] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let begin = Instant::now();
+        let solve = |problem: &mut MotionProblem, start: &[f64]| interior_point(problem, start, &options, &mut silent);
+        let outcomes = pool.install(|| multi_start(&starts, make, solve));
+        let time = begin.elapsed().as_secs_f64();
+        one_thread = if threads == 1 { time } else { one_thread };
+        let best = lowest(&outcomes, 1e-9).map_or(f64::NAN, |outcome| outcome.value);
+        println!(
+            "40 starts of `effort` on {threads} threads: {time:.2} s, {:.2} times as fast as on one; best {best:.9}",
+            one_thread / time
+        );
     }
     Ok(())
 }
