@@ -2,9 +2,11 @@
 
 #![expect(unsafe_code, reason = "a library in C++ is called")]
 
+use std::cell::Cell;
 use std::ffi::{c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice::{from_raw_parts, from_raw_parts_mut};
+use std::sync::{Mutex, PoisonError};
 
 use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
@@ -63,6 +65,23 @@ unsafe extern "C" {
         of_most: *mut f64,
         data: *mut c_void,
     ) -> c_int;
+}
+
+/// The linear solver behind IPOPT keeps numbers in statics: one call at a time in a process.
+static ALONE: Mutex<()> = Mutex::new(());
+
+thread_local! {
+    /// Whether this thread is in IPOPT: a problem that calls it would wait for itself.
+    static INSIDE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Resets the mark when a call ends, however it does.
+struct Mark;
+
+impl Drop for Mark {
+    fn drop(&mut self) {
+        INSIDE.set(false);
+    }
 }
 
 /// The problem and what was asked of it.
@@ -284,7 +303,13 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
     let (mut x, mut c, mut multipliers, mut found) = (start.to_vec(), vec![0.0; m], vec![0.0; m], 0.0);
     let count = |k: usize| c_int::try_from(k).map_err(|_| Failure::Refused(-102));
     let (of_jacobian, of_hessian) = (count(m * n)?, count(n * (n + 1) / 2)?);
-    // SAFETY: the arrays have the sizes that are told; `asked` lives until the problem is freed, and nothing else touches it before.
+    if INSIDE.replace(true) {
+        return Err(Failure::Nested);
+    }
+    let _mark = Mark;
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // SAFETY: the arrays have the sizes that are told; `asked` lives until the problem is freed, and nothing else touches it before; no other thread
+    // is in IPOPT.
     let status = unsafe {
         let ipopt = CreateIpoptProblem(
             count(n)?,

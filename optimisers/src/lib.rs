@@ -34,6 +34,8 @@ pub enum Failure {
     Constrained,
     /// IPOPT was not found when this was built.
     NoIpopt,
+    /// A problem that calls IPOPT while IPOPT asks it.
+    Nested,
     /// What IPOPT says of what it was given, a number of its `ApplicationReturnStatus`.
     Refused(i32),
 }
@@ -51,6 +53,10 @@ impl fmt::Display for Failure {
                     "IPOPT was not found when this was built: install it (Debian: coinor-libipopt-dev) and build again"
                 )
             }
+            Failure::Nested => write!(
+                f,
+                "a problem that IPOPT asks calls IPOPT itself, which cannot be done; solve the inner one another way"
+            ),
             Failure::Refused(status) => write!(f, "IPOPT refuses the problem with its status {status}"),
         }
     }
@@ -64,10 +70,11 @@ impl From<Error> for Failure {
     }
 }
 
-/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`) and `violation` of the options count.
+/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`) and `violation` of the options count. Calls of several threads wait for each other: its
+/// linear solver knows one at a time.
 ///
 /// # Errors
-/// A start without a value, a problem that IPOPT refuses, or no IPOPT.
+/// A start without a value, a problem that IPOPT refuses or that calls IPOPT itself, or no IPOPT.
 pub fn ipopt<P: Problem>(problem: &mut P, start: &[f64], options: &Options, hessian: Hessian) -> Result<Outcome, Failure> {
     #[cfg(has_ipopt)]
     return ipopt::minimise(problem, start, options, hessian);

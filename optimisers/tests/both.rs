@@ -110,3 +110,54 @@ fn what_goes_wrong_does_not_go_through_ipopt() {
     let error = ipopt(&mut Edge { at: 0.0, panics: false }, &[], &options, Hessian::Exact).expect_err("no variables");
     assert!(error.to_string().contains("expected 1"), "{error}");
 }
+
+#[test]
+fn threads_wait_for_each_other() {
+    if !HAS_IPOPT {
+        return;
+    }
+    let options = Options { iterations: 200, ..Options::default() };
+    std::thread::scope(|scope| {
+        for k in 0..8 {
+            let options = &options;
+            scope.spawn(move || {
+                let at = 1.0 + f64::from(k);
+                let edge =
+                    ipopt(&mut Edge { at, panics: false }, &[at], options, Hessian::LimitedMemory).expect("a minimum");
+                assert!((edge.x[0] - 0.25).abs() < 1e-5, "{:?}", edge.x);
+            });
+        }
+    });
+}
+
+/// A problem that asks IPOPT.
+struct Inner;
+impl Problem for Inner {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        let inner = ipopt(&mut Edge { at: 1.0, panics: false }, &[1.0], &Options::default(), Hessian::LimitedMemory);
+        match inner {
+            // Before the outer one begins it is a call like any other.
+            Ok(found) => Ok(found.value + x[0] * x[0]),
+            Err(error) => {
+                assert!(error.to_string().contains("IPOPT itself"));
+                Err(Error::EmptyScene)
+            }
+        }
+    }
+    fn gradient(&mut self, _: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient.fill(0.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_problem_that_calls_it_again_does_not_hang() {
+    if HAS_IPOPT {
+        let options = Options { iterations: 5, ..Options::default() };
+        let ended = ipopt(&mut Inner, &[1.0], &options, Hessian::LimitedMemory);
+        assert!(ended.is_err() || ended.is_ok_and(|outcome| outcome.failures > 0 || outcome.history.len() <= 1));
+    }
+}
