@@ -11,6 +11,7 @@ use super::forward::stage_end;
 use super::sources::OfStage;
 use super::{SecondOrderSweep, dual};
 use crate::adjoint::AdjointSweep;
+use crate::adjoint::record::{Crossed, Record};
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::column;
@@ -30,6 +31,21 @@ pub(super) struct RestartChange {
     pub(super) p_star_dot: Vec<f64>,
     projection: Pair,
     begin: Vec<f64>,
+}
+
+/// A restart, what the gradient and the direction know of it.
+struct Crossing<'a> {
+    node: usize,
+    restart: &'a Restart<'a>,
+    crossed: &'a Crossed,
+    change: &'a RestartChange,
+}
+
+impl Crossing<'_> {
+    /// q̇ = q̇⁻ + ẇ.
+    fn direction_of_q(&self) -> Vec<f64> {
+        self.change.q.iter().zip(&self.change.projection.v).map(|(q, w)| q + w).collect()
+    }
 }
 
 impl SecondOrderSweep {
@@ -131,15 +147,26 @@ impl SecondOrderSweep {
         let Some((record, crossed)) = first.record.as_ref().and_then(|record| Some((record, record.crossed(node)?))) else {
             return Ok(());
         };
+        let of = Crossing { node, restart, crossed, change: &change };
         self.sweep.begin_crossing();
-        self.sweep.cross_momentum(system, motion, newton, restart, node);
+        self.momentum_back(system, motion, newton, &of);
+        self.projection_back(system, motion, newton, &of)?;
+        self.sweep.carried.clear();
+        self.add_end(system, motion, (newton, record), &of);
+        self.ended = Some(change);
+        Ok(())
+    }
+
+    /// p* = 𝓛_v(q, v⁻, s).
+    fn momentum_back(&mut self, system: &System, motion: &Motion, newton: &mut Newton, of: &Crossing) {
+        let Crossing { node, restart, crossed, change } = of;
+        self.sweep.cross_momentum(system, motion, newton, restart, *node);
         let pi: Vec<f64> = crossed.anew.b.iter().map(|b| -b).collect();
-        let q: Vec<f64> = change.q.iter().zip(&change.projection.v).map(|(q, w)| q + w).collect();
-        let (here, zeros) = (motion.at(node), self.zeros.clone());
-        let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
+        let (q, zeros) = (of.direction_of_q(), self.zeros.clone());
+        let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(*node) };
         let with = Covector { c: &pi, d: &zeros.v, e: &zeros.sigma };
         let states = [&q[..], &change.v, &change.begin];
-        self.rows_along(system, newton, (Some(node), &at, restart.momentum_blocks), states, &with);
+        self.rows_along(system, newton, (Some(*node), &at, restart.momentum_blocks), states, &with);
         let SecondOrderSweep { sweep, first_rows: rows, .. } = self;
         add(&mut sweep.cost.q, &rows.q, 1.0);
         add(&mut sweep.cost.v, &rows.v, 1.0);
@@ -147,34 +174,49 @@ impl SecondOrderSweep {
         add(&mut sweep.cost.sigma, &rows.sigma, now);
         add(&mut sweep.sigma_before, &rows.sigma, before);
         sweep.add_inputs_of(rows);
-        if let Some((nu, blocks)) = restart.projection {
-            let w = displacement(motion, node, restart.q);
-            let at = NodeView { v: &w, sigma: nu, ..here };
-            let states = [&q[..], &change.projection.v, &change.projection.sigma];
-            let Pair { v: c, sigma: e } = &crossed.projection;
-            let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
-            self.rows_along(system, newton, (Some(node), &at, blocks), states, &of_e);
-            let mut less = Pair { v: self.first_rows.v.clone(), sigma: zeros.sigma.clone() };
-            let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
-            self.rows_along(system, newton, (Some(node), &at, blocks), states, &of_c);
-            let rows = &self.first_rows;
-            add(&mut less.v, &rows.v, 1.0);
-            add(&mut less.v, &rows.q, 1.0);
-            add(&mut less.sigma, &rows.sigma, 1.0);
-            let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), here.t);
-            let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&less)), node);
-            crossed.map_err(singular)?;
-            add(&mut self.sweep.cost.q, &self.first_rows.v, -1.0);
-            self.sweep.add_inputs_of(&self.first_rows);
-            self.add_change_of_phi(system, (&here, node), (e, 1.0), &q);
-        }
-        self.sweep.carried.clear();
+    }
 
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0, if there was a projection.
+    fn projection_back(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        of: &Crossing,
+    ) -> Result<(), Error> {
+        let Crossing { node, restart, crossed, change } = of;
+        let Some((nu, blocks)) = restart.projection else { return Ok(()) };
+        let (q, w) = (of.direction_of_q(), displacement(motion, *node, restart.q));
+        let (here, zeros) = (motion.at(*node), self.zeros.clone());
+        let at = NodeView { v: &w, sigma: nu, ..here };
+        let states = [&q[..], &change.projection.v, &change.projection.sigma];
+        let Pair { v: c, sigma: e } = &crossed.projection;
+        let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
+        self.rows_along(system, newton, (Some(*node), &at, blocks), states, &of_e);
+        let mut less = Pair { v: self.first_rows.v.clone(), sigma: zeros.sigma.clone() };
+        let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
+        self.rows_along(system, newton, (Some(*node), &at, blocks), states, &of_c);
+        let rows = &self.first_rows;
+        add(&mut less.v, &rows.v, 1.0);
+        add(&mut less.v, &rows.q, 1.0);
+        add(&mut less.sigma, &rows.sigma, 1.0);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(*node), here.t);
+        let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&less)), *node);
+        crossed.map_err(singular)?;
+        add(&mut self.sweep.cost.q, &self.first_rows.v, -1.0);
+        self.sweep.add_inputs_of(&self.first_rows);
+        self.add_change_of_phi(system, (&here, *node), (e, 1.0), &q);
+        Ok(())
+    }
+
+    /// The sources of the end of the step.
+    fn add_end(&mut self, system: &System, motion: &Motion, (newton, record): (&Newton, &Record), of: &Crossing) {
+        let Crossing { node, restart, change, .. } = *of;
         let last = motion.trajectory.last_stage();
         let stage = motion.block_column(node, last);
         let (_, at, blocks) = stage_end(motion, (node, last), Some(*restart));
         let SecondOrderSweep { sweep, change: of_motion, programs, first_rows: rows, .. } = self;
-        let Some(programs) = programs else { return Ok(()) };
+        let Some(programs) = programs else { return };
         let along = NodeView { q: &change.q, v: &change.v, sigma: &change.sigma, ..of_motion.at(node) };
         let h_dot = of_motion.length(node) * motion.trajectory.scheme.a(last, last);
         let (with, step) = (record.covector(stage), record.of_step(stage));
@@ -185,8 +227,6 @@ impl SecondOrderSweep {
             add(sum, own, 1.0);
         }
         sweep.add_inputs_of(rows);
-        self.ended = Some(change);
-        Ok(())
     }
 
     /// What (Φ_b, Φ_t)ᵀ e, times a sign, changes by along a direction, by hyper-dual numbers.
