@@ -1,4 +1,4 @@
-//! Other optimisers on any [`Problem`](hamiltonian_adjoint::optimize::Problem): argmin, and IPOPT where it is installed when this is built.
+//! Other optimisers on any [`Problem`]: argmin, and IPOPT where it is installed when this is built.
 //!
 //! `cargo run --release -p optimisers --example compare` compares them with the library's own methods.
 
