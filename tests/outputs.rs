@@ -3,12 +3,12 @@
 mod common;
 
 use common::{assert_says, largest};
-use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::check::{self, Input, Part};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Cx, Error, Gradient, Grid, Inputs, LiftedSolver, LongSolver, Scalar, Scene, Scheme, Settings, Solver,
-    Start, Sum, System, gradient,
+    Composition, Cost, CostPoint, Cx, Error, Gradient, Grid, Inputs, LiftedSolver, LongSolver, Scalar, Scene, Scheme,
+    Settings, Solver, Start, Sum, System, gradient,
 };
 use nalgebra::SVector;
 use num_dual::Dual64;
@@ -128,6 +128,122 @@ fn pulled_back_weights_are_sums_of_rows_and_meet_the_push_forward() {
     let pushed: f64 = lifted.outputs().expect("outputs").iter().zip(w).map(|(output, w)| w * output.eps).sum();
     let paired: f64 = sum.iter().zip(&direction).map(|(a, d)| a * d).sum();
     assert!((pushed - paired).abs() < 1e-12 * paired.abs(), "{pushed} and {paired}");
+}
+
+/// Rows side by side share the factors of each node with each other, and with nothing else.
+#[test]
+fn rows_side_by_side_are_those_of_sweeps_alone() {
+    let system = scene(true);
+    let uniform = inputs(&system);
+    let composed = Inputs {
+        grid: Grid::composed(4, 0.09, Composition::Suzuki4),
+        ..Inputs { start: Start::assembled(&system), ..Inputs::at_rest(&system, Grid::uniform(20, 0.1)) }
+    };
+    let mut halved = uniform.clone();
+    halved.grid.steps[5] = 0.9;
+    let plain = Settings::default();
+    for (inputs, settings) in [
+        (&uniform, plain),
+        (&uniform, Settings { scheme: Scheme::ESDIRK4, ..plain }),
+        (&uniform, Settings { scheme: Scheme::TR_BDF2, drift_bound: 0.0, ..plain }),
+        (&uniform, Settings { drift_bound: 0.0, rebase_every: 3, ..plain }),
+        (&composed, plain),
+        (&composed, Settings { rebase_every: 1, ..plain }),
+        (&halved, Settings { max_iterations: 4, ..plain }),
+    ] {
+        let mut solver = Solver::new(&system, settings);
+        solver.simulate(inputs).expect("a motion");
+        assert_eq!(solver.trajectory().inserted.is_empty(), inputs.grid.steps[5] != 0.9);
+        let (before, rows) = (solver.gradient().expect("a gradient").clone(), solver.jacobian().expect("a Jacobian"));
+        let all = Input::all(inputs);
+        for (k, row) in rows.iter().enumerate() {
+            let mut weights = [0.0; 3];
+            weights[k] = 1.0;
+            let alone = solver.pull_back(&weights).expect("a gradient").clone();
+            let differences: Vec<f64> = list(&all, row).iter().zip(list(&all, &alone)).map(|(a, b)| a - b).collect();
+            assert!(largest(&differences) <= 1e-13 * largest(&list(&all, &alone)), "{k}: {:e}", largest(&differences));
+            assert_eq!((row.value, &row.warnings), (alone.value, &alone.warnings));
+            let mut long = LongSolver::new(&system, settings, 60_000);
+            assert_eq!(long.weighted_gradient(inputs, 0.0, &weights).expect("a gradient"), &alone);
+        }
+        assert_eq!(&before, solver.gradient().expect("a gradient"));
+        let mut long = LongSolver::new(&system, settings, 60_000);
+        assert_eq!(long.jacobian(inputs).expect("a Jacobian"), rows);
+        assert_eq!(long.gradient(inputs).expect("a gradient"), &before);
+        assert_says(&long.weighted_gradient(inputs, f64::NAN, &[0.0; 3]).expect_err("NaN"), &["weight of the cost"]);
+    }
+}
+
+/// What comes behind the last node that a cost depends on is not gone through.
+#[test]
+fn a_sweep_begins_where_its_cost_does() {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    let q = cart.links[0].coordinates[2];
+    let [early, late] = ["early", "late"].map(|name| cart.scene.output(name));
+    cart.scene.term(early, "early", AngleError, Sum::Node(4), [q], [], [], [0.3.into()]);
+    cart.scene.term(late, "late", AngleError, Sum::Node(15), [q], [], [], [0.3.into()]);
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    inputs.controls.fill(3.0);
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+        let mut solver = Solver::new(&system, Settings { scheme, ..Settings::default() });
+        solver.simulate(&inputs).expect("a motion");
+        let stages = scheme.rows.len();
+        let mut factorisations = |weights: &[f64]| {
+            solver.pull_back(weights).expect("a gradient");
+            solver.adjoint_report().factorisations
+        };
+        let each = [factorisations(&[1.0, 0.0]), factorisations(&[0.0, 1.0]), factorisations(&[0.0, 0.0])];
+        assert_eq!(each, [4 * stages + 1, 15 * stages + 1, 0]);
+        let rows = solver.jacobian().expect("a Jacobian");
+        assert_eq!(solver.adjoint_report().factorisations, 15 * stages + 1, "side by side");
+        assert!(rows[0].controls.columns(5, 16).amax() == 0.0 && rows[0].controls.columns(0, 5).amin() != 0.0);
+        // Their products are those of complete sweeps: a second derivative may be where the first one vanishes.
+        let mut direction = inputs.no_change();
+        direction.controls.fill(1.0);
+        solver.pull_back(&[1.0, 0.0]).expect("a gradient");
+        let product = solver.hessian_product(&direction).expect("a product").controls.clone();
+        let again = solver.hessian_product(&direction).expect("a product");
+        assert!(product == again.controls && product.amax() > 0.0);
+    }
+}
+
+#[test]
+fn their_gradients_and_products_are_checked() {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    let b = cart.scene.design("b", 0.4);
+    let outputs = [Sum::Terminal, Sum::Integral, Sum::Node(4)].map(|sum| {
+        let name = format!("{sum:?}");
+        let output = cart.scene.output(&name);
+        cart.scene.term(output, &name, AngleError, sum, [cart.links[1].coordinates[2]], [], [], [b * 1.5]);
+        output
+    });
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.04));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 3.0 * (i as f64).cos());
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK3] {
+        let settings = Settings { scheme, ..Settings::default() };
+        for (k, output) in outputs.into_iter().enumerate() {
+            let report = check::gradient(&system, &inputs, settings).output(output).complete().run().expect("a report");
+            report.assert_passed();
+            assert!(report.of == format!("output `{}`", system.output_name(k)) && report.to_string().contains(&report.of));
+            check::hessian(&system, &inputs, settings).output(output).run().expect("a report").assert_passed();
+            let own = check::gradient(&system, &inputs, settings).output(output).own("none", Part::Design, [0.0]);
+            assert!(!own.run().expect("a report").passed(), "a wrong gradient of one's own is seen");
+        }
+    }
+    let (mut push, settings) = (inputs.no_change(), Settings::default());
+    push.controls.fill(1.0);
+    let sensitivity = check::direct_differentiation(&system, &inputs, settings, &push).expect("derivatives");
+    let mut solver = Solver::new(&system, settings);
+    solver.simulate(&inputs).expect("a motion");
+    for (row, along) in solver.jacobian().expect("a Jacobian").iter().zip(sensitivity.outputs.iter()) {
+        assert!((row.controls.sum() - along).abs() < 1e-12 * row.controls.iter().map(|x| x.abs()).sum::<f64>());
+    }
+    let mut other = Scene::new();
+    let foreign = [(); 4].map(|()| other.output("foreign"))[3];
+    let error = check::gradient(&system, &inputs, settings).output(foreign).run().expect_err("no such output");
+    assert_says(&error, &["output", "3", "this system"]);
 }
 
 #[test]

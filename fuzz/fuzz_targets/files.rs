@@ -1,6 +1,7 @@
-//! Any text as inputs, as a table and as a scene: nothing panics, and what is read can be written.
+//! Any text as inputs, as a table, as a scene and as a worksheet: nothing panics, and what is read can be written.
 #![no_main]
 
+use hamiltonian_adjoint::check::Answers;
 use hamiltonian_adjoint::{Inputs, SceneFile, Table, scenes::CartPendulum};
 use libfuzzer_sys::fuzz_target;
 
@@ -13,6 +14,7 @@ fuzz_target!(|text: &str| {
         let _ = file.scene.to_json();
         let _ = file.scene.compile();
     }
+    let _ = Answers::from_json(text);
     if let Ok(table) = Table::from_csv(text) {
         assert!((0..table.columns.len()).all(|k| table.value(k, 0.5).is_finite()));
     }

@@ -6,13 +6,14 @@ mod mechanisms;
 mod shooting;
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, Options as MethodOptions, Outcome, Variables, augmented_lagrangian, homotopy,
-    interior_point, lbfgs, levenberg_marquardt, silent,
+    Free, Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Variables, Watcher, augmented_lagrangian,
+    homotopy, interior_point, lbfgs, levenberg_marquardt,
 };
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
@@ -127,24 +128,24 @@ fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
 }
 
 /// The method, its name and what it is told.
-type Method = (&'static str, fn(&mut MotionProblem, &[f64], &MethodOptions) -> Result<Outcome, MotionError>);
+type Method = (&'static str, fn(&mut MotionProblem, &[f64], &MethodOptions, &mut Watcher) -> Result<Outcome, MotionError>);
 
-const LBFGS: Method = ("L-BFGS", |problem, start, options| lbfgs(problem, start, options, &mut silent));
+const LBFGS: Method = ("L-BFGS", |problem, start, options, watch| lbfgs(problem, start, options, watch));
 const AUGMENTED: Method =
-    ("augmented Lagrangian", |problem, start, options| augmented_lagrangian(problem, start, options, &mut silent));
-const INTERIOR: Method = ("interior point", |problem, start, options| interior_point(problem, start, options, &mut silent));
+    ("augmented Lagrangian", |problem, start, options, watch| augmented_lagrangian(problem, start, options, watch));
+const INTERIOR: Method = ("interior point", |problem, start, options, watch| interior_point(problem, start, options, watch));
 /// From 2.5 s to the time that is asked for.
-const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options| {
+const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options, watch| {
     let steps = problem.inputs_at(start).grid.steps;
     let (first, last) = (Name::Rest.duration() / steps.len() as f64, steps[0]);
     let mut set =
         |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill(first + s * (last - first)));
-    homotopy(problem, start, options, &mut set, &mut silent)
+    homotopy(problem, start, options, &mut set, watch)
 });
 /// Multiple shooting.
 const SEGMENTS: &str = "ten segments";
-const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options| {
-    levenberg_marquardt(problem, start, options, &mut silent).map(|fit| fit.outcome)
+const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options, watch| {
+    levenberg_marquardt(problem, start, options, watch).map(|fit| fit.outcome)
 });
 
 /// What a run came to.
@@ -157,6 +158,8 @@ struct Run {
     converged: bool,
     /// Those of the optimum, of a motion.
     inputs: Option<Inputs>,
+    /// The control at each iteration.
+    iterates: Vec<Vec<(f64, f64)>>,
 }
 
 pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
@@ -210,6 +213,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     files::write(&folder.join("optimise.md"), format!("# Optimal control\n\n{words}\n\n{}", table.markdown()))?;
     files::write_json(&folder.join("optimise.json"), &runs.iter().map(Run::record).collect::<Vec<_>>())?;
     figures::draw(&runs, &folder)?;
+    figures::iterations(&runs, &folder)?;
     figures::motions(&runs, settings, &folder)?;
     files::print(&format!(
         "{}\n{words}\noptimise.md, optimise.json, figures and motions before and after are in {}\n",
@@ -232,7 +236,8 @@ fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
     let (outcome, converged) = (fit.outcome.clone(), fit.outcome.reason.is_converged());
     figures::residuals(&outcome.constraints, &mechanisms::times_of_readings(), folder)?;
     let (method, control) = (LEAST_SQUARES.0, Vec::new());
-    let run = Run { name: Name::Identify, method, outcome, milliseconds, control, converged, inputs: None };
+    let run =
+        Run { name: Name::Identify, method, outcome, milliseconds, control, converged, inputs: None, iterates: Vec::new() };
     Ok((Some(run), words))
 }
 
@@ -252,7 +257,19 @@ fn synthesise() -> (Option<Run>, String) {
     );
     let converged = best.reason.is_converged();
     let (method, control) = (INTERIOR.0, Vec::new());
-    (Some(Run { name: Name::FourBar, method, outcome: best, milliseconds, control, converged, inputs: None }), words)
+    (
+        Some(Run {
+            name: Name::FourBar,
+            method,
+            outcome: best,
+            milliseconds,
+            control,
+            converged,
+            inputs: None,
+            iterates: Vec::new(),
+        }),
+        words,
+    )
 }
 
 /// What is more exact than the cost is not asked for.
@@ -273,16 +290,21 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
             let is_asked = name != Name::Paper || method == LEAST_SQUARES.0;
             problem.constrain(*output, if is_asked { *to } else { Interval::FREE });
         }
-        let start = problem.start();
+        let (start, mut seen) = (problem.start(), Vec::new());
+        let mut keep = |_: &Iterate, x: &[f64]| {
+            seen.push(x.to_vec());
+            ControlFlow::Continue(())
+        };
         let begin = Instant::now();
-        let outcome = minimise(&mut problem, &start, &options)?;
+        let outcome = minimise(&mut problem, &start, &options, &mut keep)?;
         times.push(1e3 * begin.elapsed().as_secs_f64());
-        last = Some((outcome, problem));
+        last = Some((outcome, problem, seen));
     }
-    let Some((outcome, problem)) = last else { unreachable!("at least one repeat") };
+    let Some((outcome, problem, seen)) = last else { unreachable!("at least one repeat") };
     let inputs = problem.inputs_at(&outcome.x);
+    let iterates = seen.iter().map(|x| history_of(control, &problem.inputs_at(x))).collect();
     let (control, converged) = (history_of(control, &inputs), outcome.reason.is_converged());
-    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
+    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs), iterates })
 }
 
 /// By multiple shooting; merged segments give one motion at last.
@@ -297,7 +319,8 @@ fn in_segments(name: Name, is_merged: bool, settings: &Settings) -> Result<Run, 
     let Some((outcome, inputs)) = last else { unreachable!("at least one repeat") };
     let (control, converged) = (history_of(posed.control, &inputs), outcome.reason.is_converged());
     let method = if is_merged { "segments, merged" } else { SEGMENTS };
-    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs) })
+    let (milliseconds, iterates) = (median(&times), Vec::new());
+    Ok(Run { name, method, outcome, milliseconds, control, converged, inputs: Some(inputs), iterates })
 }
 
 /// A control over time.

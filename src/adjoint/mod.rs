@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod assembly;
+mod backward;
 mod costs;
 mod gradient;
 mod growth;

@@ -17,21 +17,24 @@ use crate::system::Covector;
 use crate::{Error, System};
 
 impl AdjointSweep {
-    /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others.
+    /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others; `is_factored` tells whether K(h) is.
     pub(super) fn solve_stage(
         &mut self,
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
         (i, s): (usize, usize),
-        h: f64,
-        blocks: Option<&[f64]>,
+        (h, blocks, is_factored): (f64, Option<&[f64]>, &mut bool),
     ) -> Result<(), Error> {
         self.stage = s - 1;
         let at = motion.block_column(i - motion.first, s);
         let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
         self.right_side(system, motion, newton, h, blocks);
-        match newton.factor_and_solve_transposed(system, h, blocks, &mut self.right, &mut self.report) {
+        let solved = match std::mem::replace(is_factored, true) {
+            true => Ok(newton.solve_transposed(system, &mut self.right, &mut self.report)),
+            false => newton.factor_and_solve_transposed(system, h, blocks, &mut self.right, &mut self.report),
+        };
+        match solved {
             Ok(pivot) if self.accuracy.is_in_doubt(pivot) => self.refine(system, motion, newton, (h, blocks), pivot),
             Ok(_) => {}
             Err(breakdown) => return Err(self.singular(system, motion, i, &breakdown)),

@@ -13,7 +13,6 @@
 //! With other schemes A, B, α, β (`scheme/parts.rs`) take the places of a₊, b₊, h₊ a₊, h₊ b₊; each stage is solved by [`stage`](super::stage).
 
 use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
 
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::costs::CostNode;
@@ -21,14 +20,14 @@ use crate::adjoint::growth::Growth;
 use crate::adjoint::record::Record;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
+use crate::forward::Motion;
 use crate::forward::restart::Restart;
-use crate::forward::{ForwardSweep, Motion};
 use crate::linear::Breakdown;
 use crate::motion::Refinement;
-use crate::motion::{Report, Task, Watch, column_mut};
+use crate::motion::{Report, column_mut};
 use crate::node::Newton;
 use crate::number::{all_finite, dot};
-use crate::scheme::{Carried, StageAdjoint, carried_part};
+use crate::scheme::{Carried, StageAdjoint};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Scheme, Settings, Start, System};
 
@@ -36,7 +35,7 @@ use crate::{Error, Scheme, Settings, Start, System};
 pub(crate) struct AdjointSweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
-    variables: Option<AdjointVariables>,
+    pub(super) variables: Option<AdjointVariables>,
     /// The adjoint variables of all stages, where second derivatives are asked for, and whether they are those of the motion and of the factors at hand.
     pub(super) record: Option<Record>,
     pub(super) is_recorded: bool,
@@ -45,6 +44,8 @@ pub(crate) struct AdjointSweep {
     pub(crate) stage: usize,
     /// What later stages carry to the one at hand.
     pub(crate) carried: Carried,
+    /// Nothing is carried yet: no cost depends on what comes later.
+    pub(super) is_idle: bool,
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
     pub(crate) rows: StateRows,
@@ -57,7 +58,7 @@ pub(crate) struct AdjointSweep {
     /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
     pub(crate) sigma_before: Vec<f64>,
     pub(crate) sigma_before_at: Option<usize>,
-    growth: Growth,
+    pub(super) growth: Growth,
     pub(super) accuracy: Accuracy,
     /// dJ/du of the node or stage at hand.
     pub(crate) u: Vec<f64>,
@@ -85,6 +86,7 @@ impl AdjointSweep {
             step: vec![stage; scheme.stages()],
             stage: scheme.inner(),
             carried: Carried::new(n, m),
+            is_idle: false,
             cost: CostRows::new((n, m, system.k()), system.parameters().len(), system.outputs()),
             design: vec![0.0; system.parameters().len()],
             rows: StateRows::new(n, m),
@@ -108,114 +110,25 @@ impl AdjointSweep {
     pub(crate) fn forget(&mut self) {
         self.variables = None;
         self.is_recorded = false;
-        self.take_factors(None);
+        self.take_cost_alone();
     }
 
-    /// Takes the factors of J and of the outputs; of J alone if there are none.
-    fn take_factors(&mut self, factors: Option<&[f64]>) {
+    fn take_cost_alone(&mut self) {
         self.cost.factors.fill(0.0);
         self.cost.factors[0] = 1.0;
-        if let Some(factors) = factors {
-            self.cost.factors.copy_from_slice(factors);
-        }
     }
 
     pub(crate) fn variables(&self) -> Option<&AdjointVariables> {
         self.variables.as_ref()
     }
 
-    /// The gradient of J, or of the sum of J and the outputs with other factors.
-    pub(crate) fn run(
-        &mut self,
-        system: &System,
-        forward: &mut ForwardSweep,
-        settings: &Settings,
-        factors: Option<&[f64]>,
-    ) -> Result<&Gradient, Error> {
-        let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
-        motion.trajectory.check_complete(&motion.inputs)?;
-        let nodes = motion.inputs.grid.nodes();
-        self.begin(system, motion, &stepper.newton, settings);
-        self.take_factors(factors);
-        self.back(system, motion, &mut stepper.newton, (0..nodes, watch))?;
-        self.is_recorded = self.record.is_some();
-        self.finish(system, &monitor.report)
-    }
-
-    /// Goes back through these nodes.
-    pub(crate) fn back(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        newton: &mut Newton,
-        (nodes, watch): (Range<usize>, &mut Watch),
-    ) -> Result<(), Error> {
-        for node in nodes.rev() {
-            self.visit(system, motion, newton, node)?;
-            watch.tell(Task::Gradient, motion.nodes() - node, motion.nodes())?;
-        }
-        Ok(())
-    }
-
     /// Refuses sums that overflowed, and says how far the gradient can be trusted.
-    pub(crate) fn finish(&mut self, system: &System, forward: &Report) -> Result<&Gradient, Error> {
+    pub(crate) fn finish(&mut self, system: &System, forward: &Report) -> Result<(), Error> {
         self.growth.tell(&mut self.report);
         self.resolution.tell(system, &mut self.report);
         self.gradient.warnings.clear();
         self.gradient.warnings.extend(forward.warnings.iter().chain(&self.report.warnings).cloned());
-        self.gradient.check_finite(system)?;
-        Ok(&self.gradient)
-    }
-
-    /// Goes back through one node, and through the step into it.
-    fn visit(&mut self, system: &System, motion: &Motion, newton: &mut Newton, node: usize) -> Result<(), Error> {
-        let restart = motion.restarts.at(node);
-        let (last, dt) = (motion.trajectory.last_stage(), motion.length(node));
-        let h = dt * motion.trajectory.scheme.a(last, last);
-        self.cost_rows(system, motion, node)?;
-        if !self.cost_is_zero {
-            self.growth.add_source(system, motion, &newton.weights, &self.cost, node);
-        }
-        self.take_sigma_before(node);
-        let begins = restart.is_some() || node == 0;
-        self.solve_stage(system, motion, newton, (node, last), if begins { 0.0 } else { h }, None)?;
-        self.input_rows(system, newton, || motion.at(node), node)?;
-        if let Some(restart) = restart {
-            if let Some(record) = &mut self.record {
-                record.begin_crossing(node, &self.step[self.stage]);
-            }
-            let crossed = self.cross(system, motion, newton, &restart, node);
-            crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))?;
-            self.solve_stage(system, motion, newton, (node, last), h, Some(restart.step_blocks))?;
-            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-            self.input_rows(system, newton, end, node)?;
-        }
-        self.refinement.add_controls(node, 1.0, &self.u, &mut self.gradient.controls);
-        self.store(node);
-        if node == 0 {
-            self.start_rows(system, motion, newton);
-            self.through_assembly(system, motion, newton)?;
-            let inputs = &motion.inputs;
-            system.parameters().pull_back(inputs.design.as_slice(), &self.design, self.gradient.design.as_mut_slice());
-            let StageAdjoint { a, b, .. } = &self.step[self.stage];
-            self.growth.watch(system, &newton.weights, (a, b));
-            return Ok(());
-        }
-        if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
-            self.watch_resolution(system, motion, newton, restart.as_ref(), node);
-        }
-        if last > 1 {
-            self.inner_stages(system, motion, newton, node)?;
-        }
-        self.step_row(motion, restart, node);
-        carried_part((&motion.trajectory.scheme, 0), dt, &mut self.step, &mut self.carried);
-        if let Some(variables) = &mut self.variables {
-            variables.store_step(node, &self.carried);
-        }
-        if node.is_multiple_of(Growth::LOOK_EVERY) {
-            self.growth.watch(system, &newton.weights, (&self.carried.a, &self.carried.b));
-        }
-        Ok(())
+        self.gradient.check_finite(system)
     }
 
     /// Takes what a later restart gives to the multipliers of this node.
@@ -229,21 +142,6 @@ impl AdjointSweep {
         self.cost_is_zero = false;
     }
 
-    /// Goes back through the stages between a node and the one before it.
-    fn inner_stages(&mut self, system: &System, motion: &Motion, newton: &mut Newton, node: usize) -> Result<(), Error> {
-        let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
-        for s in (1..scheme.stages()).rev() {
-            let before = std::mem::take(&mut self.time);
-            carried_part((&scheme, s), dt, &mut self.step, &mut self.carried);
-            self.stage_cost_rows(system, motion, (node, s))?;
-            self.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
-            self.input_rows(system, newton, || motion.at_stage(node, s), node)?;
-            self.add_inner_inputs(node, scheme.c(s));
-            self.time += before;
-        }
-        Ok(())
-    }
-
     /// Adds the derivatives with respect to the inputs of a stage at a share c of the step into a node.
     pub(super) fn add_inner_inputs(&mut self, node: usize, c: f64) {
         // Controls are linear between nodes.
@@ -253,7 +151,7 @@ impl AdjointSweep {
         self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
     }
 
-    /// Makes room for the gradient with respect to the given inputs and sets it to zero.
+    /// Makes room for the gradient of J with respect to the given inputs and sets it to zero.
     pub(crate) fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, settings: &Settings) {
         let inputs = &motion.inputs;
         let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
@@ -282,11 +180,13 @@ impl AdjointSweep {
         if let Some(record) = &mut self.record {
             record.fit(system, motion.blocks.ncols());
         }
-        self.take_factors(None);
+        self.take_cost_alone();
         self.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
+        // Second derivatives may begin where first ones vanish.
+        self.is_idle = self.record.is_none();
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 
@@ -337,7 +237,7 @@ impl AdjointSweep {
     }
 
     /// Keeps the adjoint variables of node `i`, if they are wanted.
-    fn store(&mut self, i: usize) {
+    pub(super) fn store(&mut self, i: usize) {
         let Some(variables) = &mut self.variables else { return };
         let (node, carried, cost) = (&self.step[self.stage], &self.carried, &self.cost);
         // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.

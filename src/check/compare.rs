@@ -18,6 +18,8 @@ const BENDS: (usize, usize, usize) = (3, 400, 6);
 const DIAGNOSED_BENDS: usize = 4;
 /// So many of them are differenced even if nothing is wrong there: where derivatives get lost, it is often in a branch.
 const DIFFERENCED_BENDS: usize = 2;
+/// What noise is drawn with.
+pub(crate) const SEED: u64 = 0x5eed;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
 
@@ -76,6 +78,17 @@ pub(crate) struct Setting<'a> {
     pub tolerance: f64,
 }
 
+/// The points at which a block is compared, and behind them the places where the formula bends near them.
+pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> Vec<Place> {
+    let f = block.function.as_ref();
+    let mut places = Place::of_points(f, &block.by, setting, random);
+    let most = (BENDS.0 * places.len()).min(BENDS.1 / block.columns.len().max(1)).max(BENDS.2);
+    let found = bends(f, &block.by, setting, most);
+    let found = found.into_iter().map(|bend| Place::new(f, bend.x, &block.by, Some(bend.base), random));
+    places.extend(found.filter(Place::is_finite));
+    places
+}
+
 /// Compares one block at all points, and where the formula bends near them.
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let (rows, columns) = (block.rows.len(), block.columns.len());
@@ -84,14 +97,9 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
         report.notes.push("no points, or no rows or columns: nothing was compared".into());
         return report;
     }
-    let mut random = Random::new(setting.seed ^ 0x5eed);
-    let f = block.function.as_ref();
-    let mut places = Place::of_points(f, &block.by, setting, &mut random);
-    let drawn = places.len();
-    let most = (BENDS.0 * drawn).min(BENDS.1 / columns).max(BENDS.2);
-    let found = bends(f, &block.by, setting, most);
-    let found = found.into_iter().map(|bend| Place::new(f, bend.x, &block.by, Some(bend.base), &mut random));
-    places.extend(found.filter(Place::is_finite));
+    let mut random = Random::new(setting.seed ^ SEED);
+    let (f, drawn) = (block.function.as_ref(), setting.points.len());
+    let mut places = places(block, setting, &mut random);
     set_scales(&mut places, drawn, &block.by, &setting.magnitudes);
     let hand = |place: &Place| fitting((block.hand)(&place.x), rows, columns);
     let hands: Vec<DMatrix<f64>> = places.iter().map(hand).collect();

@@ -9,7 +9,7 @@
 //! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep gives
 //! dJ/ds and dy/ds at all nodes: for a few design variables and many outputs it is the better half of the two methods.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::number::Real;
@@ -20,6 +20,8 @@ use crate::{Error, Inputs, LiftedSolver, Settings, Stages, System, Trajectory};
 pub struct Sensitivity {
     /// dJ/ds.
     pub cost: f64,
+    /// dr/ds of all outputs r.
+    pub outputs: DVector<f64>,
     /// dy/ds at all nodes.
     pub motion: Trajectory,
 }
@@ -55,7 +57,7 @@ pub fn direct_differentiation(
     let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
     let moved = moved(inputs, direction, Dual64::new)?;
     let motion = derivative(solver.simulate(&moved)?);
-    Ok(Sensitivity { cost: solver.cost()?.eps, motion })
+    Ok(Sensitivity { cost: solver.cost()?.eps, outputs: solver.outputs()?.map(|r| r.eps), motion })
 }
 
 /// The inputs on other numbers, each made of its value and its change.

@@ -6,6 +6,8 @@ use super::formula::{Function, Plain, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
+#[cfg(feature = "files")]
+use super::worksheet;
 use crate::Error;
 
 /// The Jacobian of a function to be checked; made by [`function`].
@@ -93,10 +95,24 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     /// What cannot be compared is refused in the report: points or magnitudes of another length, a formula that is finite at no
     /// random point.
     pub fn run(self) -> Report {
-        match self.points() {
-            Ok(drawn) => self.compare(drawn),
-            Err(error) => Report::refused("function".into(), error),
+        let title = "function".to_string();
+        match self.each_block(check) {
+            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
+            Err(error) => Report::refused(title, error),
         }
+    }
+
+    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// [`Answers`](super::Answers).
+    ///
+    /// # Errors
+    /// What [`run`](Self::run) refuses.
+    #[cfg(feature = "files")]
+    pub fn worksheet(self) -> Result<String, Error> {
+        let count = self.inputs.len();
+        let at = |x: &[f64]| x[..count].to_vec();
+        let (blocks, _) = self.each_block(|block, setting| worksheet::block(block, setting, at))?;
+        Ok(worksheet::of("function", blocks))
     }
 
     fn points(&self) -> Result<Drawn, Error> {
@@ -123,7 +139,9 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         Ok(drawn)
     }
 
-    fn compare(self, drawn: Drawn) -> Report {
+    /// What is made of every block, and notes on the points.
+    fn each_block<T>(self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
+        let drawn = self.points()?;
         let count = self.inputs.len();
         let size = |x: &f64| if *x == 0.0 { 1.0 } else { x.abs() };
         let notes = drawn.note(self.count).into_iter().collect();
@@ -158,7 +176,6 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
                 elsewhere: Vec::new(),
             }
         };
-        let blocks = self.hands.into_iter().map(|hand| check(&block(hand), &setting)).collect();
-        Report { title: "function".into(), blocks, notes, refused: None }
+        Ok((self.hands.into_iter().map(|hand| make(&block(hand), &setting)).collect(), notes))
     }
 }

@@ -12,7 +12,7 @@
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
 //! | a product of the Hessian with a direction; or the library's | [`hessian`](hessian()) |
 //!
-//! With the feature `files`, derivatives may come from a program in any other language: `Pipe`.
+//! With the feature `files`, derivatives may come from a program in any other language: line by line (`Pipe`) or in a file (`Answers`).
 //!
 //! Each compares at random points over decades of magnitude, and where the formula bends near them, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
@@ -20,6 +20,8 @@
 //! them can see, is described in `docs/checking-derivatives.md`.
 
 mod agreement;
+#[cfg(feature = "files")]
+mod arguments;
 mod compare;
 mod derivative;
 mod diagnosis;
@@ -41,7 +43,11 @@ mod ridders;
 mod scale;
 mod scan;
 mod step;
+#[cfg(feature = "files")]
+mod worksheet;
 
+#[cfg(feature = "files")]
+pub use arguments::Arguments;
 pub use derivative::{Input, central_differences, complex_step, tangent};
 pub use direct::{Sensitivity, direct_differentiation};
 pub use element::{ElementCheck, constraint, cost, force, kinetic_energy, potential_energy};
@@ -58,3 +64,5 @@ pub use point::Point;
 pub use random::Random;
 pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
 pub use step::{State, StepCheck, StepPoint, Terms, step};
+#[cfg(feature = "files")]
+pub use worksheet::Answers;

@@ -7,10 +7,11 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use nalgebra::{DMatrix, SVector};
-use serde_json::{Map, Value, json};
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
 
-use super::point::Point;
+use super::arguments::Arguments;
+use super::worksheet;
 use crate::Error;
 
 /// A program that is about to end is waited for so often, and so long each time.
@@ -69,38 +70,9 @@ impl Pipe {
         Ok(Pipe(Mutex::new(Talk { program, questions, answers, patience, asked: 0, problem: None })))
     }
 
-    /// The matrix called `name` at a point of an element; NaN from the first problem on, which [`finish`](Self::finish) tells.
-    pub fn ask<const N: usize, const M: usize, const K: usize, const P: usize>(
-        &self,
-        name: &str,
-        at: &Point<N, M, K, P>,
-    ) -> DMatrix<f64> {
-        fn list<const L: usize>(x: &SVector<f64, L>) -> Value {
-            json!(x.as_slice())
-        }
-        let parts = [
-            ("q", list(&at.q)),
-            ("v", list(&at.v)),
-            ("p_star", list(&at.p_star)),
-            ("p_star_dot", list(&at.p_star_dot)),
-            ("v_dot", list(&at.v_dot)),
-            ("sigma", list(&at.sigma)),
-            ("lambda", list(&at.lambda)),
-            ("u", list(&at.u)),
-            ("u_dot", list(&at.u_dot)),
-            ("t", json!(at.t)),
-            ("b", list(&at.b)),
-        ];
-        let parts = parts.into_iter().map(|(name, value)| (name.to_string(), value));
-        self.exchange(name, parts.collect())
-    }
-
-    /// The matrix called `name` for the arguments of a [`function`](super::function).
-    pub fn ask_function(&self, name: &str, x: &[f64]) -> DMatrix<f64> {
-        self.exchange(name, Map::from_iter([("x".to_string(), json!(x))]))
-    }
-
-    fn exchange(&self, name: &str, mut question: Map<String, Value>) -> DMatrix<f64> {
+    /// The matrix called `name` at the arguments of a check; NaN from the first problem on, which [`finish`](Self::finish) tells.
+    pub fn ask(&self, name: &str, at: &(impl Arguments + ?Sized)) -> DMatrix<f64> {
+        let mut question = at.by_name();
         question.insert("ask".into(), json!(name));
         let mut talk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let answer = if talk.problem.is_some() { Err(String::new()) } else { talk.exchange(&Value::Object(question)) };
@@ -162,30 +134,17 @@ impl Drop for Talk {
     }
 }
 
-/// A matrix by its rows; a list of numbers is one row, and a number a matrix of one.
+/// A matrix in a line.
 fn matrix(line: &str) -> Result<DMatrix<f64>, String> {
-    let shown: String = line.chars().take(60).collect();
     if line.len() > MOST_BYTES {
         return Err(format!("{} bytes are no answer", line.len()));
     }
-    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{shown}` is no JSON: {error}"))?;
-    if let Some(text) = value.get("error") {
-        return Err(format!("it says {text}"));
+    let shown = || line.chars().take(60).collect::<String>();
+    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is no JSON: {error}", shown()))?;
+    match value.get("error") {
+        Some(text) => Err(format!("it says {text}")),
+        None => worksheet::matrix(&value).map_err(|problem| format!("`{}` {problem}", shown())),
     }
-    let number = |x: &Value| x.as_f64().ok_or_else(|| format!("`{shown}` is no matrix of numbers"));
-    let rows: Vec<Vec<f64>> = match &value {
-        Value::Array(rows) if rows.iter().any(Value::is_array) => {
-            let row = |row: &Value| row.as_array().into_iter().flatten().map(number).collect();
-            rows.iter().map(row).collect::<Result<_, String>>()?
-        }
-        Value::Array(row) => vec![row.iter().map(number).collect::<Result<_, String>>()?],
-        x => vec![vec![number(x)?]],
-    };
-    let columns = rows.first().map_or(0, Vec::len);
-    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
-        return Err(format!("the rows of `{shown}` have different lengths, or none"));
-    }
-    Ok(DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]))
 }
 
 fn wrong(problem: String) -> Error {

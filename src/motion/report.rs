@@ -60,6 +60,31 @@ impl Default for Report {
 }
 
 impl Report {
+    /// The work of several sweeps.
+    pub(crate) fn of_all<'a>(reports: impl Iterator<Item = &'a Report>) -> Report {
+        let mut sum = Report::default();
+        reports.for_each(|report| sum.add(report));
+        sum
+    }
+
+    fn add(&mut self, other: &Report) {
+        self.newton_iterations += other.newton_iterations;
+        self.most_iterations = self.most_iterations.max(other.most_iterations);
+        self.factorisations += other.factorisations;
+        self.reused_factors += other.reused_factors;
+        self.refined_solutions += other.refined_solutions;
+        self.element_evaluations += other.element_evaluations;
+        self.second_derivatives += other.second_derivatives;
+        self.sine_evaluations += other.sine_evaluations;
+        self.input_evaluations += other.input_evaluations;
+        self.chord_evaluations += other.chord_evaluations;
+        self.cost_evaluations += other.cost_evaluations;
+        self.worst_pivot = self.worst_pivot.min(other.worst_pivot);
+        self.adjoint_growth = self.adjoint_growth.max(other.adjoint_growth);
+        self.restarts += other.restarts;
+        other.warnings.iter().for_each(|warning| self.warn(warning.clone()));
+    }
+
     /// Says something in the place of what was said of this kind before.
     pub(crate) fn replace(&mut self, warning: Warning) {
         let kind = std::mem::discriminant(&warning);

@@ -119,6 +119,12 @@ impl<F: Factorization> Newton<F> {
         Ok(self.watch_pivots(report))
     }
 
+    /// Solves Kᵀ x = r in place with the last factors; returns their smallest pivot ratio.
+    pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut [f64], report: &mut Report) -> f64 {
+        self.matrix.solve_transposed(system.symbolic(), x);
+        self.watch_pivots(report)
+    }
+
     /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
     ///
     /// Returns the size of the correction relative to that of x; NaN for x = 0.

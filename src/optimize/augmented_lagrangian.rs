@@ -3,12 +3,10 @@
 //! With multipliers w and a penalty ρ: f + Σ ½ρ (t_j − P(t_j))², t = c + w/ρ, P the nearest value that is allowed. It serves equalities and
 //! inequalities alike, and its gradient is that of f + Σ ρ (t_j − P(t_j)) c_j: one backward sweep.
 
-use std::ops::ControlFlow;
-
 use super::lbfgs::{Descent, Merit};
 use super::outcome::Counted;
 use super::problem::Interval;
-use super::{Iterate, Options, Outcome, Problem, Reason};
+use super::{Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 
 /// The penalty grows by this factor where the violation did not shrink to this share.
@@ -66,7 +64,7 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
     options: &Options,
-    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     let f = counted.evaluate_start(&x)?;

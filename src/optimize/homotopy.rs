@@ -1,9 +1,7 @@
 //! A problem by way of easier ones: a parameter s goes from 0 to 1, each solution is the next start.
 
-use std::ops::ControlFlow;
-
 use super::outcome::largest_change;
-use super::{Iterate, Options, Outcome, Problem, Reason, interior_point};
+use super::{Iterate, Options, Outcome, Problem, Reason, Watcher, interior_point};
 use crate::Error;
 
 /// The first change of s, how it grows and shrinks, and when there is no way.
@@ -30,7 +28,7 @@ pub fn homotopy<P: Problem + ?Sized>(
     start: &[f64],
     options: &Options,
     set: &mut dyn FnMut(&mut P, f64) -> Result<(), Error>,
-    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let on_the_way = Options {
         stationarity: options.stationarity.max(STATIONARITY),

@@ -1,14 +1,12 @@
 //! L-BFGS with bounds: quasi-Newton steps of the variables that no bound holds, projected (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
 
-use std::collections::VecDeque;
-use std::ops::ControlFlow;
-
 use super::line_search::{Point, search};
 use super::outcome::{Counted, largest_change};
 use super::problem::Interval;
-use super::{Iterate, Options, Outcome, Problem, Reason};
+use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use crate::number::{dot, largest};
+use std::collections::VecDeque;
 
 /// What a line search goes down on: f, or a function of f and c.
 pub(super) trait Merit<P: Problem + ?Sized> {
@@ -50,7 +48,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
     options: &Options,
-    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     if counted.intervals.iter().any(|of| *of != Interval::FREE) {
@@ -125,12 +123,12 @@ impl<'o> Descent<'o> {
         problem: &mut Counted<P>,
         merit: &mut dyn Merit<P>,
         tolerance: f64,
-        watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+        watch: &mut Watcher,
     ) -> Result<Reason, Error> {
         loop {
             let last = self.history[self.history.len() - 1];
             let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
-            if watch(&last).is_break() {
+            if watch(&last, &self.at.x).is_break() {
                 return Ok(Reason::Asked);
             }
             if self.options.target.is_some_and(|target| last.value <= target) && last.violation <= self.options.violation {

@@ -2,12 +2,10 @@
 //!
 //! (AᵀA + μ I) d = −Aᵀr, or, with fewer rows than columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r, A the Jacobian.
 
-use std::ops::ControlFlow;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::{Counted, largest_change};
-use super::{Interval, Iterate, Options, Outcome, Problem, Reason};
+use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 
 /// Where a fit ended, and how well its variables are known.
@@ -52,7 +50,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
     options: &Options,
-    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    watch: &mut Watcher,
 ) -> Result<Fit, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     counted.evaluate_start(&x)?;
@@ -63,7 +61,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     let mut growth = 2.0;
     let reason = loop {
         let last = history[history.len() - 1];
-        if watch(&last).is_break() {
+        if watch(&last, &at.x).is_break() {
             break Reason::Asked;
         }
         if options.target.is_some_and(|target| last.value <= target) {

@@ -53,7 +53,7 @@ pub use least_squares::{Fit, levenberg_marquardt};
 pub use motion_problem::MotionProblem;
 pub use multi_start::{lowest, multi_start};
 pub use multiple_shooting::MultipleShooting;
-pub use outcome::{Iterate, Options, Outcome, Reason, silent};
+pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, silent};
 pub use problem::{Interval, Problem};
 pub use trials::Trials;
 pub use variables::{Free, Quantity, Variables};

@@ -1,6 +1,8 @@
 //! [`MotionProblem`]: a motion's cost and outputs as functions of what is free of its inputs.
 
-use super::problem::{Interval, Problem};
+use nalgebra::DMatrix;
+
+use super::problem::{Interval, Problem, set_row};
 use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System};
 
@@ -118,6 +120,15 @@ impl Problem for MotionProblem<'_> {
         let of = self.solver.weighted_gradient(f_weight, c_weights)?;
         self.variables.pull_back(&self.x, of, gradient);
         self.gradient.copy_from_slice(gradient);
+        Ok(())
+    }
+
+    fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        let mut row = vec![0.0; self.x.len()];
+        for (k, of) in self.solver.output_gradients(rows)?.enumerate() {
+            self.variables.pull_back(&self.x, of, &mut row);
+            set_row(jacobian, k, &row);
+        }
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! [`MultipleShooting`]: a motion in segments, each with a start of its own.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use std::collections::HashMap;
 
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
@@ -217,6 +218,30 @@ impl Problem for MultipleShooting<'_> {
                 let mut own = vec![0.0; segment.places.len()];
                 segment.motion.gradient(f_weight, &weights, &mut own)?;
                 segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
+            }
+        }
+        Ok(())
+    }
+
+    fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        jacobian.fill(0.0);
+        let places: HashMap<usize, usize> = rows.iter().enumerate().map(|(k, &row)| (row, k)).collect();
+        for k in 0..self.segments.len() {
+            // Which output of the segment counts in which row.
+            let mut own: Vec<(usize, usize)> =
+                self.rows(k).filter_map(|output| Some((output, *places.get(&output)?))).collect();
+            for (row, output, start) in self.joints(k) {
+                if let Some(&at) = places.get(&row) {
+                    own.push((output, at));
+                    jacobian[(at, start)] -= 1.0;
+                }
+            }
+            let Segment { motion, places, .. } = &mut self.segments[k];
+            let outputs: Vec<usize> = own.iter().map(|(output, _)| *output).collect();
+            let mut part = DMatrix::zeros(own.len(), places.len());
+            motion.jacobian(&outputs, &mut part)?;
+            for (&(_, at), row) in own.iter().zip(part.row_iter()) {
+                places.iter().zip(row.iter()).for_each(|(&variable, x)| jacobian[(at, variable)] += x);
             }
         }
         Ok(())

@@ -112,8 +112,11 @@ impl Outcome {
     }
 }
 
-/// Goes on without a word: what watches a method unless something else does.
-pub fn silent(_: &Iterate) -> ControlFlow<()> {
+/// What sees every iterate with its point x, and may stop the method.
+pub type Watcher<'w> = dyn FnMut(&Iterate, &[f64]) -> ControlFlow<()> + 'w;
+
+/// Goes on without a word: the [`Watcher`] unless something else watches.
+pub fn silent(_: &Iterate, _: &[f64]) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -235,14 +238,19 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
                 return Ok(all.select_rows(rows));
             }
         }
-        let (mut weights, mut row, mut jacobian) = (vec![0.0; m], vec![0.0; n], DMatrix::zeros(rows.len(), n));
-        for (k, &j) in rows.iter().enumerate() {
-            weights[j] = 1.0;
-            self.gradient(0.0, &weights, &mut row)?;
-            weights[j] = 0.0;
-            jacobian.row_mut(k).iter_mut().zip(&row).for_each(|(a, x)| *a = *x);
-        }
+        let mut jacobian = DMatrix::zeros(rows.len(), n);
+        self.gradients += rows.len();
+        self.problem.jacobian(rows, &mut jacobian)?;
+        self.check_jacobian(&jacobian)?;
         Ok(jacobian)
+    }
+
+    fn check_jacobian(&self, jacobian: &DMatrix<f64>) -> Result<(), Error> {
+        let bad = jacobian.iter().position(|x| !x.is_finite());
+        bad.map_or(Ok(()), |at| {
+            let what = format!("the derivative by `{}`", self.problem.variable_name(at / jacobian.nrows()));
+            Err(Error::NotFinite { what, value: jacobian[at] })
+        })
     }
 
     /// False if the problem does not know them.
@@ -257,13 +265,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             direction[i] = 0.0;
             self.gradients += 1;
         }
-        match jacobian.iter().position(|x| !x.is_finite()) {
-            Some(at) => {
-                let what = format!("the derivative by `{}`", self.problem.variable_name(at / jacobian.nrows()));
-                Err(Error::NotFinite { what, value: jacobian[at] })
-            }
-            None => Ok(true),
-        }
+        self.check_jacobian(jacobian).map(|()| true)
     }
 
     pub(super) fn violation(&self) -> f64 {

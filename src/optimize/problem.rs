@@ -1,5 +1,7 @@
 //! [`Problem`]: what can be minimised.
 
+use nalgebra::DMatrix;
+
 use crate::Error;
 
 /// The least and the greatest value that something may have.
@@ -141,6 +143,21 @@ pub trait Problem {
     /// A point that has no gradient.
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error>;
 
+    /// These rows of ∂c/∂x at the x that was evaluated last, one below the other; a gradient must be asked for again before a product.
+    ///
+    /// # Errors
+    /// Those of [`gradient`](Self::gradient).
+    fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        let (mut weights, mut row) = (vec![0.0; self.constraints().len()], vec![0.0; self.variables()]);
+        for (k, &j) in rows.iter().enumerate() {
+            weights[j] = 1.0;
+            self.gradient(0.0, &weights, &mut row)?;
+            weights[j] = 0.0;
+            set_row(jacobian, k, &row);
+        }
+        Ok(())
+    }
+
     /// What c(x) changes by along a direction, at the x that was evaluated last: where there are fewer variables than constraints or residuals, their
     /// Jacobian is made of that.
     ///
@@ -171,4 +188,8 @@ pub trait Problem {
         let _ = (direction, product);
         Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::product`".into() })
     }
+}
+
+pub(super) fn set_row(matrix: &mut DMatrix<f64>, k: usize, row: &[f64]) {
+    matrix.row_mut(k).iter_mut().zip(row).for_each(|(a, x)| *a = *x);
 }

@@ -1,5 +1,7 @@
 //! [`Trials`]: several motions with the same variables.
 
+use nalgebra::DMatrix;
+
 use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem};
 use crate::Error;
@@ -79,6 +81,20 @@ impl Problem for Trials<'_> {
             }
             motion.gradient(f_weight, own, &mut part)?;
             gradient.iter_mut().zip(&part).for_each(|(sum, g)| *sum += g);
+        }
+        Ok(())
+    }
+
+    fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        let mut first = 0;
+        for motion in &mut self.motions {
+            let own = first..first + motion.outputs();
+            first = own.end;
+            let at: Vec<usize> = (0..rows.len()).filter(|&k| own.contains(&rows[k])).collect();
+            let outputs: Vec<usize> = at.iter().map(|&k| rows[k] - own.start).collect();
+            let mut part = DMatrix::zeros(at.len(), jacobian.ncols());
+            motion.jacobian(&outputs, &mut part)?;
+            at.iter().zip(part.row_iter()).for_each(|(&k, row)| jacobian.row_mut(k).copy_from(&row));
         }
         Ok(())
     }

@@ -33,6 +33,12 @@ pub(crate) struct StageAdjoint {
     pub(crate) e: Vec<f64>,
 }
 
+impl StageAdjoint {
+    pub(crate) fn clear(&mut self) {
+        [&mut self.a, &mut self.b, &mut self.c, &mut self.d, &mut self.e].into_iter().for_each(|list| list.fill(0.0));
+    }
+}
+
 /// What adjoint variables of later stages add to the equations of a stage: A, B, Σ e_r for compliances, α and β.
 ///
 /// α is `factor` A + `alpha`: with one stage it is a multiple of A, and nothing is summed.

@@ -15,8 +15,8 @@
 
 use std::ops::ControlFlow;
 
-use crate::adjoint::AdjointSweep;
-use crate::adjoint::Gradient;
+use super::{check_weights, choose, choose_weights};
+use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::Refinement;
@@ -50,7 +50,9 @@ pub struct LongSolver<'s> {
     /// The nodes of the given grid.
     given: usize,
     forward: ForwardSweep,
-    sweep: AdjointSweep,
+    sweeps: Vec<AdjointSweep>,
+    /// Of all of them.
+    adjoint_report: Report,
     plan: Plan,
     checkpoints: Vec<Checkpoint>,
 }
@@ -108,7 +110,8 @@ struct Checkpoint {
 impl<'s> LongSolver<'s> {
     /// A solver that keeps at most so many bytes of a motion, its copies of the inputs and the gradient included.
     ///
-    /// The workspace of a single step comes besides: about 4 kB a body in a chain.
+    /// The workspace of a single step comes besides: about 4 kB a body in a chain, and 1 kB for each output of
+    /// [`jacobian`](Self::jacobian).
     pub fn new(system: &'s System, settings: Settings, bytes: usize) -> Self {
         LongSolver {
             system,
@@ -116,7 +119,8 @@ impl<'s> LongSolver<'s> {
             bytes,
             given: 0,
             forward: ForwardSweep::new(system, settings.scheme),
-            sweep: AdjointSweep::new(system, settings.scheme),
+            sweeps: vec![AdjointSweep::new(system, settings.scheme)],
+            adjoint_report: Report::default(),
             plan: Plan::NONE,
             checkpoints: Vec::new(),
         }
@@ -137,16 +141,47 @@ impl<'s> LongSolver<'s> {
     /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory, which may turn out
     /// only where steps are halved.
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
+        self.differentiate(inputs, 1, |_, _| ())?;
+        Ok(&self.sweeps[0].gradient)
+    }
+
+    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, which is what [`Solver::weighted_gradient`](crate::Solver::weighted_gradient) gives.
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
+    pub fn weighted_gradient(&mut self, inputs: &Inputs, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
+        check_weights(self.system, of_cost, of_outputs)?;
+        self.differentiate(inputs, 1, |_, factors| choose_weights(of_cost, of_outputs, factors))?;
+        Ok(&self.sweeps[0].gradient)
+    }
+
+    /// Values and gradients of all outputs, as [`Solver::jacobian`](crate::Solver::jacobian), by one way back for all of them.
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient).
+    pub fn jacobian(&mut self, inputs: &Inputs) -> Result<Vec<Gradient>, Error> {
+        let outputs = self.system.outputs();
+        self.differentiate(inputs, outputs, |k, factors| choose(1 + k, factors))?;
+        Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
+    }
+
+    /// The way forth, and the way back with so many right-hand sides.
+    fn differentiate(&mut self, inputs: &Inputs, sweeps: usize, choose: impl Fn(usize, &mut [f64])) -> Result<(), Error> {
+        let LongSolver { system, settings, .. } = *self;
+        self.sweeps.resize_with(sweeps, || AdjointSweep::new(system, settings.scheme));
         self.begin(inputs)?;
         if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
             let taken = self.forward.motion.nodes();
             self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken))?;
             self.forward.motion.make_room(self.plan.window + HISTORY);
             self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
-            self.forward.begin_again(self.system, &self.settings)?;
+            self.forward.begin_again(system, &settings)?;
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
-        self.sweep.begin(self.system, &self.forward.motion, &self.forward.stepper.newton, &self.settings);
+        for (k, sweep) in self.sweeps.iter_mut().enumerate() {
+            sweep.begin(system, &self.forward.motion, &self.forward.stepper.newton, &settings);
+            choose(k, &mut sweep.cost.factors);
+        }
         self.forward.watch.turn();
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
         let mut to = self.forward.motion.nodes() - 1;
@@ -155,7 +190,9 @@ impl<'s> LongSolver<'s> {
             self.checkpoints.pop();
             to = from;
         }
-        self.sweep.finish(self.system, &self.forward.monitor.report)
+        self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
+        self.adjoint_report = Report::of_all(self.sweeps.iter().map(|sweep| &sweep.report));
+        Ok(())
     }
 
     /// Tells of the progress of every motion and gradient from now on, as [`Solver::watch`](crate::Solver::watch) does; parts of a motion that are computed again
@@ -176,7 +213,7 @@ impl<'s> LongSolver<'s> {
 
     /// The work of the last adjoint sweep.
     pub fn adjoint_report(&self) -> &Report {
-        &self.sweep.report
+        &self.adjoint_report
     }
 
     fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
@@ -196,8 +233,9 @@ impl<'s> LongSolver<'s> {
     /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
     fn bytes_of_grid(&self, nodes: usize) -> usize {
         let number = size_of::<f64>();
-        // Inputs on the grid taken, and the gradient on the given one.
-        let columns = (nodes + self.given) * (1 + self.system.k()) * number;
+        let sweeps = self.sweeps.len();
+        // Inputs on the grid taken, and the gradients on the given one.
+        let columns = (nodes + sweeps * self.given) * (1 + self.system.k()) * number + sweeps * size_of::<AdjointSweep>();
         // The list of the inserted nodes may have room for twice as many.
         let inserted = 2 * (nodes - self.given) * size_of::<usize>();
         columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
@@ -303,7 +341,7 @@ impl<'s> LongSolver<'s> {
         debug_assert!(self.forward.reached() > to, "known steps are taken again");
         let last = if from == 0 { 0 } else { from + 1 };
         let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
-        self.sweep.back(self.system, motion, &mut stepper.newton, (last..to + 1, watch))
+        AdjointSweep::back(&mut self.sweeps, self.system, motion, &mut stepper.newton, (last..to + 1, watch))
     }
 
     /// One more level of checkpoints between two nodes.

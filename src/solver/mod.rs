@@ -22,7 +22,6 @@ use std::ops::ControlFlow;
 
 use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Watch};
-use crate::system::factors_of;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
 /// Simulates one system for many inputs; after the first call with a grid of some length, nothing is allocated.
@@ -45,6 +44,8 @@ pub struct Solver<'s> {
     settings: Settings,
     forward: ForwardSweep,
     sweep: AdjointSweep,
+    /// One for each output, once they are asked for.
+    rows: Vec<AdjointSweep>,
     products: Option<Box<SecondOrderSweep>>,
 }
 
@@ -56,6 +57,7 @@ impl<'s> Solver<'s> {
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
             sweep: AdjointSweep::new(system, settings.scheme),
+            rows: Vec::new(),
             products: None,
         }
     }
@@ -183,7 +185,13 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// No complete motion; a cost that is not finite; a singular tangent matrix.
     pub fn gradient(&mut self) -> Result<&Gradient, Error> {
-        self.sweep.run(self.system, &mut self.forward, &self.settings, None)
+        self.differentiate(|_, _| ())
+    }
+
+    fn differentiate(&mut self, choose: impl Fn(usize, &mut [f64])) -> Result<&Gradient, Error> {
+        let sweep = std::slice::from_mut(&mut self.sweep);
+        AdjointSweep::run(sweep, self.system, &mut self.forward, &self.settings, choose)?;
+        Ok(&self.sweep.gradient)
     }
 
     /// The values of all outputs of the last motion ([`Scene::output`](crate::Scene::output)).
@@ -196,17 +204,39 @@ impl<'s> Solver<'s> {
         trajectory.outputs(self.system, inputs)
     }
 
-    /// The gradients of all outputs of the last motion, by one backward sweep for each.
+    /// The gradients of all outputs of the last motion, by one backward sweep with a right-hand side for each; what was differentiated last
+    /// stays what [`hessian_product`](Self::hessian_product) is of.
     ///
     /// # Errors
     /// As [`gradient`](Self::gradient).
     pub fn jacobian(&mut self) -> Result<Vec<Gradient>, Error> {
-        let count = self.system.outputs();
-        let row = |k| {
-            let factors = factors_of(1 + k, count);
-            self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors)).cloned()
-        };
-        (0..count).map(row).collect()
+        let all: Vec<usize> = (0..self.system.outputs()).collect();
+        Ok(self.output_gradients(&all)?.cloned().collect())
+    }
+
+    /// Those of some outputs.
+    pub(crate) fn output_gradients(&mut self, outputs: &[usize]) -> Result<impl Iterator<Item = &Gradient>, Error> {
+        let Solver { system, settings, forward, sweep, rows, .. } = self;
+        if rows.len() < outputs.len() {
+            rows.resize_with(outputs.len(), || AdjointSweep::new(system, settings.scheme));
+        }
+        let rows = &mut rows[..outputs.len()];
+        if !outputs.is_empty() {
+            let settings = Settings { keep_adjoint: false, ..*settings };
+            AdjointSweep::run(rows, system, forward, &settings, |k, factors| choose(1 + outputs[k], factors))?;
+            sweep.report = Report::of_all(rows.iter().map(|row| &row.report));
+        }
+        Ok(rows.iter().map(|row| &row.gradient))
+    }
+
+    /// J (0) or an output (from 1 on).
+    pub(crate) fn value_of(&self, which: usize) -> Result<f64, Error> {
+        if which == 0 { self.cost() } else { Ok(self.outputs()?[which - 1]) }
+    }
+
+    /// Its gradient.
+    pub(crate) fn gradient_of(&mut self, which: usize) -> Result<&Gradient, Error> {
+        self.differentiate(|_, factors| choose(which, factors))
     }
 
     /// The gradient of Σ w_k r_k over the outputs r, by one backward sweep: (∂r)ᵀ w.
@@ -222,18 +252,8 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`pull_back`](Self::pull_back).
     pub fn weighted_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
-        let count = self.system.outputs();
-        if of_outputs.len() != count {
-            return Err(Error::Size { what: "weights of the outputs", expected: count, found: of_outputs.len() });
-        }
-        if let Some((k, &value)) = of_outputs.iter().enumerate().find(|(_, w)| !w.is_finite()) {
-            return Err(Error::NotFinite { what: format!("the weight of output `{}`", self.system.output_name(k)), value });
-        }
-        if !of_cost.is_finite() {
-            return Err(Error::NotFinite { what: "the weight of the cost".into(), value: of_cost });
-        }
-        let factors = [&[of_cost], of_outputs].concat();
-        self.sweep.run(self.system, &mut self.forward, &self.settings, Some(&factors))
+        check_weights(self.system, of_cost, of_outputs)?;
+        self.differentiate(|_, factors| choose_weights(of_cost, of_outputs, factors))
     }
 
     /// What all outputs change by along a direction of the inputs, ∂r · d, exact: one forward sweep, however many there are.
@@ -270,7 +290,7 @@ impl<'s> Solver<'s> {
     /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; costs that depend on
     /// accelerations or reactions where an element has no program.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
-        let Solver { system, settings, forward, sweep, products } = self;
+        let Solver { system, settings, forward, sweep, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
         products.run(system, (forward, sweep), settings, direction)
     }
@@ -285,7 +305,7 @@ impl<'s> Solver<'s> {
         &self.forward.monitor.report
     }
 
-    /// The work of the last adjoint sweep.
+    /// The work of the last adjoint sweep; with several right-hand sides, of all of them.
     pub fn adjoint_report(&self) -> &Report {
         &self.sweep.report
     }
@@ -297,6 +317,33 @@ impl<'s> Solver<'s> {
     pub(crate) fn forward_mut(&mut self) -> &mut ForwardSweep {
         &mut self.forward
     }
+}
+
+/// The factors of a sum of J and the outputs.
+fn choose_weights(of_cost: f64, of_outputs: &[f64], factors: &mut [f64]) {
+    factors[0] = of_cost;
+    factors[1..].copy_from_slice(of_outputs);
+}
+
+/// Those of J (0) or an output (from 1 on) alone.
+fn choose(which: usize, factors: &mut [f64]) {
+    factors.fill(0.0);
+    factors[which] = 1.0;
+}
+
+/// # Errors
+/// Another number of weights than of outputs; one that is not finite.
+fn check_weights(system: &System, of_cost: f64, of_outputs: &[f64]) -> Result<(), Error> {
+    let count = system.outputs();
+    if of_outputs.len() != count {
+        return Err(Error::Size { what: "weights of the outputs", expected: count, found: of_outputs.len() });
+    }
+    let of_output = |k: usize| format!("the weight of output `{}`", system.output_name(k));
+    let bad = std::iter::once(&of_cost).chain(of_outputs).enumerate().find(|(_, w)| !w.is_finite());
+    bad.map_or(Ok(()), |(k, &value)| {
+        let what = k.checked_sub(1).map_or_else(|| "the weight of the cost".into(), of_output);
+        Err(Error::NotFinite { what, value })
+    })
 }
 
 /// Simulates once.

@@ -126,6 +126,12 @@ impl CostRows {
         }
     }
 
+    /// Whether nothing of the state is in them.
+    pub fn has_no_state(&self) -> bool {
+        let CostRows { q, v, p_star, p_star_dot, sigma, .. } = self;
+        [q, v, p_star, p_star_dot, sigma].into_iter().flatten().all(|x| *x == 0.0)
+    }
+
     fn lists(&self) -> [&Vec<f64>; 10] {
         let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, .. } = self;
         [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design]

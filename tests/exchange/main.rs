@@ -12,3 +12,5 @@ mod progress;
 #[cfg(feature = "files")]
 mod scenes;
 mod study;
+#[cfg(feature = "files")]
+mod worksheet;

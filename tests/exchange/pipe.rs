@@ -5,9 +5,9 @@ use hamiltonian_adjoint::check::{self, Pipe};
 use hamiltonian_adjoint::planar::Distance;
 use std::process::Command;
 
-const B: [f64; 5] = [0.1, 0.2, 0.3, -0.4, 0.7];
+pub const B: [f64; 5] = [0.1, 0.2, 0.3, -0.4, 0.7];
 
-struct Polar;
+pub struct Polar;
 
 impl check::Function for Polar {
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
@@ -16,7 +16,7 @@ impl check::Function for Polar {
 }
 
 /// Whether a program is there; without it there is nothing to test.
-fn is_there(program: &str) -> bool {
+pub fn is_there(program: &str) -> bool {
     let found = Command::new(program).arg("--version").output().is_ok();
     if !found {
         println!("there is no `{program}` here");
@@ -61,7 +61,7 @@ fn derivatives_from_c_are_right() {
         Command::new("cc").args(["tests/languages/polar.c", "-lm", "-o"]).arg(&program).status().expect("a compiler");
     assert!(built.success());
     let pipe = Pipe::new(&mut Command::new(&program)).expect("the program");
-    check::function(&Polar, ["r", "φ"], ["x", "y"]).jacobian(|x| pipe.ask_function("jacobian", x)).run().assert_passed();
+    check::function(&Polar, ["r", "φ"], ["x", "y"]).jacobian(|x| pipe.ask("jacobian", x)).run().assert_passed();
     pipe.finish().expect("answers to all");
     std::fs::remove_file(program).ok();
 }
@@ -69,7 +69,7 @@ fn derivatives_from_c_are_right() {
 #[test]
 fn programs_that_fail_are_told_of() {
     let problem = |pipe: Pipe| {
-        let report = check::function(&Polar, ["r", "φ"], ["x", "y"]).jacobian(|x| pipe.ask_function("jacobian", x)).run();
+        let report = check::function(&Polar, ["r", "φ"], ["x", "y"]).jacobian(|x| pipe.ask("jacobian", x)).run();
         assert!(!report.passed());
         pipe.finish().expect_err("no answers")
     };

@@ -24,10 +24,11 @@ def phi_q(q, b):
     return [[x / length for x in row]]
 
 
-for line in sys.stdin:
-    at = json.loads(line)
-    if at["ask"] == "phi_q":
-        answer = phi_q(at["q"], at["b"])
-    else:
-        answer = {"error": "there is no " + at["ask"]}
-    print(json.dumps(answer), flush=True)
+if __name__ == "__main__":
+    for line in sys.stdin:
+        at = json.loads(line)
+        if at["ask"] == "phi_q":
+            answer = phi_q(at["q"], at["b"])
+        else:
+            answer = {"error": "there is no " + at["ask"]}
+        print(json.dumps(answer), flush=True)

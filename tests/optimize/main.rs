@@ -651,7 +651,7 @@ fn what_cannot_be_done_is_said() {
     assert_says(&error(&mut Given::new(flat, vec![Interval::new(1.0, 0.0)], vec![]), &[0.0]), &["bound", "`x0`", "0"]);
     assert_says(&error(&mut problem, &[0.0]), &["constraints", "augmented_lagrangian"]);
     let mut seen = 0;
-    let mut twice = |_: &Iterate| {
+    let mut twice = |_: &Iterate, _: &[f64]| {
         seen += 1;
         if seen < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
@@ -773,6 +773,7 @@ fn parameters_are_found_within_their_standard_errors() {
         });
         let mut trials = Trials::new(motions.collect()).expect("two trials");
         let start = trials.motions()[0].start();
+        shooting::assert_rows(&mut trials, &start);
         let fit = levenberg_marquardt(&mut trials, &start, &Options::default(), &mut silent).expect("fits");
         assert!(fit.outcome.reason.is_converged() && fit.outcome.evaluations < 30, "{:?}", fit.outcome.reason);
         // Of logarithms: relative errors.

@@ -11,7 +11,7 @@ use hamiltonian_adjoint::{
     Composition, Control, Coordinate, Cost, CostPoint, Design, EndState, Error, Grid, Inputs, Output, Scalar, Scene, Scheme,
     Settings, Start, Sum, System,
 };
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// t.
@@ -137,6 +137,24 @@ fn everything<'s>(
     problem
 }
 
+/// The rows of the Jacobian are the gradients of single constraints.
+pub fn assert_rows(problem: &mut dyn Problem, x: &[f64]) {
+    let count = problem.constraints().len();
+    problem.evaluate(x, &mut vec![0.0; count]).expect("motions");
+    let rows: Vec<usize> = (0..count).rev().filter(|row| row % 3 != 1).collect();
+    let mut jacobian = DMatrix::from_element(rows.len(), x.len(), f64::NAN);
+    problem.jacobian(&rows, &mut jacobian).expect("a Jacobian");
+    for (k, &j) in rows.iter().enumerate() {
+        let (mut weights, mut gradient) = (vec![0.0; count], vec![0.0; x.len()]);
+        weights[j] = 1.0;
+        problem.gradient(0.0, &weights, &mut gradient).expect("a gradient");
+        let size = gradient.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
+        for (i, g) in gradient.iter().enumerate() {
+            assert!((jacobian[(k, i)] - g).abs() <= 1e-13 * size, "row {j}, {i}: {} {g}", jacobian[(k, i)]);
+        }
+    }
+}
+
 #[test]
 fn derivatives_of_joined_segments_are_exact() {
     let mut scene = Scene::new();
@@ -162,6 +180,7 @@ fn derivatives_of_joined_segments_are_exact() {
     let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
     let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    assert_rows(&mut problem, &x);
     let mut along = |step: f64| {
         let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
         let mut c = vec![0.0; rows];

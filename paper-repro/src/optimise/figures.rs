@@ -13,7 +13,6 @@ use crate::settings::Settings;
 /// The forces found, and how violation and gradient went: a panel for each problem.
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
-    let of_problems = || of_problems(runs);
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
             title: runs[0].name.text(),
@@ -26,11 +25,7 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
             size: (560.0, 330.0),
             ..Chart::default()
         };
-        Panels { charts: of_problems().map(chart).collect(), columns: 2 }
-    };
-    let control = |name: Name| match name {
-        Name::Periodic => Axis::linear("torque on the crank [N m]"),
-        _ => Axis::linear("force on the cart F [N]"),
+        Panels { charts: of_problems(runs).map(chart).collect(), columns: 2 }
     };
     panels(Axis::linear("time t [s]"), control, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
@@ -40,6 +35,44 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
 }
 
+/// The force on its way from the start to the best one found: at five iterations, about twice as many from each to the next.
+pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
+    const COLOURS: [Colour; 5] = [colour::GREY, colour::ORANGE, colour::SKY, colour::BLUE, colour::RED];
+    let chart = |run: &Run| {
+        let last = run.iterates.len() - 1;
+        let mut chosen = vec![0, last.div_ceil(8), last.div_ceil(4), last.div_ceil(2), last];
+        chosen.dedup();
+        let line = |(&k, colour): (&usize, Colour)| {
+            let name = if k == 0 { "start".to_owned() } else { format!("iteration {k}") };
+            Series::new(name, run.iterates[k].clone(), colour, Style::Line)
+        };
+        Chart {
+            title: format!("{}, {}", run.name.text(), run.method),
+            x: Axis::linear("time t [s]"),
+            y: control(run.name),
+            legend: Place::UpperRight,
+            series: chosen.iter().zip(COLOURS[5 - chosen.len()..].iter().copied()).map(line).collect(),
+            size: (560.0, 330.0),
+            ..Chart::default()
+        }
+    };
+    let charts: Vec<Chart> = of_problems(runs).filter_map(best).filter(|run| !run.iterates.is_empty()).map(chart).collect();
+    if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(&folder.join("optimise_iterations")) }
+}
+
+fn control(of: Name) -> Axis {
+    match of {
+        Name::Periodic => Axis::linear("torque on the crank [N m]"),
+        _ => Axis::linear("force on the cart F [N]"),
+    }
+}
+
+/// The lowest value that a method converged to; a force of ten segments is none of one motion.
+fn best(runs: &[Run]) -> Option<&Run> {
+    let converged = runs.iter().filter(|run| run.converged && run.method != SEGMENTS);
+    converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value))
+}
+
 /// The runs of each problem that has a motion.
 fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
     runs.chunk_by(|one, other| one.name == other.name).filter(|runs| !runs[0].control.is_empty())
@@ -47,10 +80,7 @@ fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
 
 /// The motion that each problem starts from, and the best one found, as pages.
 pub fn motions(runs: &[Run], settings: &Settings, folder: &Path) -> Result<(), Error> {
-    for runs in of_problems(runs) {
-        // A force of ten segments is none of one motion.
-        let converged = runs.iter().filter(|run| run.converged && run.method != SEGMENTS);
-        let Some(best) = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value)) else { continue };
+    for best in of_problems(runs).filter_map(best) {
         let (name, posed) = (best.name.text(), pose(best.name, settings)?);
         let pages = [("before", Some(&posed.inputs)), ("after", best.inputs.as_ref())];
         for (when, inputs) in pages.into_iter().filter_map(|(when, inputs)| Some((when, inputs?))) {

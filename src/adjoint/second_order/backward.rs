@@ -46,11 +46,11 @@ impl SecondOrderSweep {
         let sweep = &mut self.sweep;
         sweep.take_sigma_before(node);
         let begins = restart.is_some() || node == 0;
-        sweep.solve_stage(system, motion, newton, (node, last), if begins { 0.0 } else { h }, None)?;
+        sweep.solve_stage(system, motion, newton, (node, last), (if begins { 0.0 } else { h }, None, &mut false))?;
         sweep.input_rows(system, newton, || motion.at(node), node)?;
         if let Some(restart) = restart {
             self.cross_back(system, motion, (newton, first), (node, &restart))?;
-            self.sweep.solve_stage(system, motion, newton, (node, last), h, Some(restart.step_blocks))?;
+            self.sweep.solve_stage(system, motion, newton, (node, last), (h, Some(restart.step_blocks), &mut false))?;
             let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
             self.sweep.input_rows(system, newton, end, node)?;
         }
@@ -82,7 +82,7 @@ impl SecondOrderSweep {
         carried_part((&scheme, s), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, s));
         self.sources_of_stage(system, motion, (newton, first), (node, s))?;
-        self.sweep.solve_stage(system, motion, newton, (node, s), dt * scheme.a(s, s), None)?;
+        self.sweep.solve_stage(system, motion, newton, (node, s), (dt * scheme.a(s, s), None, &mut false))?;
         self.sweep.input_rows(system, newton, || motion.at_stage(node, s), node)?;
         self.sweep.add_inner_inputs(node, scheme.c(s));
         self.sweep.time += before;

@@ -117,7 +117,8 @@ impl SecondOrderSweep {
         if !first.is_recorded {
             first.record.get_or_insert_default();
             let factors = first.cost.factors.clone();
-            first.run(system, forward, settings, Some(&factors))?;
+            let again = |_, of: &mut [f64]| of.copy_from_slice(&factors);
+            AdjointSweep::run(std::slice::from_mut(first), system, forward, settings, again)?;
         }
         let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
         self.begin(system, motion, newton, direction)?;

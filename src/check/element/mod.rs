@@ -21,6 +21,8 @@ use super::oracle::dual;
 use super::point::{Part, Places, Point};
 use super::random::Random;
 use super::report::Report;
+#[cfg(feature = "files")]
+use super::worksheet;
 use crate::Error;
 
 /// Derivatives of an element to be checked; made by [`constraint`], [`kinetic_energy`], [`potential_energy`], [`force`] or [`cost`].
@@ -152,11 +154,30 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     ///
     /// What cannot be compared is refused in the report: a tolerance or magnitude that is no number, a formula that is finite at no
     /// random point.
-    pub fn run(mut self) -> Report {
-        let drawn = match self.points() {
-            Ok(drawn) => drawn,
-            Err(error) => return Report::refused(self.title, error),
-        };
+    pub fn run(self) -> Report {
+        let title = self.title.clone();
+        match self.each_block(check) {
+            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
+            Err(error) => Report::refused(title, error),
+        }
+    }
+
+    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// [`Answers`](super::Answers).
+    ///
+    /// # Errors
+    /// What [`run`](Self::run) refuses.
+    #[cfg(feature = "files")]
+    pub fn worksheet(self) -> Result<String, Error> {
+        let title = self.title.clone();
+        let at = |x: &[f64]| Point::<N, M, K, P>::from_list(x);
+        let (blocks, _) = self.each_block(|block, setting| worksheet::block(block, setting, at))?;
+        Ok(worksheet::of(&title, blocks))
+    }
+
+    /// What is made of every block, and notes on the points.
+    fn each_block<T>(mut self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
+        let drawn = self.points()?;
         let notes = drawn.note(self.count).into_iter().collect();
         let blocks = std::mem::take(&mut self.blocks);
         let setting = self.setting(drawn);
@@ -179,11 +200,9 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
                 others: pending.others,
                 elsewhere: Vec::new(),
             };
-            check(&block, &setting)
+            make(&block, &setting)
         });
-        let blocks = blocks.collect();
-        drop(setting);
-        Report { blocks, title: self.title, notes, refused: None }
+        Ok((blocks.collect(), notes))
     }
 
     fn points(&self) -> Result<Drawn, Error> {

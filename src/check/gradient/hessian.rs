@@ -6,9 +6,9 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{product, random};
-use super::{Part, own};
+use super::{Part, name_of, own};
 use crate::check::Input;
-use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Settings, Solver, System};
+use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 
 /// A product of the user's own: its name, part and direction, and its numbers.
 type Own = (String, Part, Inputs, Vec<f64>);
@@ -18,6 +18,7 @@ pub struct HessianCheck<'a> {
     system: &'a System,
     inputs: &'a Inputs,
     settings: Settings,
+    which: usize,
     seed: u64,
     tolerance: f64,
     own: Vec<Own>,
@@ -43,10 +44,16 @@ pub struct HessianCheck<'a> {
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> HessianCheck<'a> {
-    HessianCheck { system, inputs, settings, seed: 1, tolerance: 1e-9, own: Vec::new() }
+    HessianCheck { system, inputs, settings, which: 0, seed: 1, tolerance: 1e-9, own: Vec::new() }
 }
 
 impl HessianCheck<'_> {
+    /// Checks products of the Hessian of an output in the place of J's.
+    pub fn output(mut self, output: Output) -> Self {
+        self.which = 1 + output.index();
+        self
+    }
+
     /// The seed of the random directions.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
@@ -73,8 +80,10 @@ impl HessianCheck<'_> {
     /// A motion that cannot be computed at the inputs, or that has no products; a direction that does not fit; a tolerance that is no number from 0 to 1.
     pub fn run(&self) -> Result<HessianReport, Error> {
         check_tolerance(self.tolerance)?;
+        let of = name_of(self.which, self.system)?;
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
+        solver.gradient_of(self.which)?;
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
         let all = random(self.inputs, &parts, &mut random_source);
@@ -88,7 +97,7 @@ impl HessianCheck<'_> {
             Ok(HessianRow::new(part.name(), [along, transposed, reference], size.max(other), self.tolerance))
         });
         let rows = rows.collect::<Result<Vec<HessianRow>, Error>>()?;
-        let mut report = HessianReport { rows, own: Vec::new() };
+        let mut report = HessianReport { of, rows, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in self.own.iter().filter(|_| is_trusted) {
             report.own.push(self.compare_own(own, solver.hessian_product(&own.2)?));
@@ -106,7 +115,7 @@ impl HessianCheck<'_> {
             }
         }
         solver.simulate(&lifted)?;
-        Ok(solver.cost()?.part(3))
+        Ok(solver.value_of(self.which)?.part(3))
     }
 
     fn compare_own(&self, (name, part, _, values): &Own, product: &Gradient) -> BlockReport {
@@ -151,6 +160,8 @@ impl HessianRow {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct HessianReport {
+    /// Of what: J, or an output.
+    pub of: String,
     /// One for each part of the inputs.
     pub rows: Vec<HessianRow>,
     /// Products of the user's own, unless the library's is wrong.
@@ -191,10 +202,10 @@ impl HessianReport {
 impl fmt::Display for HessianReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let summary = match self.verdict() {
-            Verdict::NothingCompared => "FAILED, because nothing was compared: J is linear in the inputs".to_string(),
+            Verdict::NothingCompared => "FAILED, because nothing was compared: it is linear in the inputs".to_string(),
             other => other.to_string(),
         };
-        writeln!(f, "products of the Hessian of J, a·H b with b in all inputs: {summary}")?;
+        writeln!(f, "products of the Hessian of {}, a·H b with b in all inputs: {summary}", self.of)?;
         writeln!(f, "  {:20}  {:>19}  {:>9}  {:>9}   verdict", "a in", "by hyper-dual numb.", "a·(H b)", "b·(H a)")?;
         for row in &self.rows {
             let off = |x: f64| if row.size == 0.0 { 0.0 } else { (x - row.hyper_dual).abs() / row.size };

@@ -33,7 +33,7 @@ pub struct Identity {
 pub(super) fn identity(
     system: &System,
     inputs: &Inputs,
-    settings: Settings,
+    (settings, which): (Settings, usize),
     direction: &Inputs,
     (gradient, adjoint): (&Gradient, &AdjointVariables),
     tolerance: f64,
@@ -57,11 +57,12 @@ pub(super) fn identity(
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
-    let (mut costs, mut values) =
-        (CostSum::new(&refinement, factors_of(0, system.outputs())), vec![Dual64::from(0.0); 1 + system.outputs()]);
+    let factors = factors_of(which, system.outputs());
+    let mut values = vec![Dual64::from(0.0); factors.len()];
+    let mut costs = CostSum::new(&refinement, factors);
     for i in (1..taken.grid.nodes()).rev() {
         motion.costs_of_step(system, (moved, &design), (&mut costs, i), &mut values)?;
-        by_tangent += values[0].eps;
+        by_tangent += values[which].eps;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }
@@ -109,7 +110,7 @@ mod tests {
         let direction = random(&inputs, &[Part::Controls, Part::Coordinates, Part::Rates], &mut Random::new(1));
         let adjoint = solver.adjoint_variables().unwrap();
         let found = |adjoint: &AdjointVariables| {
-            identity(&system, &inputs, settings, &direction, (&gradient, adjoint), 1e-9).unwrap().first_wrong
+            identity(&system, &inputs, (settings, 0), &direction, (&gradient, adjoint), 1e-9).unwrap().first_wrong
         };
         assert_eq!(found(adjoint), None);
         let size = adjoint.a.amax();

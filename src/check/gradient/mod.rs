@@ -19,7 +19,7 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
-use crate::{Error, Gradient, Inputs, Settings, Solver, System};
+use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
 use directions::{product, random};
 use ways::Ways;
 
@@ -37,6 +37,7 @@ pub struct GradientCheck<'a> {
     system: &'a System,
     inputs: &'a Inputs,
     settings: Settings,
+    which: usize,
     directions: usize,
     seed: u64,
     complete: bool,
@@ -62,10 +63,26 @@ pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) 
     // Initial values are moved off the constraints, where a real simulation would refuse them.
     let settings =
         Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, keep_adjoint: true, ..settings };
-    GradientCheck { system, inputs, settings, directions: 1, seed: 1, complete: false, tolerance: 1e-9, own: Vec::new() }
+    GradientCheck {
+        system,
+        inputs,
+        settings,
+        which: 0,
+        directions: 1,
+        seed: 1,
+        complete: false,
+        tolerance: 1e-9,
+        own: Vec::new(),
+    }
 }
 
 impl GradientCheck<'_> {
+    /// Checks the gradient of an output in the place of J's.
+    pub fn output(mut self, output: Output) -> Self {
+        self.which = 1 + output.index();
+        self
+    }
+
     /// Random directions in each part of the inputs (1 at first), and their seed.
     pub fn directions(mut self, count: usize, seed: u64) -> Self {
         (self.directions, self.seed) = (count, seed);
@@ -98,12 +115,13 @@ impl GradientCheck<'_> {
     /// A motion that cannot be computed at the inputs themselves; a tolerance that is no number from 0 to 1.
     pub fn run(&self) -> Result<GradientReport, Error> {
         check_tolerance(self.tolerance)?;
+        let (which, of) = (self.which, name_of(self.which, self.system)?);
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
-        let gradient = solver.gradient()?.clone();
+        let gradient = solver.gradient_of(which)?.clone();
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
-        let mut ways = Ways::new(self.system, self.inputs, self.settings)?;
+        let mut ways = Ways::new(self.system, self.inputs, self.settings, which)?;
         let mut rows = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {
@@ -113,17 +131,22 @@ impl GradientCheck<'_> {
         }
         let all = random(self.inputs, &parts, &mut random_source);
         rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
-        let taylor = taylor::taylor(self.system, self.inputs, self.settings, &all, product(&gradient, &all).0, FIRST_STEP)?;
+        let along = (&all, product(&gradient, &all).0);
+        let taylor = taylor::taylor(self.system, self.inputs, (self.settings, which), along, FIRST_STEP)?;
         let varied = [Part::Controls, Part::Coordinates, Part::Rates];
         let direction = random(self.inputs, &varied, &mut random_source);
         let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
         let identity = adjoint
-            .map(|adjoint| identity::identity(self.system, self.inputs, self.settings, &direction, adjoint, self.tolerance))
+            .map(|adjoint| {
+                let of = (self.settings, which);
+                identity::identity(self.system, self.inputs, of, &direction, adjoint, self.tolerance)
+            })
             .transpose()?;
         // Single inputs that hardly move anything leave rounding of nearly nothing.
         let rounding = ways.rounding;
         let (singles, worst_singles) = if self.complete { self.singles(&mut ways, &gradient)? } else { (0, Vec::new()) };
         let mut report = GradientReport {
+            of,
             value: gradient.value,
             directions: rows,
             singles,
@@ -189,5 +212,21 @@ impl GradientCheck<'_> {
                 .push("the library's gradient is not confirmed here, so that there is nothing to compare with".into());
         }
         report
+    }
+}
+
+/// What J (0) or an output (from 1 on) is called.
+///
+/// # Errors
+/// An output that the system does not have.
+fn name_of(which: usize, system: &System) -> Result<String, Error> {
+    match which {
+        0 => Ok("J".into()),
+        k if k <= system.outputs() => Ok(format!("output `{}`", system.output_name(k - 1))),
+        k => Err(Error::Parameter {
+            what: "the number of the output".into(),
+            value: (k - 1) as f64,
+            must_be: "that of an output of this system",
+        }),
     }
 }

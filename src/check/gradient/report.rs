@@ -36,7 +36,9 @@ pub struct DirectionReport {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GradientReport {
-    /// J.
+    /// Of what: J, or an output.
+    pub of: String,
+    /// Its value.
     pub value: f64,
     /// Random directions.
     pub directions: Vec<DirectionReport>,
@@ -140,12 +142,12 @@ impl fmt::Display for GradientReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let summary = match self.verdict() {
             Verdict::Right => "right".to_string(),
-            Verdict::NothingCompared => "FAILED, because nothing was compared: J does not depend on the inputs".to_string(),
+            Verdict::NothingCompared => "FAILED, because nothing was compared: it does not depend on the inputs".to_string(),
             other => other.to_string(),
         };
         let own = if self.library() == self.verdict() { "" } else { "; but see the gradient of your own" };
         let summary = if own.is_empty() { summary } else { self.library().to_string() };
-        writeln!(f, "gradient of J = {:.12e}: {summary}{own}", self.value)?;
+        writeln!(f, "gradient of {} = {:.12e}: {summary}{own}", self.of, self.value)?;
         let names = self.directions.iter().map(|row| &row.name).chain(self.own.iter().map(|own| &own.name));
         let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
         writeln!(
@@ -168,7 +170,7 @@ impl fmt::Display for GradientReport {
                      gradient has 2, a wrong one 1"
                 )?;
             }
-            None => writeln!(f, "  Taylor remainder: rounding at all steps, J is linear along this direction")?,
+            None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
         }
         if let Some(identity) = self.identity {
             write!(f, "  adjoint–tangent identity: holds to {:.1e} at all nodes", identity.worst)?;
@@ -221,6 +223,7 @@ mod tests {
 
     fn report(rows: Vec<DirectionReport>, slope: f64, first_wrong: Option<usize>) -> GradientReport {
         GradientReport {
+            of: "J".into(),
             value: 1.0,
             directions: vec![row([0.0; 4])],
             singles: rows.len(),

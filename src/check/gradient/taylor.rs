@@ -31,21 +31,20 @@ const STEPS: usize = 8;
 pub(super) fn taylor(
     system: &System,
     inputs: &Inputs,
-    settings: Settings,
-    direction: &Inputs,
-    derivative: f64,
+    (settings, which): (Settings, usize),
+    (direction, derivative): (&Inputs, f64),
     first: f64,
 ) -> Result<Taylor, Error> {
     let mut solver = Solver::new(system, settings);
     solver.simulate(inputs)?;
-    let here = solver.cost()?;
+    let here = solver.value_of(which)?;
     let mut remainders = Vec::new();
     let mut floor = 0.0f64;
     for k in 0..STEPS {
         let step = first * 0.5f64.powi(k as i32);
         // A step too long to have a motion is no failure of the gradient.
         if solver.simulate(&along(inputs, direction, step)).is_ok() {
-            let there = solver.cost()?;
+            let there = solver.value_of(which)?;
             floor = floor.max(1e-13 * (here.abs() + there.abs() + (step * derivative).abs()));
             remainders.push(Remainder { step, value: there - here - step * derivative });
         }

@@ -17,6 +17,8 @@ const ENOUGH: f64 = 1e-8;
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
     inputs: &'a Inputs,
+    /// J (0) or an output (from 1 on).
+    which: usize,
     dual: LiftedSolver<'a, Dual64>,
     complex: LiftedSolver<'a, Cx>,
     real: RefCell<Solver<'a>>,
@@ -25,8 +27,9 @@ pub(super) struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    pub(super) fn new(system: &'a System, inputs: &'a Inputs, settings: Settings) -> Result<Self, Error> {
+    pub(super) fn new(system: &'a System, inputs: &'a Inputs, settings: Settings, which: usize) -> Result<Self, Error> {
         Ok(Ways {
+            which,
             inputs,
             dual: LiftedSolver::new(system, inputs, settings)?,
             complex: LiftedSolver::new(system, inputs, settings)?,
@@ -39,7 +42,7 @@ impl<'a> Ways<'a> {
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
         self.dual.simulate(&moved(self.inputs, direction, Dual64::new)?)?;
         self.rounding = self.rounding.max(self.dual.rounding());
-        Ok(self.dual.cost()?.eps)
+        Ok(self.dual.value_of(self.which)?.eps)
     }
 
     /// Im J(x + i h d)/h.
@@ -47,7 +50,7 @@ impl<'a> Ways<'a> {
         const STEP: f64 = 1e-30;
         self.complex.simulate(&moved(self.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
         self.rounding = self.rounding.max(self.complex.rounding());
-        Ok(self.complex.cost()?.0.im / STEP)
+        Ok(self.complex.value_of(self.which)?.0.im / STEP)
     }
 
     /// Ridders' differences, with their error estimate; a step without a motion is left out.
@@ -55,7 +58,7 @@ impl<'a> Ways<'a> {
         let cost = |s: f64| {
             let mut solver = self.real.borrow_mut();
             let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
-            (s, vec![if moved { solver.cost().unwrap_or(f64::NAN) } else { f64::NAN }])
+            (s, vec![if moved { solver.value_of(self.which).unwrap_or(f64::NAN) } else { f64::NAN }])
         };
         let (derivative, error) = ridders(cost, (FIRST_STEP, HALVINGS), ENOUGH, 1);
         (derivative[0], error[0])

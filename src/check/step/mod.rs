@@ -16,11 +16,14 @@ use super::formula::{Differentiable, Formula, Values};
 use super::matrix::Matrix;
 use super::random::Random;
 use super::report::Report;
+#[cfg(feature = "files")]
+use super::worksheet;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
 use crate::{Error, System};
 use point::Places;
 
+const TITLE: &str = "tangent matrices of a step";
 /// How far random points are from the motion, relative to the sizes that occur in it.
 const SPREAD: f64 = 0.3;
 
@@ -181,14 +184,34 @@ impl<'a> StepCheck<'a> {
     ///
     /// What cannot be compared is refused in the report: a tolerance that is no number, another number of equations' names.
     pub fn run(self) -> Report {
-        let (title, expected) = ("tangent matrices of a step".to_string(), self.paper.system.m());
-        let names = match self.equations.len() {
-            found if found != expected => Err(Error::Size { what: "names of the constraint equations", expected, found }),
-            _ => Ok(()),
-        };
-        if let Err(error) = names.and(check_tolerance(self.tolerance)) {
-            return Report::refused(title, error);
+        let title = TITLE.to_string();
+        match self.each_block(check) {
+            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
+            Err(error) => Report::refused(title, error),
         }
+    }
+
+    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// [`Answers`](super::Answers).
+    ///
+    /// # Errors
+    /// What [`run`](Self::run) refuses.
+    #[cfg(feature = "files")]
+    pub fn worksheet(self) -> Result<String, Error> {
+        let paper = self.paper;
+        let (blocks, _) =
+            self.each_block(|block, setting| worksheet::block(block, setting, |x| StepPoint::new(paper, x)))?;
+        Ok(worksheet::of(TITLE, blocks))
+    }
+
+    /// What is made of every block, and notes on the points.
+    fn each_block<T>(self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
+        let expected = self.paper.system.m();
+        if self.equations.len() != expected {
+            let found = self.equations.len();
+            return Err(Error::Size { what: "names of the constraint equations", expected, found });
+        }
+        check_tolerance(self.tolerance)?;
         let places = Places::of(self.paper);
         let setting = self.setting(places);
         let (n, m) = (self.paper.system.n(), self.paper.system.m());
@@ -214,9 +237,9 @@ impl<'a> StepCheck<'a> {
                 others: terms::all(paper),
                 elsewhere: other_nodes(places),
             };
-            check(&block, &setting)
+            make(&block, &setting)
         });
-        Report { blocks: blocks.collect(), title, notes, refused: None }
+        Ok((blocks.collect(), notes))
     }
 
     fn setting(&self, places: Places) -> Setting<'a> {

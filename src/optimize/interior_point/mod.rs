@@ -10,13 +10,13 @@
 mod barrier;
 mod step;
 
-use std::ops::ControlFlow;
+use std::rc::Rc;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::Counted;
 use super::problem::Interval;
-use super::{Iterate, Options, Outcome, Problem, Reason};
+use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use barrier::Barrier;
 use step::{Model, Projection, Step};
@@ -46,7 +46,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
     options: &Options,
-    watch: &mut dyn FnMut(&Iterate) -> ControlFlow<()>,
+    watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     let mut method = Method::new(&mut counted, x)?;
@@ -55,7 +55,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
     let reason = loop {
         let last = history[history.len() - 1];
-        if watch(&last).is_break() {
+        if watch(&last, &method.y.as_slice()[..counted.bounds.len()]).is_break() {
             break Reason::Asked;
         }
         let feasible = last.violation <= options.violation;
@@ -98,6 +98,9 @@ struct Method {
     gradient: DVector<f64>,
     c: DVector<f64>,
     jacobian: DMatrix<f64>,
+    /// D, and what constraints leave of steps in these units.
+    scales: DVector<f64>,
+    projection: Rc<Projection>,
     /// Of C.
     multipliers: DVector<f64>,
     penalty: f64,
@@ -124,6 +127,8 @@ impl Method {
             gradient: DVector::zeros(len),
             c: DVector::zeros(m),
             jacobian: DMatrix::zeros(m, len),
+            scales: DVector::zeros(len),
+            projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
             multipliers: DVector::zeros(m),
             penalty: 1.0,
         };
@@ -163,34 +168,32 @@ impl Method {
         self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
         let inequalities = self.rows.iter().enumerate().filter(|(_, j)| self.inequalities.contains(j));
         inequalities.enumerate().for_each(|(slack, (k, _))| self.jacobian[(k, n + slack)] = -1.0);
+        self.scales = self.barrier.scales(self.y.as_slice()).into();
+        self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
         Ok(())
     }
 
-    /// The scales D, the gradient of f + barrier in them, and the projection.
-    fn scaled(&self) -> (DVector<f64>, DVector<f64>, Projection) {
-        let scales = self.barrier.scales(self.y.as_slice());
+    /// The gradient of f + barrier in units of the scales.
+    fn scaled_gradient(&self) -> DVector<f64> {
         let mut gradient = self.gradient.clone();
         self.barrier.add_gradient(self.y.as_slice(), gradient.as_mut_slice());
-        gradient.iter_mut().zip(&scales).for_each(|(g, scale)| *g *= scale);
-        let projection = Projection::new(&self.jacobian, &scales);
-        (DVector::from_vec(scales), gradient, projection)
+        gradient.component_mul(&self.scales)
     }
 
     /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
     fn forces<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
-        let scales = DVector::from_vec(self.barrier.scales(self.y.as_slice()));
-        let forces = self.gradient.component_mul(&scales).amax();
+        let scales = &self.scales;
+        let forces = self.gradient.component_mul(scales).amax();
         if forces > 0.0 {
             return Ok(forces);
         }
         problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut vec![0.0; problem.bounds.len()])?;
         let ones = DVector::from_element(scales.len(), 1.0);
-        Ok(product(problem, &ones, &scales, &vec![0.0; scales.len()])?.amax())
+        Ok(product(problem, &ones, scales, &vec![0.0; scales.len()])?.amax())
     }
 
     fn find_multipliers(&mut self) {
-        let (_, gradient, projection) = self.scaled();
-        self.multipliers = projection.multipliers(&gradient);
+        self.multipliers = self.projection.multipliers(&self.scaled_gradient());
     }
 
     /// The multipliers of all constraints of the problem.
@@ -226,8 +229,7 @@ impl Method {
     /// Makes μ smaller where its problem is solved, but not less than is asked for.
     fn lower_barrier(&mut self, asked: f64) {
         while self.barrier.mu > 0.0 {
-            let (_, gradient, projection) = self.scaled();
-            let left = (gradient + projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
+            let left = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
             if left > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
                 return;
             }
@@ -242,7 +244,7 @@ impl Method {
 
     /// Steps within smaller and smaller radii until one is taken; its largest change, or none if there is none.
     fn advance<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, radius: &mut f64) -> Result<Option<f64>, Error> {
-        let (scales, gradient, projection) = self.scaled();
+        let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
         let least = self.multipliers.norm();

@@ -159,6 +159,11 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         trajectory.outputs(self.real.system(), inputs)
     }
 
+    /// J (0) or an output (from 1 on).
+    pub(crate) fn value_of(&self, which: usize) -> Result<R, Error> {
+        if which == 0 { self.cost() } else { Ok(self.outputs()?[which - 1]) }
+    }
+
     /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
     ///
     /// It is about 1e-14, and more only where tangent matrices are close to singular, springs are very stiff, or nothing moves.

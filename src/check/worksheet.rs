@@ -1,0 +1,187 @@
+//! Worksheets: the points of a check and the true blocks there as JSON, and [`Answers`], what a program in any language has put beside them.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+use nalgebra::DMatrix;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+use super::arguments::Arguments;
+use super::compare::{Block, Setting, places};
+use super::random::Random;
+use crate::Error;
+
+const FORMAT: &str = "hamiltonian-adjoint worksheet";
+const VERSION: u32 = 1;
+/// Points are the same if their numbers are, but for what a program may have rounded off when it wrote them.
+const SAME: f64 = 1e-9;
+
+/// Derivatives that another program has written into a worksheet.
+///
+/// [`ElementCheck::worksheet`](super::ElementCheck::worksheet), [`FunctionCheck::worksheet`](super::FunctionCheck::worksheet) and
+/// [`StepCheck::worksheet`](super::StepCheck::worksheet) write
+///
+/// ```json
+/// {"format": "hamiltonian-adjoint worksheet", "version": 1, "of": "constraint `Distance`", "blocks": [
+///   {"name": "Φ_q", "rows": ["…"], "columns": ["…"], "points": [
+///     {"at": {"q": [0.1, 0.2], "t": 0.5, "b": [0.7]}, "reference": [[1.0, 0.0]]}]}]}
+/// ```
+///
+/// with all arguments of the element in `at`. The program reads the file, adds its own matrix to each point as `"value"`, and writes it
+/// again; the same check with the same points and seed then compares them.
+///
+/// ```
+/// use hamiltonian_adjoint::check::{self, Answers};
+/// use hamiltonian_adjoint::planar::Distance;
+///
+/// let check = |answers: &Answers| {
+///     check::constraint(&Distance, [0.1, 0.2, 0.3, 0.4, 0.7]).phi_q(|at| answers.ask("Φ_q", at))
+/// };
+/// let sheet = check::constraint(&Distance, [0.1, 0.2, 0.3, 0.4, 0.7]).phi_q(|_| [[0.0; 6]]).worksheet()?;
+/// let theirs = sheet.replace("reference", "value"); // in truth: by a program of yours
+/// let answers = Answers::from_json(&theirs)?;
+/// let report = check(&answers).run();
+/// answers.finish()?;
+/// report.assert_passed();
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct Answers {
+    /// By the block's name: each with the numbers of its point.
+    blocks: HashMap<String, Vec<(Vec<f64>, DMatrix<f64>)>>,
+    /// The first question that had no answer.
+    problem: Mutex<Option<String>>,
+}
+
+#[derive(Deserialize)]
+struct Sheet {
+    format: String,
+    version: u32,
+    blocks: Vec<SheetBlock>,
+}
+
+#[derive(Deserialize)]
+struct SheetBlock {
+    name: String,
+    points: Vec<SheetPoint>,
+}
+
+#[derive(Deserialize)]
+struct SheetPoint {
+    at: Map<String, Value>,
+    value: Option<Value>,
+}
+
+impl Answers {
+    /// From a worksheet that was filled in.
+    ///
+    /// # Errors
+    /// What is no worksheet, with line and column; a point without a value, or with one that is no matrix.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let sheet: Sheet = serde_json::from_str(text)
+            .map_err(|error| wrong(format!("line {}, column {}", error.line(), error.column()), error.to_string()))?;
+        if (sheet.format.as_str(), sheet.version) != (FORMAT, VERSION) {
+            let problem =
+                format!("it says `{}`, version {}; expected `{FORMAT}`, version {VERSION}", sheet.format, sheet.version);
+            return Err(wrong("format".into(), problem));
+        }
+        let mut blocks = HashMap::new();
+        for SheetBlock { name, points } in sheet.blocks {
+            let read = |(k, SheetPoint { at, value }): (usize, SheetPoint)| {
+                let value = value.ok_or_else(|| "has no \"value\"".to_string()).and_then(|value| matrix(&value));
+                value
+                    .map(|value| (numbers(&at), value))
+                    .map_err(|problem| wrong(format!("block `{name}`, point {k}"), problem))
+            };
+            let values: Vec<_> = points.into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
+            blocks.insert(name, values);
+        }
+        Ok(Answers { blocks, problem: Mutex::new(None) })
+    }
+
+    /// The matrix of a block at the arguments of a check; NaN where there is none, which [`finish`](Self::finish) tells.
+    pub fn ask(&self, block: &str, at: &(impl Arguments + ?Sized)) -> DMatrix<f64> {
+        let at = at.by_name();
+        let asked = numbers(&at);
+        let values = self.blocks.get(block).into_iter().flatten();
+        let nearest = values.map(|(x, value)| (distance(x, &asked), value)).min_by(|a, b| a.0.total_cmp(&b.0));
+        match nearest.filter(|(distance, _)| *distance <= SAME) {
+            Some((_, value)) => value.clone(),
+            None => {
+                let mut problem = self.problem.lock().unwrap_or_else(PoisonError::into_inner);
+                problem.get_or_insert_with(|| match self.blocks.contains_key(block) {
+                    true => {
+                        let shown: String = Value::Object(at).to_string().chars().take(80).collect();
+                        format!("{shown}… is none of the points of `{block}`; was the check changed?")
+                    }
+                    false => format!("there is no block `{block}`"),
+                });
+                DMatrix::from_element(1, 1, f64::NAN)
+            }
+        }
+    }
+
+    /// Whether all questions had answers.
+    ///
+    /// # Errors
+    /// The first that had none.
+    pub fn finish(self) -> Result<(), Error> {
+        let problem = self.problem.into_inner().unwrap_or_else(PoisonError::into_inner);
+        problem.map_or(Ok(()), |problem| Err(wrong("asked for derivatives".into(), problem)))
+    }
+}
+
+/// One block of a worksheet: where it is compared, also where its formula bends, and what is true there.
+pub(super) fn block<A: Arguments>(block: &Block, setting: &Setting, at: impl Fn(&[f64]) -> A) -> Value {
+    // The same places as `check` finds.
+    let places = places(block, setting, &mut Random::new(setting.seed ^ super::compare::SEED));
+    let points = places.iter().map(|place| {
+        let reference: Vec<Vec<f64>> = place.truth.value.row_iter().map(|row| row.iter().copied().collect()).collect();
+        json!({ "at": at(&place.x).by_name(), "reference": reference })
+    });
+    json!({ "name": block.name, "rows": block.rows, "columns": block.columns, "points": points.collect::<Vec<_>>() })
+}
+
+/// The worksheet of these blocks.
+pub(super) fn of(title: &str, blocks: Vec<Value>) -> String {
+    format!("{:#}\n", json!({ "format": FORMAT, "version": VERSION, "of": title, "blocks": blocks }))
+}
+
+/// The numbers of a point in the order of their names: a list of one may have become a number, and an empty one may be gone.
+fn numbers(at: &Map<String, Value>) -> Vec<f64> {
+    let mut parts: Vec<(&String, &Value)> = at.iter().collect();
+    parts.sort_by_key(|(name, _)| *name);
+    let of = |value: &Value| match value {
+        Value::Array(list) => list.iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect(),
+        x => vec![x.as_f64().unwrap_or(f64::NAN)],
+    };
+    parts.into_iter().flat_map(|(_, value)| of(value)).collect()
+}
+
+/// The largest relative difference; infinite for points of different length.
+fn distance(x: &[f64], y: &[f64]) -> f64 {
+    let of = |(x, y): (&f64, &f64)| if x == y { 0.0 } else { (x - y).abs() / x.abs().max(y.abs()) };
+    if x.len() == y.len() { x.iter().zip(y).map(of).fold(0.0, f64::max) } else { f64::INFINITY }
+}
+
+/// A matrix by its rows; a list of numbers is one row, and a number a matrix of one.
+pub(super) fn matrix(value: &Value) -> Result<DMatrix<f64>, String> {
+    let number = |x: &Value| x.as_f64().ok_or_else(|| "is no matrix of numbers".to_string());
+    let rows: Vec<Vec<f64>> = match value {
+        Value::Array(rows) if rows.iter().any(Value::is_array) => {
+            let row = |row: &Value| row.as_array().into_iter().flatten().map(number).collect();
+            rows.iter().map(row).collect::<Result<_, String>>()?
+        }
+        Value::Array(row) => vec![row.iter().map(number).collect::<Result<_, String>>()?],
+        x => vec![vec![number(x)?]],
+    };
+    let columns = rows.first().map_or(0, Vec::len);
+    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+        return Err("has rows of different lengths, or none".into());
+    }
+    Ok(DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]))
+}
+
+fn wrong(place: String, problem: String) -> Error {
+    Error::File { kind: "a worksheet", place, problem }
+}
