@@ -352,7 +352,7 @@ impl fmt::Display for Error {
             }
             Error::Particle { element } => write!(
                 f,
-                "`{element}` does not go with particles; hinges, distances, springs, dampers and actuators between points do, or use a body"
+                "`{element}` does not go with particles, which have no angle; take a body, or a part between points: hinge, distance, spring, damper, actuator, contact, curve"
             ),
             Error::EmptyScene => write!(f, "the scene has no coordinates; add a body or coordinates first"),
             Error::Parameter { what, value, must_be } => write!(f, "{what} is {value}; it must be {must_be}"),

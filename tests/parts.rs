@@ -283,6 +283,15 @@ fn particles_move_as_bodies_that_are_not_turned() {
     }
 }
 
+/// y = b x².
+struct Bowl;
+
+impl Curve<1> for Bowl {
+    fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, 1>) -> S {
+        y - b[0] * x * x
+    }
+}
+
 #[test]
 fn gradients_with_particles_are_exact() {
     let mut scene = Scene::new();
@@ -294,7 +303,18 @@ fn gradients_with_particles_are_exact() {
     scene.revolute("hinge", bob.point(), arm.at(-0.3, 0.0));
     let u = scene.control("force");
     scene.two_point_actuator("cylinder", Body::GROUND.at(0.3, 0.0), arm.at(0.3, 0.0), u);
+    // All that goes with points goes with particles.
+    let (bead, slide) = (scene.particle("bead", 0.3, [1.5, 0.4]), scene.particle("slide", m, [2.0, -0.2]));
+    let law = [300.0.into(), 2.0.into(), 0.3.into(), 0.1.into()];
+    scene.contact("floor", Body::GROUND.at(0.0, -0.6), 0.0, bob.point(), law);
+    scene.contact("bump", bead.point(), 0.4, arm.at(0.2, 0.1), law);
+    scene.point_on_curve("bowl", Body::GROUND.at(1.5, 0.2), Bowl, bead.point(), [m * 2.0]);
+    let harmonic = [0.0.into(), 0.1.into(), 3.0.into(), 0.2.into()];
+    scene.driven_slider("shaker", (Body::GROUND.at(2.0, 0.0), 1.0), slide.point(), Harmonic, harmonic);
+    scene.coulomb_sliding("rub", Body::GROUND.at(2.0, 0.0), 1.0, slide.point(), 0.4, 0.05);
+    scene.spring_damper("link", slide.point(), bead.point(), 20.0, l * 0.5, 0.3);
     scene.cost("angle", AngleError, Sum::Terminal, [arm.coordinates[2]], [], [], [0.3.into()]);
+    scene.cost("bead", AngleError, Sum::Terminal, [bead.coordinates[0]], [], [], [1.0.into()]);
     let system = scene.compile().expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(15, 0.01));
     inputs.start = Start::assembled(&system);

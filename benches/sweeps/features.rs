@@ -4,8 +4,8 @@ use criterion::Criterion;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Settings, Sum};
 
-use crate::rows::Row;
 use crate::{group, mark, step_length, structures};
+use benches::Row;
 
 /// Restarts at every node (if Φ is to be satisfied there) and at every hundredth.
 pub fn restarts(criterion: &mut Criterion) {

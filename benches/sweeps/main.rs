@@ -13,7 +13,6 @@ mod newton;
 mod pairs;
 #[path = "../../tests/scenes/ready_parts.rs"]
 mod ready_parts;
-mod rows;
 #[path = "../../tests/scenes/structures.rs"]
 mod structures;
 
@@ -22,7 +21,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use hamiltonian_adjoint::Scene;
 use std::time::Duration;
 
-use rows::Row;
+use benches::Row;
 
 /// The paper's example has Δt = 0.02; longer chains whip faster.
 fn step_length(links: usize) -> f64 {

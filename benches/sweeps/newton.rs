@@ -10,8 +10,8 @@
 use criterion::{BenchmarkId, Criterion};
 use hamiltonian_adjoint::{Composition, Grid, Inputs, Settings, Solver, Start};
 
-use crate::rows::Row;
 use crate::{group, mark, step_length, structures};
+use benches::Row;
 
 const STEPS: usize = 100;
 

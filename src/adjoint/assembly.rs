@@ -118,7 +118,7 @@ impl AdjointSweep {
         }
         if side.tangent.which == Which::Coordinates {
             self.with_parameters(system, |rows| {
-                system.batches().iter().for_each(|batch| batch.pull_back_phi(&side.unmoved, &minus.sigma, rows));
+                system.placed().for_each(|item| item.pull_back_phi(&side.unmoved, &minus.sigma, rows));
             });
         }
     }

@@ -120,7 +120,7 @@ impl AdjointSweep {
         let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());
         let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
-        system.batches().iter().for_each(|batch| batch.pull_back_phi(&at, e, &mut rows));
+        system.placed().for_each(|item| item.pull_back_phi(&at, e, &mut rows));
         Ok(())
     }
 }

@@ -48,10 +48,13 @@ const SAME: f64 = 1e-9;
 /// ```
 pub struct Answers {
     /// By the block's name: each with the numbers of its point.
-    blocks: HashMap<String, Vec<(Vec<f64>, DMatrix<f64>)>>,
+    blocks: HashMap<String, Vec<Answer>>,
     /// The first question that had no answer.
     problem: Mutex<Option<String>>,
 }
+
+/// The numbers of a point, and a matrix.
+type Answer = (Vec<f64>, DMatrix<f64>);
 
 #[derive(Deserialize)]
 struct Sheet {

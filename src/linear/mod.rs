@@ -32,7 +32,7 @@ mod waiting;
 
 #[cfg(test)]
 mod samples;
-#[cfg(test)]
+#[cfg(all(test, feature = "faer"))]
 mod sparse_lu;
 #[cfg(test)]
 mod tests;
@@ -43,6 +43,6 @@ pub(crate) use factorization::{Breakdown, Factorization};
 pub(crate) use gmres::gmres;
 pub(crate) use matrix::Matrix;
 pub(crate) use pattern::{Branch, Group, Pattern};
-#[cfg(test)]
+#[cfg(all(test, feature = "faer"))]
 pub(crate) use sparse_lu::SparseLu;
 pub(crate) use symbolic::Symbolic;

@@ -61,13 +61,13 @@ impl Default for Report {
 
 impl Report {
     /// The work of several sweeps.
-    pub(crate) fn of_all<'a>(reports: impl Iterator<Item = &'a Report>) -> Report {
-        let mut sum = Report::default();
+    pub(crate) fn of_all(mut reports: impl Iterator<Item = Report>) -> Report {
+        let mut sum = reports.next().unwrap_or_default();
         reports.for_each(|report| sum.add(report));
         sum
     }
 
-    fn add(&mut self, other: &Report) {
+    fn add(&mut self, other: Report) {
         self.newton_iterations += other.newton_iterations;
         self.most_iterations = self.most_iterations.max(other.most_iterations);
         self.factorisations += other.factorisations;
@@ -82,7 +82,7 @@ impl Report {
         self.worst_pivot = self.worst_pivot.min(other.worst_pivot);
         self.adjoint_growth = self.adjoint_growth.max(other.adjoint_growth);
         self.restarts += other.restarts;
-        other.warnings.iter().for_each(|warning| self.warn(warning.clone()));
+        other.warnings.into_iter().for_each(|warning| self.warn(warning));
     }
 
     /// Says something in the place of what was said of this kind before.

@@ -8,7 +8,7 @@ mod sizes;
 mod step;
 mod transposed;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "faer"))]
 mod tests;
 
 pub(crate) use convergence::NOISE;

@@ -7,15 +7,16 @@ pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::collections::HashSet;
+use std::ops::Range;
 
 use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
 use crate::model::{Control, Coordinate, Design, Drawn, Frame, Handle, Multiplier, Param, Point, SceneTag, Shape};
 use crate::program::{Obstacle, Symbol, record};
-use crate::system::{AnyBatch, Applied, Batch, Holonomic, Jet, Kinetic, Parts, PlacedElement, Potential};
+use crate::system::{AnyElement, Applied, Holonomic, Kinetic, Parts, PlacedElement, Potential, Restricted, Typed};
 use crate::{Error, System};
 pub use costs::EndState;
 use ready::{Added, Recipe};
@@ -173,7 +174,7 @@ impl Scene {
     ) where
         E: KineticEnergy<N, P>,
     {
-        self.add(name, Kinetic(element), q, [], [], b);
+        self.insert(name, Typed::<_, N, 0, 0, P>(Kinetic(element)), (&q, 0..0), &[], &b);
     }
 
     /// Adds a potential energy V(q, t; b).
@@ -186,7 +187,7 @@ impl Scene {
     ) where
         E: PotentialEnergy<N, P>,
     {
-        self.add(name, Potential(element), q, [], [], b);
+        self.insert(name, Typed::<_, N, 0, 0, P>(Potential(element)), (&q, 0..0), &[], &b);
     }
 
     /// Adds a generalized force Q(q, v, u, t; b).
@@ -200,7 +201,7 @@ impl Scene {
     ) where
         E: Force<N, K, P>,
     {
-        self.add(name, Applied(element), q, [], u, b);
+        self.insert(name, Typed::<_, N, 0, K, P>(Applied(element)), (&q, 0..0), &u, &b);
     }
 
     /// Adds a holonomic constraint Φ(q, t; b) = 0 and returns its multipliers, for costs on σ.
@@ -214,12 +215,9 @@ impl Scene {
     where
         E: Constraint<N, M, P>,
     {
-        let first = self.parts.equations;
-        self.parts.equations += M;
-        self.parts.constraints.push((name.to_string(), M));
-        let sigma = std::array::from_fn(|j| first + j);
-        self.add(name, Holonomic(element), q, sigma, [], b);
-        std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
+        let equations = self.equations(name, M);
+        self.insert(name, Typed::<_, N, M, 0, P>(Holonomic(element)), (&q, equations.clone()), &[], &b);
+        self.multipliers(equations.start)
     }
 
     /// Checks the scene and makes it ready to run.
@@ -249,36 +247,72 @@ impl Scene {
         System::compile(self.parts, without_programs)
     }
 
-    fn add<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+    fn insert<T: AnyElement + 'static>(
         &mut self,
         name: &str,
-        jet: J,
-        q: [Coordinate; N],
-        sigma: [usize; M],
-        u: [Control; K],
-        b: [Param; P],
-    ) where
-        J: Jet<N, M, K, P>,
-    {
+        formula: T,
+        (q, sigma): (&[Coordinate], Range<usize>),
+        u: &[Control],
+        b: &[Param],
+    ) {
+        self.add(name, (TypeId::of::<T>(), &[], Box::new(formula)), (q, sigma), u, b);
+    }
+
+    /// Adds an element of which only some coordinates are there, by its own numbers.
+    pub(crate) fn insert_on<T: AnyElement + 'static>(
+        &mut self,
+        name: &str,
+        formula: T,
+        there: &'static [usize],
+        on: (&[Coordinate], Range<usize>),
+        u: &[Control],
+        b: &[Param],
+    ) {
+        let (is_whole, formula): (bool, Box<dyn AnyElement>) = (there.len() == formula.shape().n, Box::new(formula));
+        let formula = if is_whole { formula } else { Box::new(Restricted { inner: formula, there }) };
+        self.add(name, (TypeId::of::<T>(), if is_whole { &[] } else { there }, formula), on, u, b);
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        (of, there, formula): (TypeId, &'static [usize], Box<dyn AnyElement>),
+        (q, sigma): (&[Coordinate], Range<usize>),
+        u: &[Control],
+        b: &[Param],
+    ) {
         self.recipe.note_element(name);
         self.elements.push(name.to_string());
-        let known = self.check(name, "coordinate", q.map(|q| q.0))
-            & self.check(name, "control", u.map(|u| u.0))
-            & self.check_params(name, &b);
+        let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
+            & self.check(name, "control", u.iter().map(|u| u.0))
+            & self.check_params(name, b);
         // An energy or force on no coordinates is nothing, and dual numbers cannot be made for it.
-        if !known || !self.check_distinct(name, &q) || N + M == 0 {
+        if !known || !self.check_distinct(name, q) || q.len() + sigma.len() == 0 {
             return;
         }
-        let (q, u) = (q.map(|q| q.index()), u.map(|u| u.index()));
-        let item = PlacedElement { name: name.to_string(), jet, q, sigma, u, b, timed: true, is_recorded: false };
-        let like = |batch: &mut Box<dyn AnyBatch>| as_mut::<Batch<J, N, M, K, P>>(batch.as_any_mut()).is_some();
-        let at = self.parts.batches.iter_mut().position(like).unwrap_or_else(|| {
-            self.parts.batches.push(Box::new(Batch::<J, N, M, K, P>::default()));
-            self.parts.batches.len() - 1
-        });
-        if let Some(batch) = as_mut::<Batch<J, N, M, K, P>>(self.parts.batches[at].as_any_mut()) {
-            batch.items.push(item);
-        }
+        let item = PlacedElement {
+            name: name.to_string(),
+            formula,
+            q: q.iter().map(|q| q.index()).collect(),
+            sigma: sigma.collect(),
+            u: u.iter().map(|u| u.index()).collect(),
+            b: b.to_vec(),
+            timed: true,
+            is_recorded: false,
+        };
+        self.parts.push((of, there), item);
+    }
+
+    /// The equations of a new constraint.
+    fn equations(&mut self, name: &str, count: usize) -> Range<usize> {
+        let first = self.parts.equations;
+        self.parts.equations += count;
+        self.parts.constraints.push((name.to_string(), count));
+        first..self.parts.equations
+    }
+
+    fn multipliers<const M: usize>(&self, first: usize) -> [Multiplier; M] {
+        std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
     }
 
     fn check(&mut self, element: &str, kind: &'static str, handles: impl IntoIterator<Item = Handle>) -> bool {

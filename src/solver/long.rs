@@ -191,7 +191,7 @@ impl<'s> LongSolver<'s> {
             to = from;
         }
         self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
-        self.adjoint_report = Report::of_all(self.sweeps.iter().map(|sweep| &sweep.report));
+        self.adjoint_report = Report::of_all(self.sweeps.iter_mut().map(|sweep| std::mem::take(&mut sweep.report)));
         Ok(())
     }
 

@@ -224,7 +224,7 @@ impl<'s> Solver<'s> {
         if !outputs.is_empty() {
             let settings = Settings { keep_adjoint: false, ..*settings };
             AdjointSweep::run(rows, system, forward, &settings, |k, factors| choose(1 + outputs[k], factors))?;
-            sweep.report = Report::of_all(rows.iter().map(|row| &row.report));
+            sweep.report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
         }
         Ok(rows.iter().map(|row| &row.gradient))
     }

@@ -13,11 +13,11 @@ use std::sync::Arc;
 
 use super::acceleration_kernels::{AccelerationKernels, rows_along};
 use super::assembly::by_formula;
-use super::batch::{AnyBatch, Covector, Pair, PlainBatch, Sums};
+use super::batch::{Batch, Covector, Pair, Sums};
 use super::cost::CostRows;
 use super::element::Element;
 use super::formula::{Component, Formula};
-use super::plain::HyperPoint;
+use super::plain::{HyperPoint, add_sums};
 use super::point::Layout;
 use super::target::Target;
 use super::view::NodeView;
@@ -77,7 +77,7 @@ impl AccelerationEquations {
     }
 
     /// r at a state with σ = 0.
-    pub(crate) fn right(&mut self, batches: &[Box<dyn AnyBatch>], at: &NodeView<f64>, right: &mut Pair) {
+    pub(crate) fn right(&mut self, batches: &[Batch], at: &NodeView<f64>, right: &mut Pair) {
         let AccelerationEquations { layout, groups, dual, registers, point } = self;
         let n = layout.n;
         right.v.fill(0.0);
@@ -91,11 +91,11 @@ impl AccelerationEquations {
                 }
             });
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].add_acceleration(item, at, right));
+        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].add_acceleration(at, right));
     }
 
     /// Adds the derivatives of c·f + e·g at a state with σ = 0 and its v̇ and λ.
-    pub(crate) fn pull_back(&mut self, batches: &[Box<dyn AnyBatch>], at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
+    pub(crate) fn pull_back(&mut self, batches: &[Batch], at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
         let AccelerationEquations { layout, groups, dual, registers, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
@@ -108,7 +108,7 @@ impl AccelerationEquations {
                 }
             });
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].pull_back_acceleration(item, at, with, rows));
+        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].pull_back_acceleration(at, with, rows));
     }
 }
 
@@ -220,10 +220,7 @@ pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, directio
         of_costs: Default::default(),
     };
     let mut sums = Sums::new(system.n(), system.m());
-    for batch in system.batches() {
-        let batch: &dyn PlainBatch<Hyper> = batch.as_ref();
-        batch.add(&point.view(), &mut sums);
-    }
+    add_sums(system.batches().iter(), &point.view(), &mut sums);
     let forces = sums.force().iter().zip(sums.l_v());
     result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
     result.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);

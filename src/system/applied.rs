@@ -4,6 +4,7 @@ use nalgebra::SVector;
 use num_dual::DualSVec64;
 
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
+use super::typed::{each, vector};
 use crate::model::element::ForcePoint;
 use crate::{Force, Scalar};
 
@@ -21,7 +22,7 @@ impl<E> Applied<E> {
     where
         E: Force<N, K, P>,
     {
-        self.0.force(&ForcePoint { q, v, u: at.u.map(S::from), t: S::from(at.t) }, &b.map(S::from))
+        self.0.force(&ForcePoint { q, v, u: each(&at.u, S::from), t: S::from(at.t) }, &each(b, S::from))
     }
 }
 
@@ -45,12 +46,16 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
         first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let seeded = |x: &SVector<f64, N>| SVector::from_fn(|i, _| DualSVec64::<N>::from_re(x[i]).derivative(i));
         blocks.fill(0.0);
         let (q_v, q_q) = blocks.split_at_mut(N * N);
-        put(&self.force(at.q.map(From::from), seeded(&at.v), at, b), q_v);
-        first.force += put(&self.force(seeded(&at.q), at.v.map(From::from), at, b), q_q);
+        put(&self.force(each(&at.q, From::from), seeded(&at.v), at, b), q_v);
+        first.force += put(&self.force(seeded(&at.q), each(&at.v, From::from), at, b), q_q);
     }
+}
+
+/// x, each differentiated by itself.
+fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<DualSVec64<N>, N> {
+    vector(&|i| DualSVec64::from_re(x[i]).derivative(i))
 }
 
 /// Writes the gradients by rows; returns the values.
@@ -60,5 +65,5 @@ fn put<const N: usize>(force: &SVector<DualSVec64<N>, N>, rows: &mut [f64]) -> S
             rows[i * N..][..N].copy_from_slice(gradient.as_slice());
         }
     }
-    force.map(|component| component.re)
+    each(force, |component| component.re)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::batch::{AnyBatch, Covector, InputRows, StateRows, Sums, Within};
+use super::batch::{Batch, Covector, InputRows, StateRows, Sums, Within};
 use super::block::{BlockRun, Wanted};
 use super::element::{Element, Formulas};
 use super::formula::{Formula, InputOf};
@@ -248,7 +248,7 @@ impl Formulas {
     /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements but constant and sinusoidal ones; what num-dual evaluates writes its blocks, too.
     pub(crate) fn first(
         &self,
-        batches: &[Box<dyn AnyBatch>],
+        batches: &[Batch],
         at: &NodeView<f64>,
         workspace: &mut Workspace,
         (sums, blocks): (&mut Sums<f64>, &mut [f64]),
@@ -265,7 +265,7 @@ impl Formulas {
         let mut rest = &mut blocks[assembly.places.len() - assembly.dual_len..];
         for &e in &assembly.dual {
             let (own, after) = rest.split_at_mut(elements[e].formula.varying.len());
-            batches[elements[e].batch].evaluate(elements[e].item, at, sums, own);
+            batches[elements[e].batch].items[elements[e].item].evaluate(at, sums, own);
             rest = after;
         }
     }
@@ -273,7 +273,7 @@ impl Formulas {
     /// Adds its derivatives with respect to u (of elements that are not constant), design variables and time.
     pub(crate) fn pull_back_inputs(
         &self,
-        batches: &[Box<dyn AnyBatch>],
+        batches: &[Batch],
         at: &NodeView<f64>,
         with: &Covector,
         workspace: &mut Workspace,
@@ -298,7 +298,7 @@ impl Formulas {
             });
         }
         for &e in &assembly.dual_inputs {
-            batches[elements[e].batch].pull_back_inputs(elements[e].item, at, with, rows);
+            batches[elements[e].batch].items[elements[e].item].pull_back_inputs(at, with, rows);
         }
     }
 }
@@ -307,7 +307,7 @@ impl Formulas {
     /// Shows what happens to each element that may bend between the ends of a step; rates there are along the step.
     pub(crate) fn look_within(
         &self,
-        batches: &[Box<dyn AnyBatch>],
+        batches: &[Batch],
         ends: &[NodeView<Dual64>; 2],
         with: &Covector,
         workspace: &mut Workspace,
@@ -325,7 +325,7 @@ impl Formulas {
             }
             for (values, &e) in values.iter_mut().zip(&assembly.bending) {
                 if elements[e].formula.kernels.is_none() {
-                    values[end] = batches[elements[e].batch].along(elements[e].item, at, with);
+                    values[end] = batches[elements[e].batch].items[elements[e].item].along(at, with);
                 }
             }
         }

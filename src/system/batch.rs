@@ -1,20 +1,13 @@
-//! Batches: all elements of one type in one list, behind traits that know nothing of the type.
-//!
-//! What does not depend on the type stands in a scene's list of [elements](super::element).
+//! Batches: all elements of one type in one list, and what elements contribute to.
 
-use num_dual::Dual64;
-use std::any::Any;
+use std::any::TypeId;
 
-use super::blame::Suspect;
-use super::constants::Entry;
-use super::cost::CostRows;
 use super::element::Recordings;
 use super::item::PlacedElement;
-use super::jet::{ElementKind, Jet, Local, Number};
+use super::jet::{ElementKind, Number};
 use super::view::NodeView;
-use crate::Cx;
 use crate::model::Param;
-use crate::number::{Fingerprint, Hyper, add};
+use crate::number::add;
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
 #[derive(Clone, Debug, Default)]
@@ -148,168 +141,31 @@ pub struct Within {
     pub change: f64,
 }
 
-/// A batch on numbers of type R: the plain formulas.
-pub trait PlainBatch<R: Number>: Send + Sync {
-    /// Adds the contributions of all elements.
-    fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>);
-    /// Writes Φ of all constraints.
-    fn phi(&self, at: &NodeView<R>, phi: &mut [R]);
-}
-
-/// A batch in real numbers: what depends on the types of its formulas, element by element.
-pub trait AnyBatch: PlainBatch<f64> + PlainBatch<Cx> + PlainBatch<Hyper> + Any {
-    /// What kind of element it holds.
-    fn kind(&self) -> ElementKind;
-    /// Takes the parameters of all elements through `resolve`.
-    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
-    /// Records the formulas of all elements; `at` is for those that look at values.
-    fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings);
-    /// Records the formula of the element at a place, batch and item, as it is now.
-    fn record_again(&self, place: (usize, usize), at: &NodeView<f64>, into: &mut Recordings);
-    /// Joins what identifies the formulas that anything was concluded of.
-    fn fingerprint(&self, sum: &mut Fingerprint);
-    /// The sum of the formulas of all elements, if they have one value each: T or V.
-    fn energy(&self, at: &NodeView<f64>) -> f64;
-    /// Appends the entries of Φ_q at a point.
-    fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>);
-    /// Adds what an element contributes and writes its second derivatives, by dual numbers.
-    fn evaluate(&self, item: usize, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]);
-    /// Adds an element's derivatives with respect to u, design variables and time, by dual numbers.
-    fn pull_back_inputs(&self, item: usize, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows);
-    /// Adds the derivatives of e·Φ with respect to design variables and time.
-    fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows);
-    /// Adds what an element adds to the equations of v̇ and λ where these are zero, by dual numbers.
-    fn add_acceleration(&self, item: usize, at: &NodeView<f64>, right: &mut Pair);
-    /// Adds the derivatives of what it adds to them, with c and e.
-    fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows);
-    /// Adds the changes of an element's 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs of a direction, by dual numbers.
-    fn add_changes(&self, item: usize, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>);
-    /// Adds the derivatives of the change of its c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
-    fn pull_back_along(&self, item: usize, at: (&NodeView<f64>, &NodeView<f64>), with: &Covector, rows: &mut CostRows);
-    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element, and its rate.
-    fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2];
-    /// The first element whose contributions or their derivatives are not finite.
-    fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Suspect<'_>>;
-    /// The first element with a derivative with respect to an input that is not finite.
-    fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Suspect<'_>>;
-    fn as_any_mut(&mut self) -> &mut dyn Any;
-}
-
 /// All elements of one type.
-pub struct Batch<J, const N: usize, const M: usize, const K: usize, const P: usize> {
-    pub items: Vec<PlacedElement<J, N, M, K, P>>,
+pub struct Batch {
+    /// The type, and which coordinates are there if not all are.
+    pub of: (TypeId, &'static [usize]),
+    pub items: Vec<PlacedElement>,
 }
 
-impl<J, const N: usize, const M: usize, const K: usize, const P: usize> Default for Batch<J, N, M, K, P> {
-    fn default() -> Self {
-        Batch { items: Vec::new() }
-    }
-}
-
-impl<J, R, const N: usize, const M: usize, const K: usize, const P: usize> PlainBatch<R> for Batch<J, N, M, K, P>
-where
-    J: Jet<N, M, K, P>,
-    R: Number + Send + Sync,
-{
-    fn add(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
-        for item in &self.items {
-            let first = item.jet.first(&item.local(at), &item.b(at.design));
-            item.scatter_first(&first, sums);
-        }
+impl Batch {
+    /// What kind of element it holds.
+    pub fn kind(&self) -> Option<ElementKind> {
+        self.items.first().map(|item| item.formula.kind())
     }
 
-    fn phi(&self, at: &NodeView<R>, phi: &mut [R]) {
-        for item in self.items.iter().filter(|_| M > 0) {
-            let local: Local<R, N, M, K> = item.local(at);
-            let values = item.jet.phi(&local.q, &item.b(at.design), at.t);
-            item.sigma.iter().zip(values.iter()).for_each(|(&j, value)| phi[j] = *value);
-        }
-    }
-}
-
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyBatch for Batch<J, N, M, K, P> {
-    fn kind(&self) -> ElementKind {
-        J::KIND
+    /// Takes the parameters of all elements through `resolve`.
+    pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
+        self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
     }
 
-    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
-        self.items.iter_mut().for_each(|item| item.b = item.b.map(&mut *resolve));
-    }
-
-    fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings) {
+    /// Records the formulas of all elements; `at` is for those that look at values.
+    pub fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings) {
         for (place, item) in self.items.iter_mut().enumerate() {
             let formula = into.add(item, (into.batch, place), at);
             item.timed = formula.timed;
             item.is_recorded = formula.template.is_some();
         }
         into.batch += 1;
-    }
-
-    fn record_again(&self, place: (usize, usize), at: &NodeView<f64>, into: &mut Recordings) {
-        into.add(&self.items[place.1], place, at);
-    }
-
-    fn fingerprint(&self, sum: &mut Fingerprint) {
-        self.items.iter().for_each(|item| item.fingerprint(sum));
-    }
-
-    fn energy(&self, at: &NodeView<f64>) -> f64 {
-        let mut sum = 0.0;
-        self.items.iter().for_each(|item| item.jet.values(&item.local(at), &item.b(at.design), &mut |value| sum += value));
-        sum
-    }
-
-    fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
-        for item in self.items.iter().filter(|_| M > 0) {
-            let local: Local<f64, N, M, K> = item.local(at);
-            (0..N).for_each(|i| item.phi_q_column(i, &local.q, at.t, at.design, &mut |e| entries.push(e)));
-        }
-    }
-
-    fn evaluate(&self, item: usize, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
-        self.items[item].evaluate(at, sums, blocks);
-    }
-
-    fn pull_back_inputs(&self, item: usize, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        self.items[item].pull_back_inputs(at, with, rows);
-    }
-
-    fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
-        self.items.iter().filter(|_| M > 0).for_each(|item| item.pull_back_phi(at, e, rows));
-    }
-
-    fn add_acceleration(&self, item: usize, at: &NodeView<f64>, right: &mut Pair) {
-        self.items[item].add_acceleration(at, right);
-    }
-
-    fn pull_back_acceleration(&self, item: usize, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
-        self.items[item].pull_back_acceleration(at, with, rows);
-    }
-
-    fn add_changes(&self, item: usize, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>) {
-        self.items[item].add_changes(at, along, sums);
-    }
-
-    fn pull_back_along(&self, item: usize, at: (&NodeView<f64>, &NodeView<f64>), with: &Covector, rows: &mut CostRows) {
-        self.items[item].pull_back_along(at, with, rows);
-    }
-
-    fn along(&self, item: usize, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
-        self.items[item].along(at, with)
-    }
-
-    fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Suspect<'_>> {
-        self.items.iter().find_map(|item| Some(Suspect { element: &item.name, arguments: vec![item.find_bad_input(at)?] }))
-    }
-
-    fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Suspect<'_>> {
-        self.items.iter().find_map(|item| {
-            let arguments = item.find_not_finite(at)?;
-            Some(Suspect { element: &item.name, arguments })
-        })
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
     }
 }

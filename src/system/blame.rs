@@ -32,7 +32,11 @@ pub struct Suspect<'a> {
 /// More arguments than these are not listed.
 const MOST: usize = 4;
 
-impl Suspect<'_> {
+impl<'a> Suspect<'a> {
+    pub(super) fn new(element: &'a str, arguments: Vec<Argument>) -> Option<Self> {
+        Some(Suspect { element, arguments })
+    }
+
     /// The error that says so; a value that `at` does not have is left out.
     pub(super) fn explain(&self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>, node: usize) -> Error {
         let mut list: Vec<String> =

@@ -9,7 +9,7 @@ use super::block::{Block, BlockEntry};
 use super::constants::{Constants, Entry};
 use super::formula::Formula;
 use super::item::PlacedElement;
-use super::jet::{ElementKind, Jet};
+use super::jet::ElementKind;
 use super::shape::{Place, Shape};
 use super::sines::SinusoidalTerm;
 use super::view::NodeView;
@@ -53,14 +53,9 @@ impl Recordings {
     }
 
     /// Records an element.
-    pub fn add<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize>(
-        &mut self,
-        item: &PlacedElement<J, N, M, K, P>,
-        place: (usize, usize),
-        at: &NodeView<f64>,
-    ) -> Arc<Formula> {
-        let shape = Shape { n: N, m: M, k: K, p: P };
-        let (formula, numbers) = self.formula(J::KIND, shape, &item.b, || item.record(at));
+    pub fn add(&mut self, item: &PlacedElement, place: (usize, usize), at: &NodeView<f64>) -> Arc<Formula> {
+        let (kind, shape) = (item.formula.kind(), item.formula.shape());
+        let (formula, numbers) = self.formula(kind, shape, &item.b, || item.record(at));
         debug_assert!(
             Arc::strong_count(&formula) > 2 || guarded(|| item.agrees(&formula, &numbers, at)) != Some(false),
             "the program of `{}` does not agree with num-dual",

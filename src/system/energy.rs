@@ -4,6 +4,7 @@ use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec, gradient, hessian, partial_hessian};
 
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
+use super::typed::{each, vector};
 use crate::{KineticEnergy, PotentialEnergy, Scalar};
 
 /// A kinetic energy: 𝓛_v = T_v, 𝓛_q = T_q.
@@ -13,7 +14,12 @@ pub struct Kinetic<E>(pub E);
 pub struct Potential<E>(pub E);
 
 fn constant<R: Number, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVector<DualSVec<R, D>, N> {
-    x.map(DualSVec::from_re)
+    each(x, DualSVec::from_re)
+}
+
+/// x, each differentiated by itself.
+fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<Dual2SVec64<N>, N> {
+    vector(&|i| Dual2SVec64::from_re(x[i]).derivative(i))
 }
 
 impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Kinetic<E> {
@@ -37,9 +43,11 @@ impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for
         first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let (_, t_v, t_vv) = hessian(|v| self.0.kinetic_energy(&at.q.map(From::from), &v, &b.map(From::from)), &at.v);
-        let (_, t_q, t_qq) = hessian(|q| self.0.kinetic_energy(&q, &at.v.map(From::from), &b.map(From::from)), &at.q);
-        let (_, _, _, t_vq) = partial_hessian(|(v, q)| self.0.kinetic_energy(&q, &v, &b.map(From::from)), (&at.v, &at.q));
+        let b_of_block = each(b, From::from);
+        let (_, t_v, t_vv) = hessian(|v| self.0.kinetic_energy(&each(&at.q, From::from), &v, &b_of_block), &at.v);
+        let (_, t_q, t_qq) = hessian(|q| self.0.kinetic_energy(&q, &each(&at.v, From::from), &b_of_block), &at.q);
+        let b = each(b, From::from);
+        let (_, _, _, t_vq) = partial_hessian(|(v, q)| self.0.kinetic_energy(&q, &v, &b), (&at.v, &at.q));
         first.l_v += t_v;
         first.force += t_q;
         for (block, second) in blocks.chunks_exact_mut((N * N).max(1)).zip([t_vv, t_vq, t_qq]) {
@@ -68,8 +76,7 @@ impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> f
         first: &mut FirstDerivatives<f64, N, 0>,
         blocks: &mut [f64],
     ) {
-        let q: SVector<Dual2SVec64<N>, N> = SVector::from_fn(|i, _| Dual2SVec64::from_re(at.q[i]).derivative(i));
-        let energy = self.0.potential_energy(&q, &b.map(From::from), at.t.into());
+        let energy = self.0.potential_energy(&seeded(&at.q), &each(b, From::from), at.t.into());
         blocks.fill(0.0);
         if let Some(v_q) = energy.v1.0 {
             first.force -= v_q.transpose();

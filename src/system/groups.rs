@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
 
-use super::batch::AnyBatch;
+use super::batch::Batch;
 use super::constants::Entry;
 use super::element::Element;
 use super::jet::ElementKind;
@@ -47,7 +47,7 @@ pub(super) struct Groups {
 }
 
 pub(super) fn groups(
-    (elements, batches): (&[Element], &[Box<dyn AnyBatch>]),
+    (elements, batches): (&[Element], &[Batch]),
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
     at: &NodeView<f64>,
@@ -192,11 +192,11 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
 }
 
 /// Φ_q by rows.
-fn jacobian(batches: &[Box<dyn AnyBatch>], m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
+fn jacobian(batches: &[Batch], m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
     for batch in batches {
         // Rows that are missing belong to nobody.
-        guarded(|| batch.phi_q(at, &mut entries));
+        guarded(|| batch.items.iter().for_each(|item| item.phi_q(at, &mut entries)));
     }
     let mut rows = vec![Vec::new(); m];
     entries.into_iter().for_each(|e: Entry| rows[e.row].push(e));

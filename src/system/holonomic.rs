@@ -12,7 +12,18 @@ use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
 
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
+use super::typed::{each, vector};
 use crate::{Constraint, Scalar};
+
+/// q + ε v, each differentiated by itself: compiled for each size, not for each element.
+fn moving<R: Number, const N: usize>(q: &SVector<R, N>, v: &SVector<R, N>) -> SVector<Dual<DualSVec<R, N>>, N> {
+    vector(&|i| Dual::new(DualSVec::from_re(q[i]).derivative(i), DualSVec::from_re(v[i])))
+}
+
+/// The same with second derivatives.
+fn seeded<const N: usize>(q: &SVector<f64, N>, v: &SVector<f64, N>) -> SVector<Dual2SVec<Dual64, N>, N> {
+    vector(&|i| Dual2SVec::from_re(Dual64::new(q[i], v[i])).derivative(i))
+}
 
 /// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.
 pub struct Holonomic<E>(pub E);
@@ -24,12 +35,9 @@ where
     const KIND: ElementKind = ElementKind::Holonomic;
 
     fn first<R: Number>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M> {
-        let q = SVector::from_fn(|i, _| {
-            let q: DualSVec<R, N> = DualSVec::from_re(at.q[i]).derivative(i);
-            Dual::new(q, DualSVec::from_re(at.v[i]))
-        });
+        let (q, b) = (moving(&at.q, &at.v), each(b, |b| Dual::from_re(DualSVec::from_re(b))));
         let one = DualSVec::from_re(R::one());
-        let phi = self.0.phi(&q, &b.map(|b| Dual::from_re(DualSVec::from_re(b))), Dual::new(DualSVec::from_re(at.t), one));
+        let phi = self.0.phi(&q, &b, Dual::new(DualSVec::from_re(at.t), one));
         let mut sums = FirstDerivatives::zero();
         for (j, phi) in phi.iter().enumerate() {
             sums.phi_dot[j] = phi.eps.re;
@@ -58,9 +66,7 @@ where
         first: &mut FirstDerivatives<f64, N, M>,
         blocks: &mut [f64],
     ) {
-        let seeded = |i: usize| Dual2SVec::<Dual64, N>::from_re(Dual64::new(at.q[i], at.v[i])).derivative(i);
-        let q = SVector::from_fn(|i, _| seeded(i));
-        let phi = self.0.phi(&q, &b.map(From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
+        let phi = self.0.phi(&seeded(&at.q, &at.v), &each(b, From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
 
         blocks.fill(0.0);
         let (phi_qq, rest) = blocks.split_at_mut(N * N);

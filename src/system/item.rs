@@ -1,6 +1,5 @@
-//! One element in a scene with its type: its formula on any numbers, and what it is connected to.
+//! One element in a scene: its formula on any numbers, and what it is connected to.
 
-use nalgebra::SVector;
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -8,74 +7,111 @@ use super::batch::{Covector, InputRows, Sums};
 use super::blame::Argument;
 use super::constants::Entry;
 use super::element::Element;
-use super::formula::Formula;
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
-use super::shape::{Place, Shape};
+use super::formula::{Component, Formula};
+use super::jet::{ElementKind, Number};
+use super::shape::Place;
+use super::typed::{AnyElement, OnNumbers, Slot, Values};
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::{Fingerprint, Slope, hyper, hyper_parts, slope};
+use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
 use crate::program::{Obstacle, Symbol, Template, record};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
-pub struct PlacedElement<J, const N: usize, const M: usize, const K: usize, const P: usize> {
+pub struct PlacedElement {
     pub name: String,
-    pub jet: J,
-    pub q: [usize; N],
+    pub formula: Box<dyn AnyElement>,
+    pub q: Vec<usize>,
     /// Its constraint equations.
-    pub sigma: [usize; M],
-    pub u: [usize; K],
-    pub b: [Param; P],
+    pub sigma: Vec<usize>,
+    pub u: Vec<usize>,
+    pub b: Vec<Param>,
     /// Whether it depends on time, as long as nothing else is known, and whether its formula has a graph.
     pub timed: bool,
     pub is_recorded: bool,
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
-    pub fn local<R: Number>(&self, at: &NodeView<R>) -> Local<R, N, M, K> {
-        Local {
-            q: SVector::from_fn(|i, _| at.q[self.q[i]]),
-            v: SVector::from_fn(|i, _| at.v[self.q[i]]),
-            sigma: SVector::from_fn(|j, _| at.sigma[self.sigma[j]]),
-            u: SVector::from_fn(|k, _| at.u[self.u[k]]),
-            t: at.t,
+impl PlacedElement {
+    /// The arguments of its formula at a node.
+    fn read<R: Number>(&self, at: &NodeView<R>, slot: Slot) -> R {
+        match slot {
+            Slot::Q(i) => at.q[self.q[i]],
+            Slot::V(i) => at.v[self.q[i]],
+            Slot::Sigma(j) => at.sigma[self.sigma[j]],
+            Slot::U(k) => at.u[self.u[k]],
+            Slot::T => at.t,
+            Slot::B(p) => self.b[p].value(at.design),
         }
     }
 
-    pub fn b<R: Number>(&self, design: &[R]) -> SVector<R, P> {
-        SVector::from_fn(|p, _| self.b[p].value(design))
+    /// Adds its 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    pub fn add<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, sums: &mut Sums<R>) {
+        formula.first(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x);
     }
 
-    /// The element without its type.
+    /// Writes Φ.
+    pub fn write_phi<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, phi: &mut [R]) {
+        formula.phi(&|slot| self.read(at, slot), &mut |j, x| phi[self.sigma[j]] = x);
+    }
+
+    /// Where a component of its contributions is summed.
+    pub(super) fn place<'a, R: Number>(&self, of: Component, sums: &'a mut Sums<R>) -> &'a mut R {
+        let [l_v, force, phi_dot] = sums.parts_mut();
+        match of {
+            Component::Momentum(i) => &mut l_v[self.q[i]],
+            Component::Force(i) => &mut force[self.q[i]],
+            Component::Equation(j) => &mut phi_dot[self.sigma[j]],
+        }
+    }
+
+    /// The factor of a component in c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
+    pub(super) fn weight(&self, of: Component, with: &Covector) -> f64 {
+        match of {
+            Component::Momentum(i) => with.c[self.q[i]],
+            Component::Force(i) => with.d[self.q[i]],
+            Component::Equation(j) => with.e[self.sigma[j]],
+        }
+    }
+
+    /// T or V.
+    pub fn energy(&self, at: &NodeView<f64>) -> f64 {
+        let mut sum = 0.0;
+        Values::<f64>::values(&*self.formula, &|slot| self.read(at, slot), &mut |value| sum += value);
+        sum
+    }
+
+    /// What is known of it when its formula was recorded.
     pub fn element(&self, (batch, item): (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
-        let (q, sigma, u, b) = (self.q.to_vec(), self.sigma.to_vec(), self.u.to_vec(), self.b.to_vec());
+        let (q, sigma, u, b) = (self.q.clone(), self.sigma.clone(), self.u.clone(), self.b.clone());
         Element { name: self.name.clone(), batch, item, q, sigma, u, b, formula, numbers }
     }
 
     /// Its formula, and the numbers in it that like elements need not share.
     pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let real: Local<f64, N, M, K> = self.local(at);
-        let shape = Shape { n: N, m: M, k: K, p: P };
+        let shape = self.formula.shape();
         let (graph, results) = record(|put| {
-            let local = Local {
-                q: SVector::from_fn(|i, _| Symbol::input(i, real.q[i])),
-                v: SVector::from_fn(|i, _| Symbol::input(shape.v() + i, real.v[i])),
-                sigma: real.sigma.map(Symbol::from),
-                u: SVector::from_fn(|k, _| Symbol::input(shape.u() + k, real.u[k])),
-                t: Symbol::input(shape.t(), real.t),
+            let symbol = |slot: Slot| {
+                let value = self.read(at, slot);
+                match slot {
+                    Slot::Q(i) => Symbol::input(i, value),
+                    Slot::V(i) => Symbol::input(shape.v() + i, value),
+                    Slot::Sigma(_) => Symbol::from(value),
+                    Slot::U(k) => Symbol::input(shape.u() + k, value),
+                    Slot::T => Symbol::input(shape.t(), value),
+                    // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
+                    Slot::B(p) => match self.b[p].constant() {
+                        Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
+                        _ => Symbol::parameter(p, value),
+                    },
+                }
             };
-            // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
-            let b = SVector::from_fn(|p, _| match self.b[p].constant() {
-                Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
-                _ => Symbol::parameter(p, self.b[p].value(at.design)),
-            });
-            self.jet.values(&local, &b, put);
+            Values::<Symbol>::values(&*self.formula, &symbol, put);
         })?;
-        Ok(Template::new(&graph, &results, P))
+        Ok(Template::new(&graph, &results, shape.p))
     }
 
     /// All arguments that the formula depends on, as far as is known.
     pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
-        let shape = Shape { n: N, m: M, k: K, p: P };
+        let shape = self.formula.shape();
         let depends =
             self.record(at).map_or_else(|_| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
         let argument = |which: usize| match shape.place(which) {
@@ -93,33 +129,32 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         if !self.is_recorded {
             return;
         }
-        let (shape, input) = (Shape { n: N, m: M, k: K, p: P }, Fingerprint::input);
-        let at = Local {
-            q: SVector::from_fn(|i, _| input(i)),
-            v: SVector::from_fn(|i, _| input(shape.v() + i)),
-            sigma: SVector::from_fn(|_, _| Fingerprint::from(1.0)),
-            u: SVector::from_fn(|k, _| input(shape.u() + k)),
-            t: input(shape.t()),
+        let (shape, input) = (self.formula.shape(), Fingerprint::input);
+        let read = |slot: Slot| match slot {
+            Slot::Q(i) => input(i),
+            Slot::V(i) => input(shape.v() + i),
+            Slot::Sigma(_) => Fingerprint::from(1.0),
+            Slot::U(k) => input(shape.u() + k),
+            Slot::T => input(shape.t()),
+            Slot::B(p) => input(shape.sigma() + p),
         };
-        let b = SVector::from_fn(|p, _| input(shape.sigma() + p));
-        self.jet.values(&at, &b, &mut |value| sum.join(value));
+        Values::<Fingerprint>::values(&*self.formula, &read, &mut |value| sum.join(value));
     }
 
     /// The arguments by which its derivatives are not finite, if anything of it is not.
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
-        let (local, b) = (self.local(at), self.b(at.design));
-        let mut blocks = vec![0.0; J::KIND.length(N, M)];
-        self.jet.blocks(&local, &b, &mut FirstDerivatives::zero(), &mut blocks);
+        let (kind, shape) = (self.formula.kind(), self.formula.shape());
+        let mut blocks = vec![0.0; kind.length(shape.n, shape.m)];
+        self.formula.blocks(&|slot| self.read(at, slot), &mut |_, _| (), &mut blocks);
         let mut arguments = Vec::new();
         for (which, _) in blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite()) {
             // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
-            let by_v = matches!(J::KIND, ElementKind::Kinetic | ElementKind::Applied) && which < N * N;
-            let i = self.q[which % N];
+            let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
+            let i = self.q[which % shape.n];
             arguments.push(if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) });
         }
-        let first = self.jet.first(&local, &b);
-        let mut values = first.l_v.iter().chain(&first.force).chain(&first.phi_dot);
-        let is_fine = arguments.is_empty() && values.all(|x| x.is_finite());
+        let mut is_fine = arguments.is_empty();
+        OnNumbers::<f64>::first(&*self.formula, &|slot| self.read(at, slot), &mut |_, x| is_fine &= x.is_finite());
         if arguments.is_empty() {
             arguments = self.arguments(at);
         }
@@ -130,133 +165,106 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
 
     /// Value and derivatives, by dual numbers.
     pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
-        let mut first = FirstDerivatives::zero();
-        self.jet.blocks(&self.local(at), &self.b(at.design), &mut first, blocks);
-        self.scatter_first(&first, sums);
-    }
-
-    pub fn scatter_first<R: Number>(&self, first: &FirstDerivatives<R, N, M>, sums: &mut Sums<R>) {
-        let [l_v, force, phi_dot] = sums.parts_mut();
-        for (i, &coordinate) in self.q.iter().enumerate() {
-            l_v[coordinate] += first.l_v[i];
-            force[coordinate] += first.force[i];
-        }
-        for (j, own) in first.phi_dot.iter().enumerate() {
-            phi_dot[self.sigma[j]] += *own;
-        }
+        self.formula.blocks(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x, blocks);
     }
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt with their derivatives with respect to one input, seeded by `seed`.
-    #[inline]
-    fn differentiate(
-        &self,
-        at: &NodeView<f64>,
-        seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
-    ) -> FirstDerivatives<Slope, N, M> {
-        let real: Local<f64, N, M, K> = self.local(at);
-        let mut local = real.lift();
-        let mut b = self.b(at.design).map(Slope::from_re);
-        seed(&mut local, &mut b);
-        self.jet.first(&local, &b)
+/// Derivatives with respect to one argument.
+impl PlacedElement {
+    /// An argument with its derivative by `seed`.
+    fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Slope {
+        let x = Slope::from_re(self.read(at, slot));
+        if slot == seed { x.derivative(0) } else { x }
     }
 
-    /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one input, seeded by `seed`.
-    fn directional(
-        &self,
-        at: &NodeView<f64>,
-        with: &Covector,
-        seed: impl FnOnce(&mut Local<Slope, N, M, K>, &mut SVector<Slope, P>),
-    ) -> f64 {
-        slope(&self.pair(&self.differentiate(at, seed), with))
+    /// The derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt with respect to one argument.
+    fn differentiate(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(Component, f64)) {
+        let read = |slot| self.seeded(at, seed, slot);
+        OnNumbers::<Slope>::first(&*self.formula, &read, &mut |of, x| put(of, slope(&x)));
     }
 
-    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
-    pub(super) fn pair<R: Number>(&self, first: &FirstDerivatives<R, N, M>, with: &Covector) -> R {
-        let mut sum = R::zero();
-        for (i, &coordinate) in self.q.iter().enumerate() {
-            sum += first.l_v[i] * with.c[coordinate] + first.force[i] * with.d[coordinate];
-        }
-        for (j, phi_dot) in first.phi_dot.iter().enumerate() {
-            sum += *phi_dot * with.e[self.sigma[j]];
-        }
+    /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one argument.
+    fn directional(&self, at: &NodeView<f64>, with: &Covector, seed: Slot) -> f64 {
+        let mut sum = 0.0;
+        self.differentiate(at, seed, &mut |of, slope| sum += slope * self.weight(of, with));
         sum
     }
 
     /// That sum and its rate.
     pub fn along(&self, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
-        let dual = |x: Dual64| hyper(x.re, x.eps, 0.0, 0.0);
-        let local: Local<Dual64, N, M, K> = self.local(at);
-        let local = Local {
-            q: local.q.map(dual),
-            v: local.v.map(dual),
-            sigma: local.sigma.map(dual),
-            u: local.u.map(dual),
-            t: dual(local.t),
+        let read = |slot: Slot| {
+            let x = self.read(at, slot);
+            hyper(x.re, x.eps, 0.0, 0.0)
         };
-        let sum = self.pair(&self.jet.first(&local, &self.b(at.design).map(dual)), with);
-        let [value, rate, ..] = hyper_parts(&sum);
-        [value, rate]
+        let mut sums = [0.0; 2];
+        OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| {
+            let ([value, rate, ..], weight) = (hyper_parts(&x), self.weight(of, with));
+            sums[0] += value * weight;
+            sums[1] += rate * weight;
+        });
+        sums
     }
 
     /// The first input with respect to which the derivatives are not finite.
     pub fn find_bad_input(&self, at: &NodeView<f64>) -> Option<Argument> {
-        let is_bad = |first: FirstDerivatives<Slope, N, M>| {
-            let mut slopes = first.l_v.iter().chain(&first.force).chain(&first.phi_dot).map(slope);
-            slopes.any(|slope| !slope.is_finite())
+        let is_bad = |seed: Slot| {
+            let mut is_finite = true;
+            self.differentiate(at, seed, &mut |_, slope| is_finite &= slope.is_finite());
+            !is_finite
         };
-        let control = |k: &usize| is_bad(self.differentiate(at, |local, _| local.u[*k] = local.u[*k].derivative(0)));
-        let design = |p: &usize| is_bad(self.differentiate(at, |_, b| b[*p] = b[*p].derivative(0)));
-        let time = || is_bad(self.differentiate(at, |local, _| local.t = local.t.derivative(0)));
-        let of_control = (0..K).find(control).map(|k| Argument::Control(self.u[k]));
-        let of_design = || (0..P).filter(design).find_map(|p| self.b[p].bound()).map(|(p, _)| Argument::Design(p));
-        of_control.or_else(|| (self.timed && time()).then_some(Argument::Time)).or_else(of_design)
+        let of_control = (0..self.u.len()).find(|&k| is_bad(Slot::U(k))).map(|k| Argument::Control(self.u[k]));
+        let bad_constants = || (0..self.b.len()).filter(|&p| is_bad(Slot::B(p)));
+        let of_design = || bad_constants().find_map(|p| self.b[p].bound()).map(|(p, _)| Argument::Design(p));
+        of_control.or_else(|| (self.timed && is_bad(Slot::T)).then_some(Argument::Time)).or_else(of_design)
     }
 
+    /// Adds its derivatives with respect to u, design variables and time.
     pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        *rows.evaluations += K + 1;
+        *rows.evaluations += self.u.len() + 1;
         for (k, &channel) in self.u.iter().enumerate() {
-            rows.u[channel] += self.directional(at, with, |local, _| local.u[k] = local.u[k].derivative(0));
+            rows.u[channel] += self.directional(at, with, Slot::U(k));
         }
-        *rows.time += self.directional(at, with, |local, _| local.t = local.t.derivative(0));
+        *rows.time += self.directional(at, with, Slot::T);
         for (p, b) in self.b.iter().enumerate() {
             if let Some((design, factor)) = b.bound() {
                 *rows.evaluations += 1;
-                rows.design[design] += factor * self.directional(at, with, |_, b| b[p] = b[p].derivative(0));
+                rows.design[design] += factor * self.directional(at, with, Slot::B(p));
             }
         }
     }
 
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     pub fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
-        let q = SVector::from_fn(|i, _| Slope::from_re(at.q[self.q[i]]));
-        let directional = |t: Slope, b: &SVector<Slope, P>| -> f64 {
-            let phi = self.jet.phi(&q, b, t);
-            phi.iter().zip(self.sigma).map(|(phi, j)| e[j] * slope(phi)).sum()
+        if self.sigma.is_empty() {
+            return;
+        }
+        let directional = |seed: Slot| {
+            let mut sum = 0.0;
+            self.differentiate_phi(at, seed, &mut |j, slope| sum += e[self.sigma[j]] * slope);
+            sum
         };
-        let b = self.b(at.design).map(Slope::from_re);
         if self.timed {
             *rows.evaluations += 1;
-            *rows.time += directional(Slope::from_re(at.t).derivative(0), &b);
+            *rows.time += directional(Slot::T);
         }
         for (p, constant) in self.b.iter().enumerate() {
             if let Some((design, factor)) = constant.bound() {
                 *rows.evaluations += 1;
-                let mut moved = b;
-                moved[p] = moved[p].derivative(0);
-                rows.design[design] += factor * directional(Slope::from_re(at.t), &moved);
+                rows.design[design] += factor * directional(Slot::B(p));
             }
         }
     }
 
-    /// Column `i` of the element's Φ_q, in the scene's numbering.
-    pub fn phi_q_column(&self, i: usize, q: &SVector<f64, N>, t: f64, design: &[f64], put: &mut dyn FnMut(Entry)) {
-        let mut q = q.map(Slope::from_re);
-        q[i] = q[i].derivative(0);
-        let phi: SVector<Slope, M> = self.jet.phi(&q, &self.b(design).map(Slope::from_re), Slope::from_re(t));
-        for (j, phi) in phi.iter().enumerate() {
-            put(Entry { row: self.sigma[j], col: self.q[i], value: slope(phi) });
+    fn differentiate_phi(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(usize, f64)) {
+        let read = |slot| self.seeded(at, seed, slot);
+        OnNumbers::<Slope>::phi(&*self.formula, &read, &mut |j, x| put(j, slope(&x)));
+    }
+
+    /// Appends its Φ_q, in the scene's numbering, column by column.
+    pub fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
+        for (i, &col) in self.q.iter().enumerate().filter(|_| !self.sigma.is_empty()) {
+            let mut put = |j: usize, value: f64| entries.push(Entry { row: self.sigma[j], col, value });
+            self.differentiate_phi(at, Slot::Q(i), &mut put);
         }
     }
 }

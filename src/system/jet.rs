@@ -4,7 +4,6 @@ use nalgebra::SVector;
 use num_dual::DualNum;
 
 use crate::Scalar;
-use crate::number::Slope;
 
 /// A number that formulas and their derivatives are evaluated with.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
@@ -19,19 +18,6 @@ pub struct Local<R, const N: usize, const M: usize, const K: usize> {
     pub sigma: SVector<R, M>,
     pub u: SVector<R, K>,
     pub t: R,
-}
-
-impl<const N: usize, const M: usize, const K: usize> Local<f64, N, M, K> {
-    /// The same with room for one derivative.
-    pub fn lift(&self) -> Local<Slope, N, M, K> {
-        Local {
-            q: self.q.map(Slope::from_re),
-            v: self.v.map(Slope::from_re),
-            sigma: self.sigma.map(Slope::from_re),
-            u: self.u.map(Slope::from_re),
-            t: Slope::from_re(self.t),
-        }
-    }
 }
 
 /// What one element adds to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.

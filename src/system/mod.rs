@@ -30,12 +30,14 @@ mod placed_cost;
 mod plain;
 mod point;
 mod print;
+mod restricted;
 mod second_order;
 mod second_order_kernels;
 mod shape;
 mod sines;
 mod structure;
 mod target;
+mod typed;
 mod verify;
 #[cfg(test)]
 pub(crate) mod verify_tests;
@@ -47,7 +49,7 @@ use std::collections::BTreeSet;
 pub(crate) use acceleration::{AccelerationEquations, AccelerationSecondOrder, acceleration_tangent};
 pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
-pub(crate) use batch::{AnyBatch, Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
+pub(crate) use batch::{Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use block::Wanted;
 pub(crate) use constants::{Constants, Entry};
 use cost::CostUse;
@@ -58,12 +60,13 @@ pub(crate) use cost_shape::CostShape;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
-pub(crate) use jet::Jet;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
 pub(crate) use placed_cost::{Costs, Fixed, PlacedCost};
+pub(crate) use restricted::Restricted;
 pub(crate) use second_order::SecondOrderEquations;
 pub(crate) use sines::Sines;
+pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::NodeView;
 
 use crate::linear::{Breakdown, Symbolic};
@@ -90,7 +93,7 @@ pub struct System {
     n: usize,
     m: usize,
     k: usize,
-    batches: Vec<Box<dyn AnyBatch>>,
+    batches: Vec<Batch>,
     formulas: Formulas,
     costs: Vec<Box<dyn AnyCosts>>,
     running: Vec<bool>,
@@ -284,8 +287,16 @@ impl System {
         &self.symbolic
     }
 
-    /// The batches that know the types of the elements.
-    pub(crate) fn batches(&self) -> &[Box<dyn AnyBatch>] {
+    pub(crate) fn placed(&self) -> impl Iterator<Item = &PlacedElement> {
+        self.batches.iter().flat_map(|batch| &batch.items)
+    }
+
+    fn of_kind(&self, kind: ElementKind) -> impl Iterator<Item = &Batch> {
+        self.batches.iter().filter(move |batch| batch.kind() == Some(kind))
+    }
+
+    /// The elements, each type in a batch.
+    pub(crate) fn batches(&self) -> &[Batch] {
         &self.batches
     }
 
@@ -374,7 +385,7 @@ impl System {
     /// Appends the entries of Φ_q.
     pub(crate) fn phi_q(&self, at: &NodeView<f64>) -> Vec<Entry> {
         let mut entries = Vec::new();
-        self.batches.iter().for_each(|batch| batch.phi_q(at, &mut entries));
+        self.placed().for_each(|item| item.phi_q(at, &mut entries));
         entries
     }
 
@@ -446,25 +457,24 @@ impl System {
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.
     pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        add_sums(self.batches.iter().map(AsRef::as_ref), at, sums);
+        add_sums(self.batches.iter(), at, sums);
     }
 
     /// What the kinetic energies alone contribute: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        let kinetic = self.batches.iter().filter(|batch| batch.kind() == ElementKind::Kinetic);
-        add_sums(kinetic.map(AsRef::as_ref), at, sums);
+        add_sums(self.of_kind(ElementKind::Kinetic), at, sums);
     }
 
     /// T and V.
     pub(crate) fn energies(&self, at: &NodeView<f64>) -> [f64; 2] {
-        let of = |kind| self.batches.iter().filter(|batch| batch.kind() == kind).map(|batch| batch.energy(at)).sum();
+        let of = |kind| self.of_kind(kind).flat_map(|batch| &batch.items).map(|item| item.energy(at)).sum();
         [ElementKind::Kinetic, ElementKind::Potential].map(of)
     }
 
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
-        write_phi(self.batches.iter().map(AsRef::as_ref), at, phi);
+        write_phi(self.batches.iter(), at, phi);
     }
 
     /// Adds all costs at one node, with their weights and factors, to J and to the outputs.
@@ -497,7 +507,8 @@ impl System {
         }
         let mut recordings = Recordings::default();
         for element in &self.formulas.elements {
-            self.batches[element.batch].record_again((element.batch, element.item), start, &mut recordings);
+            let place = (element.batch, element.item);
+            recordings.add(&self.batches[place.0].items[place.1], place, start);
         }
         let changed = |element: &str| Error::Changed { element: element.to_string() };
         // What num-dual evaluates may change as it likes.
@@ -540,13 +551,13 @@ impl System {
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.batches.iter().find_map(|batch| batch.find_bad_input(at))?;
+        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, vec![item.find_bad_input(at)?]))?;
         Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
     pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.batches.iter().find_map(|batch| batch.find_not_finite(at))?;
+        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, item.find_not_finite(at)?))?;
         Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 }
@@ -563,10 +574,10 @@ fn uses_of(costs: &[Box<dyn AnyCosts>], is_summed: &dyn Fn(Sum) -> bool, factors
     costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(is_summed, factors)))
 }
 
-fn fingerprint(batches: &[Box<dyn AnyBatch>], costs: &[Box<dyn AnyCosts>]) -> u64 {
+fn fingerprint(batches: &[Batch], costs: &[Box<dyn AnyCosts>]) -> u64 {
     let mut sum = Fingerprint::NONE;
     take_look();
-    batches.iter().for_each(|batch| batch.fingerprint(&mut sum));
+    batches.iter().flat_map(|batch| &batch.items).for_each(|item| item.fingerprint(&mut sum));
     costs.iter().for_each(|costs| costs.fingerprint(&mut sum));
     sum.value(take_look())
 }

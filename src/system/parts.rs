@@ -1,9 +1,11 @@
 //! All that a system is compiled of.
 
+use std::any::TypeId;
 use std::ops::Range;
 
-use super::batch::AnyBatch;
+use super::batch::Batch;
 use super::cost::AnyCosts;
+use super::item::PlacedElement;
 use crate::model::{Param, Sketch};
 use crate::program::Graph;
 
@@ -29,8 +31,18 @@ pub(crate) struct Parts {
     pub(crate) equations: usize,
     pub(crate) gravity: [Option<Param>; 3],
     pub(crate) sketch: Sketch,
-    pub(crate) batches: Vec<Box<dyn AnyBatch>>,
+    pub(crate) batches: Vec<Batch>,
     pub(crate) costs: Vec<Box<dyn AnyCosts>>,
     /// Parameters with a range of values that make sense, and their descriptions.
     pub(crate) positive: Vec<(Param, String)>,
+}
+
+impl Parts {
+    /// Adds an element to those of its type and coordinates.
+    pub(crate) fn push(&mut self, of: (TypeId, &'static [usize]), item: PlacedElement) {
+        match self.batches.iter_mut().find(|batch| batch.of == of) {
+            Some(batch) => batch.items.push(item),
+            None => self.batches.push(Batch { of, items: vec![item] }),
+        }
+    }
 }

@@ -1,24 +1,26 @@
-//! The plain formulas of a batch, on the numbers that are asked for.
+//! The plain formulas of elements and costs, on the numbers that are asked for.
 //!
 //! Dual numbers are parts of hyper-dual ones, which accelerations need anyway: so every formula is compiled for one number type less.
 
 use num_dual::Dual64;
 
-use super::batch::{AnyBatch, PlainBatch, Sums};
+use super::batch::{Batch, Sums};
 use super::cost::{AnyCosts, PlainCosts, Weights};
+use super::item::PlacedElement;
+use super::typed::{AnyElement, OnNumbers};
 use super::view::NodeView;
 use crate::Cx;
 use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
 
-/// The formulas of a batch, for numbers of one type.
-pub(super) enum Plain<'a, R: Real> {
-    Direct(&'a dyn PlainBatch<R>),
-    ByHyper(&'a dyn PlainBatch<Hyper>),
+/// The formula of an element, for numbers of one type.
+enum Plain<'a, R: Real> {
+    Direct(&'a dyn OnNumbers<R>),
+    ByHyper(&'a dyn OnNumbers<Hyper>),
 }
 
-struct Elements<'a>(&'a dyn AnyBatch);
+struct OfElement<'a>(&'a dyn AnyElement);
 
-impl<'a> Family for Elements<'a> {
+impl<'a> Family for OfElement<'a> {
     type Of<R: Real> = Plain<'a, R>;
 
     fn real(self) -> Plain<'a, f64> {
@@ -134,15 +136,15 @@ fn add_back<R: Real>(to: &mut [R], from: &[Hyper]) {
 }
 
 /// Adds what all elements of some batches add to 𝓛_v, 𝓛_q + Q and dΦ/dt.
-pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a dyn AnyBatch>, at: &NodeView<R>, sums: &mut Sums<R>) {
+pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
     let mut lifted: Option<(HyperPoint, Sums<Hyper>)> = None;
-    for batch in batches {
-        match R::of(Elements(batch)) {
-            Plain::Direct(batch) => batch.add(at, sums),
-            Plain::ByHyper(batch) => {
+    for item in batches.flat_map(|batch| &batch.items) {
+        match R::of(OfElement(&*item.formula)) {
+            Plain::Direct(formula) => item.add(formula, at, sums),
+            Plain::ByHyper(formula) => {
                 let start = || (HyperPoint::of(at), Sums::new(at.q.len(), at.sigma.len()));
                 let (point, own) = lifted.get_or_insert_with(start);
-                batch.add(&point.view(), own);
+                item.add(formula, &point.view(), own);
             }
         }
     }
@@ -152,15 +154,16 @@ pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a dyn AnyBat
 }
 
 /// Writes Φ of all constraints.
-pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a dyn AnyBatch>, at: &NodeView<R>, phi: &mut [R]) {
+pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
     let mut lifted: Option<(HyperPoint, Vec<Hyper>)> = None;
-    for batch in batches {
-        match R::of(Elements(batch)) {
-            Plain::Direct(batch) => batch.phi(at, phi),
-            Plain::ByHyper(batch) => {
+    let is_constraint = |item: &&PlacedElement| !item.sigma.is_empty();
+    for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
+        match R::of(OfElement(&*item.formula)) {
+            Plain::Direct(formula) => item.write_phi(formula, at, phi),
+            Plain::ByHyper(formula) => {
                 let start = || (HyperPoint::of(at), vec![hyper(0.0, 0.0, 0.0, 0.0); phi.len()]);
                 let (point, own) = lifted.get_or_insert_with(start);
-                batch.phi(&point.view(), own);
+                item.write_phi(formula, &point.view(), own);
             }
         }
     }

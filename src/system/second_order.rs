@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::by_formula;
-use super::batch::{AnyBatch, Covector, Sums};
+use super::batch::{Batch, Covector, Sums};
 use super::cost::CostRows;
 use super::element::Element;
 use super::formula::Formula;
@@ -70,7 +70,7 @@ impl SecondOrderEquations {
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with the inputs u, t and b, without the controls of constant elements.
     pub(crate) fn add_changes(
         &mut self,
-        batches: &[Box<dyn AnyBatch>],
+        batches: &[Batch],
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         sums: &mut Sums<f64>,
     ) {
@@ -87,13 +87,13 @@ impl SecondOrderEquations {
                 places[k * count + e..].iter().zip(values).for_each(|(&place, value)| sums.all[place] += value);
             });
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].add_changes(item, at, along, sums));
+        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].add_changes(at, along, sums));
     }
 
     /// Adds the derivatives of D ψ, without those of sinusoidal elements by their states.
     pub(crate) fn pull_back(
         &mut self,
-        batches: &[Box<dyn AnyBatch>],
+        batches: &[Batch],
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         with: &Covector,
         rows: &mut CostRows,
@@ -112,7 +112,7 @@ impl SecondOrderEquations {
                 }
             });
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].pull_back_along(item, (at, along), with, rows));
+        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].pull_back_along((at, along), with, rows));
     }
 }
 

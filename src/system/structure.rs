@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use super::assembly::{Assembly, Workspace};
-use super::batch::AnyBatch;
+use super::batch::Batch;
 use super::constants::Constants;
 use super::element::{Element, Formulas};
 use super::groups::{self, Groups};
@@ -46,7 +46,7 @@ pub(super) struct Analysis {
 
 /// Analyses K.
 pub(super) fn analyse(
-    (elements, batches): (&[Element], &[Box<dyn AnyBatch>]),
+    (elements, batches): (&[Element], &[Batch]),
     blocks: &[Range<usize>],
     (n, m): (usize, usize),
     at: &NodeView<f64>,

@@ -1,13 +1,11 @@
 //! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
 
-use nalgebra::SVector;
-
 use super::batch::Covector;
 use super::block::BlockEntry;
 use super::formula::{Component, Formula, InputOf};
 use super::item::PlacedElement;
-use super::jet::{FirstDerivatives, Jet, Local};
 use super::shape::Place;
+use super::typed::{OnNumbers, Slot};
 use super::view::NodeView;
 use crate::number::{Hyper, Slope, hyper, hyper_parts, slope};
 
@@ -27,17 +25,49 @@ pub(super) struct Pair {
     pub dual: f64,
 }
 
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> PlacedElement<J, N, M, K, P> {
+/// Arguments of an element's own.
+#[derive(Clone, Debug)]
+pub(super) struct OwnPoint {
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub sigma: Vec<f64>,
+    pub u: Vec<f64>,
+    pub t: f64,
+    pub b: Vec<f64>,
+}
+
+impl OwnPoint {
+    fn read(&self, slot: Slot) -> f64 {
+        match slot {
+            Slot::Q(i) => self.q[i],
+            Slot::V(i) => self.v[i],
+            Slot::Sigma(j) => self.sigma[j],
+            Slot::U(k) => self.u[k],
+            Slot::T => self.t,
+            Slot::B(p) => self.b[p],
+        }
+    }
+}
+
+/// Any rates of controls, time and constants will do.
+const RATE_OF_CONTROL: f64 = 0.37;
+const RATE_OF_TIME: f64 = 1.3;
+
+/// The factor of a component in c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element's own numbers.
+fn weight(of: Component, with: &Covector) -> f64 {
+    match of {
+        Component::Momentum(i) => with.c[i],
+        Component::Force(i) => with.d[i],
+        Component::Equation(j) => with.e[j],
+    }
+}
+
+impl PlacedElement {
     /// All that a formula's programs compute, beside the same by dual numbers, at a point of the element's own.
-    pub(super) fn compare(
-        &self,
-        formula: &Formula,
-        numbers: &[f64],
-        at: &Local<f64, N, M, K>,
-        (design, with): (&[f64], &Covector),
-    ) -> Vec<Pair> {
-        let (Some(kernels), shape, b) = (&formula.kernels, formula.shape, self.b::<f64>(design)) else { return Vec::new() };
-        let parameters: Vec<f64> = b.iter().chain(numbers).copied().collect();
+    pub(super) fn compare(&self, formula: &Formula, numbers: &[f64], at: &OwnPoint, with: &Covector) -> Vec<Pair> {
+        let (Some(kernels), shape) = (&formula.kernels, formula.shape) else { return Vec::new() };
+        let (n, m) = (shape.n, shape.m);
+        let parameters: Vec<f64> = at.b.iter().chain(numbers).copied().collect();
         let input = |which: usize| match shape.place(which) {
             Place::Q(i) => at.q[i],
             Place::V(i) => at.v[i],
@@ -47,20 +77,24 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
             Place::C(i) => with.c[i],
             Place::D(i) => with.d[i],
             Place::E(j) => with.e[j],
-            // Any rates will do.
             Place::QRate(i) => with.d[i],
             Place::VRate(i) => with.c[i],
             Place::SigmaRate(j) => with.e[j],
-            Place::URate(_) => 0.37,
-            Place::TRate | Place::ConstantRate(_) => 1.3,
+            Place::URate(_) => RATE_OF_CONTROL,
+            Place::TRate | Place::ConstantRate(_) => RATE_OF_TIME,
         };
-        let mut first = FirstDerivatives::zero();
-        let mut dual = vec![0.0; J::KIND.length(N, M)];
-        self.jet.blocks(at, &b, &mut first, &mut dual);
+        let place = |of: Component| match of {
+            Component::Momentum(i) => i,
+            Component::Force(i) => n + i,
+            Component::Equation(j) => 2 * n + j,
+        };
+        let mut first = vec![0.0; 2 * n + m];
+        let mut dual = vec![0.0; formula.kind.length(n, m)];
+        self.formula.blocks(&|slot| at.read(slot), &mut |of, x| first[place(of)] += x, &mut dual);
 
-        let all = BlockEntry::all(J::KIND, N, M);
+        let all = BlockEntry::all(formula.kind, n, m);
         let mut program = vec![0.0; dual.len()];
-        let mut own = FirstDerivatives::<f64, N, M>::zero();
+        let mut own = vec![0.0; first.len()];
         let varying = formula.varying.iter().zip(kernels.second.evaluate(&parameters, input));
         for (entry, value) in formula.fixed.iter().zip(kernels.fixed.evaluate(&parameters, input)).chain(varying) {
             for (k, place) in all.iter().enumerate().filter(|(_, place)| place.block == entry.block) {
@@ -72,60 +106,60 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         // What a constraint's linear columns contribute stands elsewhere.
         for (entry, value) in formula.fixed.iter().zip(kernels.fixed.evaluate(&parameters, input)) {
             if entry.block.has_equations() {
-                own.l_v[entry.col] += value * at.sigma[entry.row];
-                own.phi_dot[entry.row] += value * at.v[entry.col];
+                own[entry.col] += value * at.sigma[entry.row];
+                own[2 * n + entry.row] += value * at.v[entry.col];
             }
         }
         for (of, value) in kernels.components.iter().zip(kernels.first.evaluate(&parameters, input)) {
-            match *of {
-                Component::Momentum(i) => own.l_v[i] += value,
-                Component::Force(i) => own.force[i] += value,
-                Component::Equation(j) => own.phi_dot[j] += value,
-            }
+            own[place(*of)] += value;
         }
-        let list = |first: &FirstDerivatives<f64, N, M>| -> Vec<f64> {
-            first.l_v.iter().chain(&first.force).chain(&first.phi_dot).copied().collect()
-        };
-        program.extend(list(&own));
-        dual.extend(list(&first));
+        program.extend(own);
+        dual.extend(first);
         for (of, value) in kernels.inputs_of.iter().zip(kernels.inputs.evaluate(&parameters, input)) {
             program.push(value);
-            dual.push(self.by_input(at, &b, *of, with));
+            dual.push(self.by_input(at, *of, with));
         }
         program.extend(kernels.along.evaluate(&parameters, input));
-        dual.extend(self.along_rates(at, &b, with));
+        dual.extend(self.along_rates(at, with));
         program.into_iter().zip(dual).map(|(program, dual)| Pair { program, dual }).collect()
     }
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for the rates above.
-    fn along_rates(&self, at: &Local<f64, N, M, K>, b: &SVector<f64, P>, with: &Covector) -> [f64; 2] {
-        let moving = |x: f64, rate: f64| hyper(x, rate, 0.0, 0.0);
-        let point = Local {
-            q: SVector::from_fn(|i, _| moving(at.q[i], with.d[i])),
-            v: SVector::from_fn(|i, _| moving(at.v[i], with.c[i])),
-            sigma: SVector::from_fn(|j, _| moving(at.sigma[j], with.e[j])),
-            u: at.u.map(|u| moving(u, 0.37)),
-            t: moving(at.t, 1.3),
+    fn along_rates(&self, at: &OwnPoint, with: &Covector) -> [f64; 2] {
+        let read = |slot: Slot| {
+            let rate = match slot {
+                Slot::Q(i) => with.d[i],
+                Slot::V(i) => with.c[i],
+                Slot::Sigma(j) => with.e[j],
+                Slot::U(_) => RATE_OF_CONTROL,
+                Slot::T => RATE_OF_TIME,
+                Slot::B(_) => 0.0,
+            };
+            hyper(at.read(slot), rate, 0.0, 0.0)
         };
-        let first = self.jet.first(&point, &b.map(|b| hyper(b, 0.0, 0.0, 0.0)));
-        let dot = |x: &[Hyper], y: &[f64]| x.iter().zip(y).map(|(x, y)| *x * *y).sum::<Hyper>();
-        let sum =
-            dot(first.l_v.as_slice(), with.c) + dot(first.force.as_slice(), with.d) + dot(first.phi_dot.as_slice(), with.e);
-        let [value, rate, ..] = hyper_parts(&sum);
-        [value, rate]
+        let mut sums = [0.0; 2];
+        OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| {
+            let [value, rate, ..] = hyper_parts(&x);
+            sums[0] += weight(of, with) * value;
+            sums[1] += weight(of, with) * rate;
+        });
+        sums
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one of the element's own inputs.
-    fn by_input(&self, at: &Local<f64, N, M, K>, b: &SVector<f64, P>, of: InputOf, with: &Covector) -> f64 {
-        let (mut local, mut b) = (at.lift(), b.map(Slope::from_re));
-        match of {
-            InputOf::Control(k) => local.u[k] = local.u[k].derivative(0),
-            InputOf::Constant(p) => b[p] = b[p].derivative(0),
-            InputOf::Time => local.t = local.t.derivative(0),
-        }
-        let first = self.jet.first(&local, &b);
-        let dot = |x: &[Slope], y: &[f64]| x.iter().zip(y).map(|(x, y)| slope(x) * y).sum::<f64>();
-        dot(first.l_v.as_slice(), with.c) + dot(first.force.as_slice(), with.d) + dot(first.phi_dot.as_slice(), with.e)
+    fn by_input(&self, at: &OwnPoint, of: InputOf, with: &Covector) -> f64 {
+        let seed = match of {
+            InputOf::Control(k) => Slot::U(k),
+            InputOf::Constant(p) => Slot::B(p),
+            InputOf::Time => Slot::T,
+        };
+        let read = |slot: Slot| {
+            let x = Slope::from_re(at.read(slot));
+            if slot == seed { x.derivative(0) } else { x }
+        };
+        let mut sum = 0.0;
+        OnNumbers::<Slope>::first(&*self.formula, &read, &mut |of, x| sum += weight(of, with) * slope(&x));
+        sum
     }
 
     /// Whether programs and dual numbers agree at points around one, as far as rounding lets them: among numbers of moderate size.
@@ -133,17 +167,18 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
         let mut draw = Draw(1);
         let is_moderate = |x: &f64| *x == 0.0 || (1e-3..1e3).contains(&x.abs());
         let coordinates = self.q.iter().map(|&i| at.q[i].abs());
-        if !self.b(at.design).iter().chain(numbers).all(is_moderate) || coordinates.fold(0.0, f64::max) > 10.0 {
+        let b: Vec<f64> = self.b.iter().map(|b| b.value(at.design)).collect();
+        if !b.iter().chain(numbers).all(is_moderate) || coordinates.fold(0.0, f64::max) > 10.0 {
             return true;
         }
         (0..3).all(|_| {
-            let mut local: Local<f64, N, M, K> = self.local(at);
-            local.q.iter_mut().chain(local.v.iter_mut()).for_each(|x| *x += 0.3 * draw.number());
-            local.sigma.iter_mut().chain(local.u.iter_mut()).for_each(|x| *x = draw.number());
+            let mut near = |x: &[f64]| self.q.iter().map(|&i| x[i] + 0.3 * draw.number()).collect::<Vec<_>>();
+            let (q, v) = (near(at.q), near(at.v));
             let mut numbers_of = |len: usize| (0..len).map(|_| draw.number()).collect::<Vec<_>>();
-            let (c, d, e) = (numbers_of(N), numbers_of(N), numbers_of(M));
-            let pairs = self.compare(formula, numbers, &local, (at.design, &Covector { c: &c, d: &d, e: &e }));
-            agree(&pairs, 1e-6)
+            let (sigma, u) = (numbers_of(self.sigma.len()), numbers_of(self.u.len()));
+            let point = OwnPoint { q, v, sigma, u, t: at.t, b: b.clone() };
+            let (c, d, e) = (numbers_of(self.q.len()), numbers_of(self.q.len()), numbers_of(self.sigma.len()));
+            agree(&self.compare(formula, numbers, &point, &Covector { c: &c, d: &d, e: &e }), 1e-6)
         })
     }
 }

@@ -7,9 +7,11 @@ use super::block::Block;
 use super::constants::{Constants, Entry};
 use super::element::{Element, Recordings};
 use super::item::PlacedElement;
-use super::jet::{Jet, Local};
+use super::jet::Jet;
+use super::restricted::Restricted;
 use super::shape::Shape;
-use super::verify::{Draw, Pair};
+use super::typed::Typed;
+use super::verify::{Draw, OwnPoint, Pair};
 use super::view::NodeView;
 use super::{Applied, Holonomic, Kinetic, Potential};
 use crate::model::{Design, Param, SceneTag};
@@ -117,7 +119,7 @@ impl Constraint<3, 2, 2> for Random {
 
 /// Compares a formula as one kind of element at random points; returns how many of them say something.
 fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
-    jet: J,
+    (jet, there): (J, &'static [usize]),
     draw: &mut Draw,
     name: &str,
     (b, design): ([Param; P], &[f64]),
@@ -125,46 +127,42 @@ fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
 where
     J: Jet<N, M, K, P>,
 {
+    let n = if there.is_empty() { N } else { there.len() };
+    let typed = Box::new(Typed::<J, N, M, K, P>(jet));
     let element = PlacedElement {
         name: name.to_string(),
-        jet,
-        q: std::array::from_fn(|i| i),
-        sigma: std::array::from_fn(|j| j),
-        u: std::array::from_fn(|k| k),
-        b,
+        formula: if there.is_empty() { typed } else { Box::new(Restricted { inner: typed, there }) },
+        q: (0..n).collect(),
+        sigma: (0..M).collect(),
+        u: (0..K).collect(),
+        b: b.to_vec(),
         timed: true,
         is_recorded: false,
     };
     let zeros = || vec![0.1; 8];
     let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
     let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, design));
-    let shape = Shape { n: N, m: M, k: K, p: P };
+    let shape = Shape { n, m: M, k: K, p: P };
     let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
     assert_sines(&element.element((0, 0), formula.clone(), numbers.clone()), design, draw, name);
     let mut said = 0;
     for _ in 0..4 {
-        let mut random = |_: usize, _: usize| 1.5 * draw.number();
-        let local = Local {
-            q: SVector::from_fn(&mut random),
-            v: SVector::from_fn(&mut random),
-            sigma: SVector::from_fn(&mut random),
-            u: SVector::from_fn(&mut random),
-            t: random(0, 0),
-        };
+        let mut random = |len: usize| (0..len).map(|_| 1.5 * draw.number()).collect::<Vec<_>>();
+        let constants = |design: &[f64]| element.b.iter().map(|b| b.value(design)).collect::<Vec<f64>>();
+        let (q, v, sigma, u) = (random(n), random(n), random(M), random(K));
+        let point = OwnPoint { q, v, sigma, u, t: random(1)[0], b: constants(design) };
         let [c, d, e]: [Vec<f64>; 3] = std::array::from_fn(|_| (0..8).map(|_| draw.number()).collect());
-        let compare = |at: &Local<f64, N, M, K>, design: &[f64]| {
-            element.compare(&formula, &numbers, at, (design, &Covector { c: &c, d: &d, e: &e }))
-        };
-        let pairs = compare(&local, design);
+        let compare = |at: &OwnPoint| element.compare(&formula, &numbers, at, &Covector { c: &c, d: &d, e: &e });
+        let pairs = compare(&point);
         // How far rounding can reach: what a relative change of 1e-11 of every argument does.
         let mut noise = 0.0f64;
         for _ in 0..3 {
-            let (mut nearby, mut b) = (local, design.to_vec());
-            let lists =
-                [nearby.q.as_mut_slice(), nearby.v.as_mut_slice(), nearby.sigma.as_mut_slice(), nearby.u.as_mut_slice()];
-            lists.into_iter().flatten().chain(&mut b).for_each(|x| *x *= 1.0 + 1e-11 * draw.number());
-            let changes = compare(&nearby, &b).into_iter().zip(&pairs).map(|(there, here)| (there.dual - here.dual).abs());
+            let (mut nearby, mut design) = (point.clone(), design.to_vec());
+            let lists = [&mut nearby.q, &mut nearby.v, &mut nearby.sigma, &mut nearby.u, &mut design];
+            lists.into_iter().flatten().for_each(|x| *x *= 1.0 + 1e-11 * draw.number());
+            nearby.b = constants(&design);
+            let changes = compare(&nearby).into_iter().zip(&pairs).map(|(there, here)| (there.dual - here.dual).abs());
             noise = changes.fold(noise, f64::max);
         }
         let largest = pairs.iter().fold(1.0, |size: f64, pair| size.max(pair.dual.abs()));
@@ -173,7 +171,7 @@ where
         let is_close = |pair: &Pair| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
         let far = || pairs.iter().filter(|pair| !is_close(pair));
         let show = || far().map(|pair| format!("{} {}\n", pair.program, pair.dual)).collect::<String>();
-        assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{local:?} {design:?} {noise}\n{}", show());
+        assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{point:?} {design:?} {noise}\n{}", show());
     }
     said
 }
@@ -200,8 +198,11 @@ fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) 
 }
 
 /// Holds the programs of an element with `P` constants to num-dual: with numbers, with zeros among them, and with one that is bound.
+///
+/// Of its coordinates only those in `there` are there, all if it is empty.
 pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     make: impl Fn() -> J,
+    there: &'static [usize],
     name: &str,
 ) where
     J: Jet<N, M, K, P>,
@@ -218,7 +219,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
             1 => bound(),
             _ => Param::from(0.8 + 0.5 * draw.number()),
         });
-        said += hold(make(), &mut draw, &format!("{name} with {b:?}"), (b, &design));
+        said += hold::<_, N, M, K, P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design));
     }
     assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
 }
@@ -235,10 +236,10 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let design = [0.7 * draw.number()];
         let b = [bound(), Param::from(draw.number())];
         let with = (b, design.as_slice());
-        said += hold::<_, 2, 0, 0, 2>(Kinetic(kinetic), &mut draw, &names[0], with);
-        said += hold::<_, 3, 0, 0, 2>(Potential(potential), &mut draw, &names[1], with);
-        said += hold::<_, 2, 0, 1, 2>(Applied(applied), &mut draw, &names[2], with);
-        said += hold::<_, 3, 2, 0, 2>(Holonomic(holonomic), &mut draw, &names[3], with);
+        said += hold::<_, 2, 0, 0, 2>((Kinetic(kinetic), &[]), &mut draw, &names[0], with);
+        said += hold::<_, 3, 0, 0, 2>((Potential(potential), &[]), &mut draw, &names[1], with);
+        said += hold::<_, 2, 0, 1, 2>((Applied(applied), &[]), &mut draw, &names[2], with);
+        said += hold::<_, 3, 2, 0, 2>((Holonomic(holonomic), &[]), &mut draw, &names[3], with);
     }
     assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
 }

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::forces::torque;
 use super::geometry::{Link, turned};
+use super::ground::Ends;
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
 use crate::model::{Frame, Point, Shape};
@@ -87,10 +88,21 @@ pub(super) static BUSHING: Kind = Kind::of_points(
         scene.draw(name, Shape::Spring, a, b);
         let is_zero = |list: &[Param]| list.iter().all(|x| x.constant() == Some(0.0));
         if !is_zero(&stiffness) {
-            scene.between_potential(&format!("{name} (spring)"), Bushing, part.frames(), points(a, b, stiffness));
+            scene.between_potential(
+                &format!("{name} (spring)"),
+                Bushing,
+                (part.frames(), Ends::Bodies),
+                points(a, b, stiffness),
+            );
         }
         if !is_zero(&damping) {
-            scene.between_force(&format!("{name} (damper)"), BushingDamper, part.frames(), [], points(a, b, damping));
+            scene.between_force(
+                &format!("{name} (damper)"),
+                BushingDamper,
+                (part.frames(), Ends::Bodies),
+                [],
+                points(a, b, damping),
+            );
         }
     },
 );
@@ -98,14 +110,14 @@ pub(super) static BUSHING: Kind = Kind::of_points(
 pub(super) static COULOMB_FRICTION: Kind = Kind::of_frames("Coulomb friction", &["torque", "speed"], |scene, name, part| {
     let [torque, speed] = [0, 1].map(|i| part.number(i));
     scene.require_positive(speed, format!("the speed of `{name}`"));
-    scene.between_force(name, CoulombFriction, part.frames(), [], [torque, speed]);
+    scene.between_force(name, CoulombFriction, (part.frames(), Ends::Bodies), [], [torque, speed]);
 });
 
 pub(super) static COULOMB_SLIDING: Kind =
     Kind::of_points("Coulomb sliding friction", &["axis", "force", "speed"], |scene, name, part| {
         let ([a, b], numbers) = (part.both(), [0, 1, 2].map(|i| part.number(i)));
         scene.require_positive(numbers[2], format!("the speed of `{name}`"));
-        scene.between_force(name, CoulombSliding, part.frames(), [], points(a, b, numbers));
+        scene.between_force(name, CoulombSliding, (part.frames(), Ends::Points), [], points(a, b, numbers));
     });
 
 pub(super) static CONTACT: Kind =
@@ -113,7 +125,7 @@ pub(super) static CONTACT: Kind =
         let ([a, b], numbers) = (part.both(), [0, 1, 2, 3, 4].map(|i| part.number(i)));
         scene.draw(name, Shape::Ground { normal: numbers[0] }, a, b);
         scene.require_positive(numbers[4], format!("the friction speed of `{name}`"));
-        scene.between_force(name, Contact, part.frames(), [], points(a, b, numbers));
+        scene.between_force(name, Contact, (part.frames(), Ends::Points), [], points(a, b, numbers));
     });
 
 impl Scene {

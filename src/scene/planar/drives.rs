@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::body::Body;
 use super::geometry::{Link, rotated, turned};
+use super::ground::Ends;
 use super::joints::{axis, padded, points, points_and};
 use super::motion::{Motion, with_motion};
 use crate::model::element::ForcePoint;
@@ -96,7 +97,7 @@ pub(super) static DRIVEN_SLIDER: Kind = Kind::of_points("driven slider", &["axis
 pub(super) static TWO_POINT_ACTUATOR: Kind = Kind::of_points("two-point actuator", &[], |scene, name, part| {
     let [a, b] = part.both();
     scene.draw(name, Shape::Cylinder, a, b);
-    scene.force_of_points(name, TwoPointActuator, part.frames(), part.by(), points(a, b, []));
+    scene.between_force(name, TwoPointActuator, (part.frames(), Ends::Points), part.by(), points(a, b, []));
 })
 .driven_by("force");
 
@@ -134,7 +135,12 @@ impl Scene {
         self.multipliers_of(|scene| {
             scene.driven(name, &DRIVEN_DISTANCE, [a, b], [], motion, parameters, |scene, motion| {
                 scene.draw(name, Shape::Cylinder, a, b);
-                scene.joint(name, DrivenDistance(motion), (a.frame, b.frame), points_and(a, b, [], parameters));
+                scene.joint(
+                    name,
+                    DrivenDistance(motion),
+                    ((a.frame, b.frame), Ends::Points),
+                    points_and(a, b, [], parameters),
+                );
             });
         })
     }
@@ -155,7 +161,12 @@ impl Scene {
         self.multipliers_of(|scene| {
             scene.driven(name, &DRIVEN_SLIDER, [a, b], [axis], motion, parameters, |scene, motion| {
                 scene.draw(name, Shape::Slider { axis }, a, b);
-                scene.joint(name, DrivenSlider(motion), (a.frame, b.frame), points_and(a, b, [axis], parameters));
+                scene.joint(
+                    name,
+                    DrivenSlider(motion),
+                    ((a.frame, b.frame), Ends::Points),
+                    points_and(a, b, [axis], parameters),
+                );
             });
         })
     }

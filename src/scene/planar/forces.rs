@@ -5,14 +5,12 @@
 use nalgebra::SVector;
 
 use super::geometry::{Link, turned};
-use super::ground::{
-    BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
-    between_any,
-};
+use super::ground::Ends;
 use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
-use crate::model::{Frame, Owner, Point, Shape};
+use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
+use crate::system::{Applied, Potential, Typed};
 use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
@@ -105,10 +103,16 @@ pub(super) static SPRING_DAMPER: Kind =
         scene.draw(name, Shape::Spring, a, b);
         if stiffness.constant() != Some(0.0) {
             let spring = points(a, b, [stiffness, free_length]);
-            scene.potential_of_points(&format!("{name} (spring)"), LinearSpring, part.frames(), spring);
+            scene.between_potential(&format!("{name} (spring)"), LinearSpring, (part.frames(), Ends::Points), spring);
         }
         if damping.constant() != Some(0.0) {
-            scene.force_of_points(&format!("{name} (damper)"), Damper, part.frames(), [], points(a, b, [damping]));
+            scene.between_force(
+                &format!("{name} (damper)"),
+                Damper,
+                (part.frames(), Ends::Points),
+                [],
+                points(a, b, [damping]),
+            );
         }
     });
 
@@ -117,33 +121,39 @@ pub(super) static TORSIONAL_SPRING_DAMPER: Kind =
         let [stiffness, free_angle, damping] = [0, 1, 2].map(|i| part.number(i));
         if stiffness.constant() != Some(0.0) {
             let spring = [stiffness, free_angle];
-            scene.between_potential(&format!("{name} (spring)"), TorsionalSpring, part.frames(), spring);
+            scene.between_potential(&format!("{name} (spring)"), TorsionalSpring, (part.frames(), Ends::Bodies), spring);
         }
         if damping.constant() != Some(0.0) {
-            scene.between_force(&format!("{name} (damper)"), JointFriction, part.frames(), [], [damping]);
+            scene.between_force(&format!("{name} (damper)"), JointFriction, (part.frames(), Ends::Bodies), [], [damping]);
         }
     });
 
 pub(super) static JOINT_FRICTION: Kind = Kind::of_frames("joint friction", &["damping"], |scene, name, part| {
-    scene.between_force(name, JointFriction, part.frames(), [], [part.number(0)]);
+    scene.between_force(name, JointFriction, (part.frames(), Ends::Bodies), [], [part.number(0)]);
 });
 
 pub(super) static SLIDING_FRICTION: Kind = Kind::of_points("sliding friction", &["axis", "damping"], |scene, name, part| {
     let [a, b] = part.both();
-    scene.between_force(name, SlidingFriction, part.frames(), [], points(a, b, [part.number(0), part.number(1)]));
+    scene.between_force(
+        name,
+        SlidingFriction,
+        (part.frames(), Ends::Points),
+        [],
+        points(a, b, [part.number(0), part.number(1)]),
+    );
 });
 
 pub(super) static ACTUATOR: Kind = Kind::of_points("actuator", &["axis"], |scene, name, part| {
     let ([a, b], axis, [control]) = (part.both(), part.number(0), part.by());
     scene.draw(name, Shape::Force { axis, control }, a, b);
-    scene.between_force(name, Actuator, part.frames(), [control], points(a, b, [axis]));
+    scene.between_force(name, Actuator, (part.frames(), Ends::Points), [control], points(a, b, [axis]));
 })
 .driven_by("force");
 
 pub(super) static TORQUE_ACTUATOR: Kind = Kind::of_frames("torque actuator", &[], |scene, name, part| {
     let ([a, b], [control]) = (part.both(), part.by());
     scene.draw(name, Shape::Torque { control }, a, b);
-    scene.between_force(name, TorqueActuator, part.frames(), [control], []);
+    scene.between_force(name, TorqueActuator, (part.frames(), Ends::Bodies), [control], []);
 })
 .driven_by("torque");
 
@@ -201,61 +211,26 @@ impl Scene {
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Frame, Frame),
+        (frames, ends): ((Frame, Frame), Ends),
         parameters: [Param; P],
     ) where
         E: PotentialEnergy<6, P>,
     {
-        let frames = (a.0, b.0);
-        between!(frames, element, q, self.potential_energy(name, element, q, parameters), self.report_frames(name, frames));
-    }
-
-    /// The same for one that goes with particles too.
-    fn potential_of_points<E, const P: usize>(
-        &mut self,
-        name: &str,
-        element: E,
-        (a, b): (Frame, Frame),
-        parameters: [Param; P],
-    ) where
-        E: PotentialEnergy<6, P>,
-    {
-        let frames = (a.0, b.0);
-        between_any!(
-            frames,
-            element,
-            q,
-            self.potential_energy(name, element, q, parameters),
-            self.report_frames(name, frames)
-        );
+        let formula = Typed::<_, 6, 0, 0, P>(Potential(element));
+        self.between(name, formula, (frames, ends), (0..0, &[]), &parameters);
     }
 
     pub(super) fn between_force<E, const K: usize, const P: usize>(
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Frame, Frame),
+        (frames, ends): ((Frame, Frame), Ends),
         u: [Control; K],
         parameters: [Param; P],
     ) where
         E: Force<6, K, P>,
     {
-        let frames = (a.0, b.0);
-        between!(frames, element, q, self.force(name, element, q, u, parameters), self.report_frames(name, frames));
-    }
-
-    /// The same for one that goes with particles too.
-    pub(super) fn force_of_points<E, const K: usize, const P: usize>(
-        &mut self,
-        name: &str,
-        element: E,
-        (a, b): (Frame, Frame),
-        u: [Control; K],
-        parameters: [Param; P],
-    ) where
-        E: Force<6, K, P>,
-    {
-        let frames = (a.0, b.0);
-        between_any!(frames, element, q, self.force(name, element, q, u, parameters), self.report_frames(name, frames));
+        let formula = Typed::<_, 6, 0, K, P>(Applied(element));
+        self.between(name, formula, (frames, ends), (0..0, &u), &parameters);
     }
 }

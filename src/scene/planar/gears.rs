@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::body::Body;
 use super::geometry::{Link, rotated};
+use super::ground::Ends;
 use super::joints::points_and;
 use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
@@ -114,6 +115,6 @@ impl Scene {
     where
         F: Curve<P>,
     {
-        self.joint(name, PointOnCurve(curve), (a.frame, b.frame), points_and(a, b, [], parameters))
+        self.joint(name, PointOnCurve(curve), ((a.frame, b.frame), Ends::Points), points_and(a, b, [], parameters))
     }
 }

@@ -3,13 +3,11 @@
 use nalgebra::SVector;
 
 use super::geometry::{Link, rotated, turned};
-use super::ground::{
-    BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle, between,
-    between_any,
-};
+use super::ground::Ends;
 use super::motion::{Motion, with_motion};
-use crate::model::{Frame, Owner, Point, Shape};
+use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
+use crate::system::{Holonomic, Typed};
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
@@ -75,26 +73,26 @@ pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
 pub(super) static REVOLUTE: Kind = Kind::of_points("revolute", &[], |scene, name, part| {
     let [a, b] = part.both();
     scene.draw(name, Shape::Hinge, a, b);
-    scene.joint_of_points(name, Revolute, part.frames(), points(a, b, []));
+    scene.joint(name, Revolute, (part.frames(), Ends::Points), points(a, b, []));
 });
 
 pub(super) static PRISMATIC: Kind = Kind::of_points("prismatic", &["axis", "angle"], |scene, name, part| {
     let ([a, b], axis) = (part.both(), part.number(0));
     scene.draw(name, Shape::Slider { axis }, a, b);
-    scene.joint(name, Prismatic, part.frames(), points(a, b, [axis, part.number(1)]));
+    scene.joint(name, Prismatic, (part.frames(), Ends::Bodies), points(a, b, [axis, part.number(1)]));
 });
 
 pub(super) static WELD: Kind = Kind::of_points("weld", &["angle"], |scene, name, part| {
     let [a, b] = part.both();
     scene.draw(name, Shape::Weld, a, b);
-    scene.joint(name, Weld, part.frames(), points(a, b, [part.number(0)]));
+    scene.joint(name, Weld, (part.frames(), Ends::Bodies), points(a, b, [part.number(0)]));
 });
 
 pub(super) static DISTANCE: Kind = Kind::of_points("distance", &["length"], |scene, name, part| {
     let ([a, b], length) = (part.both(), part.number(0));
     scene.draw(name, Shape::Rod, a, b);
     scene.require_positive(length, format!("the length of `{name}`"));
-    scene.joint_of_points(name, Distance, part.frames(), points(a, b, [length]));
+    scene.joint(name, Distance, (part.frames(), Ends::Points), points(a, b, [length]));
 });
 
 pub(super) static DRIVEN_ANGLE: Kind = Kind::of_frames("driven angle", &[], |scene, name, part| {
@@ -146,7 +144,7 @@ impl Scene {
         let points = [a.into(), b.into()].map(Frame::origin);
         self.multipliers_of(|scene| {
             scene.driven(name, &DRIVEN_ANGLE, points, [], motion, parameters, |scene, motion| {
-                scene.joint(name, DrivenAngle(motion), points.map(Point::frame).into(), parameters);
+                scene.joint(name, DrivenAngle(motion), (points.map(Point::frame).into(), Ends::Bodies), parameters);
             });
         })
     }
@@ -155,33 +153,20 @@ impl Scene {
         &mut self,
         name: &str,
         element: E,
-        (a, b): (Frame, Frame),
+        (frames, ends): ((Frame, Frame), Ends),
         parameters: [Param; P],
     ) -> [Multiplier; M]
     where
         E: Constraint<6, M, P>,
     {
-        between!((a.0, b.0), element, q, self.constraint(name, element, q, parameters), {
-            self.report_frames(name, (a.0, b.0));
+        let formula = Typed::<_, 6, M, 0, P>(Holonomic(element));
+        let first = self.parts.equations;
+        if self.between(name, formula, (frames, ends), (first..first + M, &[]), &parameters) {
+            self.equations(name, M);
+            self.multipliers(first)
+        } else {
             self.no_multipliers()
-        })
-    }
-
-    /// The same for one that goes with particles too.
-    fn joint_of_points<E, const M: usize, const P: usize>(
-        &mut self,
-        name: &str,
-        element: E,
-        (a, b): (Frame, Frame),
-        parameters: [Param; P],
-    ) -> [Multiplier; M]
-    where
-        E: Constraint<6, M, P>,
-    {
-        between_any!((a.0, b.0), element, q, self.constraint(name, element, q, parameters), {
-            self.report_frames(name, (a.0, b.0));
-            self.no_multipliers()
-        })
+        }
     }
 }
 

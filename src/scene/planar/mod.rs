@@ -37,7 +37,6 @@ pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST
 pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
 pub use gears::{Curve, Gear, PointOnCurve, Rack};
 pub use geometry::{Link, rotated, turned};
-pub use ground::{BetweenParticles, FromGround, FromParticle, GroundToParticle, ParticleToGround, ToGround, ToParticle};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 #[cfg(feature = "files")]
 pub(crate) use motion::MOTIONS;

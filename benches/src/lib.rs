@@ -6,16 +6,21 @@ use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Scene, Settings, Solver, Sys
 
 /// A compiled scene at rest with constant controls.
 pub struct Row {
+    /// The scene.
     pub system: System,
+    /// From rest.
     pub inputs: Inputs,
+    /// The default ones at first.
     pub settings: Settings,
 }
 
 impl Row {
+    /// A scene with so many steps and one number for all controls.
     pub fn new(scene: Scene, steps: usize, dt: f64, control: f64) -> Self {
         Self::of(scene.compile().expect("a scene"), steps, dt, control)
     }
 
+    /// A compiled scene, likewise.
     pub fn of(system: System, steps: usize, dt: f64, control: f64) -> Self {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
         inputs.controls.fill(control);
@@ -27,6 +32,7 @@ impl Row {
         self.system.n() / 3
     }
 
+    /// A simulation.
     pub fn simulate(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
@@ -67,6 +73,7 @@ impl Row {
         });
     }
 
+    /// Simulation and gradient.
     pub fn both(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {

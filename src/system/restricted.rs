@@ -1,0 +1,120 @@
+//! An element on some of its coordinates: the others, of the ground or the angle of a particle, are held at zero.
+//!
+//! It is the same formula, and nothing more is compiled for it.
+
+use super::formula::Component;
+use super::jet::{ElementKind, Number};
+use super::shape::Shape;
+use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
+use crate::Scalar;
+
+/// Second derivatives of elements of two bodies with at most this many equations are made room for beforehand.
+const EQUATIONS: usize = 6;
+const ROOM: usize = ElementKind::Holonomic.length(6, EQUATIONS);
+
+/// An element and the coordinates that are there, by its own numbers.
+pub struct Restricted {
+    pub inner: Box<dyn AnyElement>,
+    pub there: &'static [usize],
+}
+
+impl Restricted {
+    /// The place of a coordinate among those that are there.
+    fn place(&self, i: usize) -> Option<usize> {
+        self.there.iter().position(|&there| there == i)
+    }
+
+    fn read<S>(&self, read: Read<S>, slot: Slot, zero: S) -> S {
+        let there = |place: Option<usize>, slot: fn(usize) -> Slot| place.map(|i| read(slot(i)));
+        match slot {
+            Slot::Q(i) => there(self.place(i), Slot::Q).unwrap_or(zero),
+            Slot::V(i) => there(self.place(i), Slot::V).unwrap_or(zero),
+            slot => read(slot),
+        }
+    }
+
+    fn component(&self, of: Component) -> Option<Component> {
+        match of {
+            Component::Momentum(i) => self.place(i).map(Component::Momentum),
+            Component::Force(i) => self.place(i).map(Component::Force),
+            Component::Equation(j) => Some(Component::Equation(j)),
+        }
+    }
+
+    /// Takes the blocks of the coordinates that are there out of those of all, each n × n, of equations m × n.
+    fn select(&self, all: &[f64], blocks: &mut [f64]) {
+        let (kind, Shape { n, m, .. }, own) = (self.inner.kind(), self.inner.shape(), self.there);
+        let (squares, rectangles) = all.split_at(kind.squares() * n * n);
+        let of_squares = squares.chunks_exact(n * n).flat_map(|block| own.iter().map(move |&row| &block[row * n..][..n]));
+        let of_rectangles = rectangles.chunks_exact((m * n).max(1)).flat_map(|block| block.chunks_exact(n));
+        let rows = of_squares.chain(of_rectangles);
+        for (to, row) in blocks.chunks_exact_mut(own.len()).zip(rows) {
+            to.iter_mut().zip(own).for_each(|(to, &col)| *to = row[col]);
+        }
+    }
+}
+
+impl<R: Number> OnNumbers<R> for Restricted
+where
+    dyn AnyElement: OnNumbers<R>,
+{
+    fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R)) {
+        let mut put_there = |of, x| {
+            if let Some(of) = self.component(of) {
+                put(of, x);
+            }
+        };
+        self.inner.first(&|slot| self.read(read, slot, R::zero()), &mut put_there);
+    }
+
+    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R)) {
+        self.inner.phi(&|slot| self.read(read, slot, R::zero()), put);
+    }
+}
+
+impl<S: Scalar> Values<S> for Restricted
+where
+    dyn AnyElement: Values<S>,
+{
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
+        let mut count = 0;
+        let mut put_there = |value| {
+            // A force has a value for each coordinate.
+            let is_there = self.inner.kind() != ElementKind::Applied || self.place(count).is_some();
+            count += 1;
+            if is_there {
+                put(value);
+            }
+        };
+        self.inner.values(&|slot| self.read(read, slot, S::zero()), &mut put_there);
+    }
+}
+
+impl AnyElement for Restricted {
+    fn kind(&self) -> ElementKind {
+        self.inner.kind()
+    }
+
+    fn shape(&self) -> Shape {
+        Shape { n: self.there.len(), ..self.inner.shape() }
+    }
+
+    fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        let Shape { n, m, .. } = self.inner.shape();
+        let mut put_there = |of, x| {
+            if let Some(of) = self.component(of) {
+                put(of, x);
+            }
+        };
+        let len = self.inner.kind().length(n, m);
+        let (mut room, mut more) = ([0.0; ROOM], Vec::new());
+        let all = if len <= ROOM {
+            &mut room[..len]
+        } else {
+            more.resize(len, 0.0);
+            &mut more[..]
+        };
+        self.inner.blocks(&|slot| self.read(read, slot, 0.0), &mut put_there, all);
+        self.select(all, blocks);
+    }
+}

@@ -1,0 +1,143 @@
+//! An element behind a trait that knows nothing of its type: the only code that is compiled for each type of element.
+//!
+//! What derivatives are made of, where they go and what is done with them is the same for all elements, and stands in [`item`](super::item).
+
+use nalgebra::SVector;
+use num_traits::Zero;
+
+use super::formula::Component;
+use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
+use super::shape::Shape;
+use crate::number::{Fingerprint, Hyper, Slope};
+use crate::program::Symbol;
+use crate::{Cx, Scalar};
+
+/// An argument of an element's formula, by the element's own number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    Q(usize),
+    V(usize),
+    Sigma(usize),
+    U(usize),
+    T,
+    B(usize),
+}
+
+/// Gives the arguments of a formula.
+pub type Read<'a, R> = &'a dyn Fn(Slot) -> R;
+
+/// An element's contributions on numbers of type R: the plain formula.
+pub trait OnNumbers<R> {
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R));
+    /// Φ.
+    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R));
+}
+
+/// The formula itself, T, V, Q or Φ, on numbers of type S.
+pub trait Values<S> {
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S));
+}
+
+/// An element, whatever its type.
+pub trait AnyElement:
+    OnNumbers<f64>
+    + OnNumbers<Cx>
+    + OnNumbers<Slope>
+    + OnNumbers<Hyper>
+    + Values<f64>
+    + Values<Symbol>
+    + Values<Fingerprint>
+    + Send
+    + Sync
+{
+    fn kind(&self) -> ElementKind;
+    fn shape(&self) -> Shape;
+    /// First derivatives, and the second ones into `blocks`, see [`Jet::blocks`].
+    fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
+}
+
+/// An element with its type.
+pub struct Typed<J, const N: usize, const M: usize, const K: usize, const P: usize>(pub J);
+
+impl<J, R, const N: usize, const M: usize, const K: usize, const P: usize> OnNumbers<R> for Typed<J, N, M, K, P>
+where
+    J: Jet<N, M, K, P>,
+    R: Number,
+{
+    fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R)) {
+        let (at, b): (Local<R, N, M, K>, SVector<R, P>) = arguments(read);
+        put_all(&self.0.first(&at, &b), put);
+    }
+
+    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R)) {
+        if M > 0 {
+            let (at, b): (Local<R, N, M, K>, SVector<R, P>) = arguments(read);
+            put_each(self.0.phi(&at.q, &b, at.t).as_slice(), put);
+        }
+    }
+}
+
+impl<J, S, const N: usize, const M: usize, const K: usize, const P: usize> Values<S> for Typed<J, N, M, K, P>
+where
+    J: Jet<N, M, K, P>,
+    S: Scalar,
+{
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
+        let (at, b): (Local<S, N, M, K>, SVector<S, P>) = arguments(read);
+        self.0.values(&at, &b, put);
+    }
+}
+
+impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyElement
+    for Typed<J, N, M, K, P>
+{
+    fn kind(&self) -> ElementKind {
+        J::KIND
+    }
+
+    fn shape(&self) -> Shape {
+        Shape { n: N, m: M, k: K, p: P }
+    }
+
+    fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        let (at, b): (Local<f64, N, M, K>, SVector<f64, P>) = arguments(read);
+        let mut first = FirstDerivatives::zero();
+        self.0.blocks(&at, &b, &mut first, blocks);
+        put_all(&first, put);
+    }
+}
+
+/// A vector by its components. Not `SVector::from_fn`, which is compiled anew for every closure, and is long.
+pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: &dyn Fn(usize) -> R) -> SVector<R, N> {
+    let mut values = [R::zero(); N];
+    for (i, value) in values.iter_mut().enumerate() {
+        *value = of(i);
+    }
+    SVector::from(values)
+}
+
+/// The same function of all components; not `map`, for the same reason.
+pub fn each<R: Copy, S: nalgebra::Scalar + Copy + Zero, const N: usize>(x: &SVector<R, N>, of: fn(R) -> S) -> SVector<S, N> {
+    vector(&|i| of(x[i]))
+}
+
+fn arguments<R: nalgebra::Scalar + Copy + Zero, const N: usize, const M: usize, const K: usize, const P: usize>(
+    read: Read<R>,
+) -> (Local<R, N, M, K>, SVector<R, P>) {
+    let q = vector(&|i| read(Slot::Q(i)));
+    let v = vector(&|i| read(Slot::V(i)));
+    let sigma = vector(&|j| read(Slot::Sigma(j)));
+    let u = vector(&|k| read(Slot::U(k)));
+    (Local { q, v, sigma, u, t: read(Slot::T) }, vector(&|p| read(Slot::B(p))))
+}
+
+fn put_all<R: Copy, const N: usize, const M: usize>(first: &FirstDerivatives<R, N, M>, put: &mut dyn FnMut(Component, R)) {
+    put_each(first.l_v.as_slice(), &mut |i, x| put(Component::Momentum(i), x));
+    put_each(first.force.as_slice(), &mut |i, x| put(Component::Force(i), x));
+    put_each(first.phi_dot.as_slice(), &mut |j, x| put(Component::Equation(j), x));
+}
+
+fn put_each<R: Copy>(values: &[R], put: &mut dyn FnMut(usize, R)) {
+    values.iter().enumerate().for_each(|(i, x)| put(i, *x));
+}
