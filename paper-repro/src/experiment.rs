@@ -4,8 +4,8 @@ use std::cell::{OnceCell, RefCell};
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{Inputs, Settings as SolverSettings, Solver, System, Trajectory};
-use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::bar::bar;
 use crate::constraints::Violations;
 use crate::error::Error;
 use crate::settings::Settings;
@@ -91,7 +91,7 @@ impl Experiment {
     pub fn optimum(&self) -> Result<&Optimum, Error> {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
-            let bar = ProgressBar::new(iterations.into()).with_style(bar_style());
+            let bar = bar("steepest descent", iterations as usize);
             let mut solver = Solver::new(&self.system, SolverSettings::default());
             let mut objective = ControlObjective { solver: &mut solver, inputs: self.inputs.clone() };
             let (u, search) = (self.inputs.controls.clone(), self.settings.line_search());
@@ -187,9 +187,4 @@ fn once<T>(cell: &OnceCell<T>, make: impl FnOnce() -> Result<T, Error>) -> Resul
         Some(value) => Ok(value),
         None => make().map(|value| cell.get_or_init(|| value)),
     }
-}
-
-fn bar_style() -> ProgressStyle {
-    let style = ProgressStyle::with_template("steepest descent {wide_bar} {pos}/{len}  {msg}");
-    style.unwrap_or_else(|_| ProgressStyle::default_bar())
 }

@@ -3,6 +3,7 @@
 #[path = "../../tests/scenes/assembly.rs"]
 mod assembly;
 mod assumptions;
+mod bar;
 #[path = "../../tests/scenes/by_hand.rs"]
 mod by_hand;
 mod constraints;

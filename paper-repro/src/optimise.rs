@@ -21,6 +21,7 @@ use hamiltonian_adjoint::{
 };
 use serde_json::{Value, json};
 
+use crate::bar::bar;
 use crate::error::Error;
 use crate::files;
 use crate::settings::Settings;
@@ -167,7 +168,11 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     let names = if options.problems.is_empty() { Name::value_variants().to_vec() } else { options.problems.clone() };
     let mut runs = Vec::new();
     let mut found = String::new();
+    let bar = bar("optimise", names.len());
     for name in names {
+        bar.set_message(name.text());
+        bar.tick();
+        bar.inc(1);
         if matches!(name, Name::Identify | Name::FourBar) {
             let (run, words) = if name == Name::Identify { identify(&folder)? } else { synthesise() };
             runs.extend(run);
@@ -188,6 +193,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
             }
         }
     }
+    bar.finish_and_clear();
     let gradient = one_gradient(settings)?;
     let table = Table {
         heads: vec![

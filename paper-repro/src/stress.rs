@@ -19,6 +19,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
+use crate::bar::bar;
 use crate::error::Error;
 use crate::files;
 use crate::table::{Row, Rows, Verdict};
@@ -41,7 +42,16 @@ const RANDOM: &str = "Random scenes are tried by `RANDOM_SCENES=2000 cargo test 
 /// Tries everything, writes the files, prints the table; false if a row failed.
 pub fn run(options: &Options) -> Result<bool, Error> {
     let folder = files::folder(options.out.as_deref())?;
-    let (rows, curves): (Vec<Row>, Vec<Vec<Curve>>) = trials(options.short).iter().map(Trial::judge).unzip();
+    let trials = trials(options.short);
+    let bar = bar("stress", trials.len());
+    let judge = |trial: &Trial| {
+        bar.set_message(trial.name());
+        let judged = trial.judge();
+        bar.inc(1);
+        judged
+    };
+    let (rows, curves): (Vec<Row>, Vec<Vec<Curve>>) = trials.iter().map(judge).unzip();
+    bar.finish_and_clear();
     let curves = curves.concat();
     figures::draw(&curves, &folder)?;
     let (keys, heads) = (["group", "tried", "expected", "got"], ["Group", "Tried", "Expected", "Got"]);

@@ -144,7 +144,6 @@ impl Trial {
     }
 
     /// Group and what is tried.
-    #[cfg(test)]
     pub fn name(&self) -> String {
         format!("{}: {}", self.group, self.tried)
     }

@@ -25,6 +25,7 @@ use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Composition, Grid, Inputs, Scheme, Settings, System};
 use serde::Serialize;
 
+use crate::bar::bar;
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Colour, colour};
@@ -148,13 +149,27 @@ fn measure(short: bool) -> Result<Measured, Error> {
     let macro_steps: &[usize] = if short { &[25] } else { &[25, 50, 100, 200] };
     let decades = if short { 1 } else { 3 };
     let sizes: Vec<f64> = (0..=12 * decades).map(|i| 10f64.powf(-f64::from(i) / f64::from(decades))).collect();
-    Ok(Measured {
-        convergence: convergence::measure(&system, &cases, short, repeats)?,
-        exactness: exactness::measure(&system, macro_steps)?,
-        methods: methods::measure(&system, &sizes, repeats)?,
-        tolerances: tolerance::measure(short)?,
-        stiff: stiff::measure()?,
-    })
+    let bar = bar("work-precision", 5);
+    let begin = |part: &'static str| {
+        bar.set_message(part);
+        bar.tick();
+    };
+    begin("convergence");
+    let convergence = convergence::measure(&system, &cases, short, repeats)?;
+    bar.inc(1);
+    begin("exactness");
+    let exactness = exactness::measure(&system, macro_steps)?;
+    bar.inc(1);
+    begin("ways to the gradient");
+    let methods = methods::measure(&system, &sizes, repeats)?;
+    bar.inc(1);
+    begin("steps by tolerance");
+    let tolerances = tolerance::measure(short)?;
+    bar.inc(1);
+    begin("stiffness");
+    let stiff = stiff::measure()?;
+    bar.finish_and_clear();
+    Ok(Measured { convergence, exactness, methods, tolerances, stiff })
 }
 
 #[cfg(test)]
