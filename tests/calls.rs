@@ -196,9 +196,13 @@ fn growth(add: impl Fn(&mut Bench, Calls)) -> (usize, usize) {
     (longer_simulation - simulation, longer_sweep - sweep)
 }
 
-/// The same where dual numbers differentiate every element at every point.
+/// The same where dual numbers differentiate every element at every point; a sweep has something to solve where a cost depends on the end.
 fn growth_by_dual_numbers(add: impl Fn(&mut Bench, Calls)) -> (usize, usize) {
-    let [shorter, longer] = [20, 40].map(|steps| calls_of(&add, steps, Scene::compile_without_programs));
+    let with_cost = |bench: &mut Bench, calls: Calls| {
+        bench.scene.cost("end", Distance, Sum::Terminal, [bench.x], [], [], [0.3.into()]);
+        add(bench, calls);
+    };
+    let [shorter, longer] = [20, 40].map(|steps| calls_of(&with_cost, steps, Scene::compile_without_programs));
     (longer.0 - shorter.0, longer.1 - shorter.1)
 }
 

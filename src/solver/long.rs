@@ -233,9 +233,8 @@ impl<'s> LongSolver<'s> {
     /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
     fn bytes_of_grid(&self, nodes: usize) -> usize {
         let number = size_of::<f64>();
-        let sweeps = self.sweeps.len();
         // Inputs on the grid taken, and the gradients on the given one.
-        let columns = (nodes + sweeps * self.given) * (1 + self.system.k()) * number + sweeps * size_of::<AdjointSweep>();
+        let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
         // The list of the inserted nodes may have room for twice as many.
         let inserted = 2 * (nodes - self.given) * size_of::<usize>();
         columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
