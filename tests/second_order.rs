@@ -11,7 +11,7 @@ mod ready_parts;
 use common::assert_says;
 use common::bench::{Bench, Part, from_velocity, lively, number};
 use hamiltonian_adjoint::check::{self, Input};
-use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
     Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver,
     Start, Sum, System, simulate,
@@ -285,6 +285,36 @@ fn products_go_through_restarts() {
             composed.start = Start::assembled(&system);
             error(&format!("{name}, {sum:?}, composed, both"), &system, &composed, both);
         }
+    }
+}
+
+/// ½ (q − b)² where q ends at b: the gradient is zero, and so are all adjoint variables.
+#[test]
+fn a_product_is_there_where_the_gradient_vanishes() {
+    let mut cart = CartPendulum::with_links(2).mechanism();
+    let aim = cart.scene.design("aim", 0.0);
+    let angle = cart.links[1].coordinates[2];
+    cart.scene.cost("end", AngleError, Sum::Terminal, [angle], [], [], [aim.into()]);
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = lively(&system, 12, 0.03);
+    let plain = Settings::default();
+    for settings in [
+        plain,
+        Settings { scheme: Scheme::ESDIRK4, ..plain },
+        Settings { rebase_every: 3, ..plain },
+        Settings { drift_bound: 0.0, ..plain },
+    ] {
+        inputs.design[0] = simulate(&system, &inputs, settings).expect("a motion").q[(angle.index(), 12)];
+        let mut solver = Solver::new(&system, settings);
+        solver.simulate(&inputs).expect("a motion");
+        assert_eq!(solver.gradient().expect("a gradient").controls.amax(), 0.0);
+        let (a, b) = (direction(&inputs, 1), direction(&inputs, 1001));
+        let product = along(solver.hessian_product(&a).expect("a product"), &b);
+        let [reference, _] = by_hyper(&system, &inputs, settings, [&a, &b]);
+        assert!(reference.abs() > 1e-3 && (product - reference).abs() < 1e-11 * reference.abs(), "{product} {reference}");
+        // Also of the motion that comes next, when there is a record already.
+        solver.simulate(&inputs).expect("a motion");
+        assert_eq!(along(solver.hessian_product(&a).expect("a product"), &b), product);
     }
 }
 

@@ -35,13 +35,11 @@ const SAME: f64 = 1e-9;
 /// use hamiltonian_adjoint::check::{self, Answers};
 /// use hamiltonian_adjoint::planar::Distance;
 ///
-/// let check = |answers: &Answers| {
-///     check::constraint(&Distance, [0.1, 0.2, 0.3, 0.4, 0.7]).phi_q(|at| answers.ask("Φ_q", at))
-/// };
-/// let sheet = check::constraint(&Distance, [0.1, 0.2, 0.3, 0.4, 0.7]).phi_q(|_| [[0.0; 6]]).worksheet()?;
+/// let b = [0.1, 0.2, 0.3, 0.4, 0.7];
+/// let sheet = check::constraint(&Distance, b).phi_q(|_| [[0.0; 6]]).worksheet()?;
 /// let theirs = sheet.replace("reference", "value"); // in truth: by a program of yours
 /// let answers = Answers::from_json(&theirs)?;
-/// let report = check(&answers).run();
+/// let report = check::constraint(&Distance, b).phi_q(|at| answers.ask("Φ_q", at)).run();
 /// answers.finish()?;
 /// report.assert_passed();
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
