@@ -134,7 +134,7 @@ impl AdjointSweep {
         with: (f64, Option<&[f64]>, &mut bool),
         at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
-        self.is_idle &= self.cost_is_zero || self.cost.has_no_state();
+        self.is_idle = self.is_idle && (self.cost_is_zero || self.cost.has_no_state());
         if self.is_idle {
             self.stage = s - 1;
             self.step[self.stage].clear();
@@ -156,7 +156,7 @@ impl AdjointSweep {
     }
 
     /// The length of the step into a node, and what the step carries to where it begins.
-    fn leave(&mut self, system: &System, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<Restart>)) {
+    fn leave(&mut self, system: &System, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<&Restart>)) {
         self.step_row(motion, restart, node);
         carried_part((&motion.trajectory.scheme, 0), motion.length(node), &mut self.step, &mut self.carried);
         if let Some(variables) = &mut self.variables {
@@ -196,7 +196,7 @@ fn visit(
     for s in (1..motion.trajectory.last_stage()).rev() {
         side_by_side(sweeps, |sweep, is_factored| sweep.inner_stage(system, motion, newton, (node, s), is_factored))?;
     }
-    sweeps.iter_mut().for_each(|sweep| sweep.leave(system, motion, newton, (node, restart)));
+    sweeps.iter_mut().for_each(|sweep| sweep.leave(system, motion, newton, (node, restart.as_ref())));
     Ok(())
 }
 

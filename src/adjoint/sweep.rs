@@ -219,7 +219,7 @@ impl AdjointSweep {
     }
 
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
-    pub(super) fn step_row(&mut self, motion: &Motion, restart: Option<Restart>, i: usize) {
+    pub(super) fn step_row(&mut self, motion: &Motion, restart: Option<&Restart>, i: usize) {
         let (trajectory, k) = (&motion.trajectory, i - motion.first);
         let (scheme, last) = (&trajectory.scheme, trajectory.last_stage());
         let rates = |j: usize| match (j, restart) {

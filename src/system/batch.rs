@@ -13,7 +13,7 @@ use crate::number::add;
 #[derive(Clone, Debug, Default)]
 pub struct Sums<R> {
     pub all: Vec<R>,
-    n: usize,
+    pub n: usize,
 }
 
 impl<R: Number> Sums<R> {

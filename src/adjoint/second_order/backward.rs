@@ -62,7 +62,7 @@ impl SecondOrderSweep {
         for s in (1..last).rev() {
             self.inner_stage(system, motion, (newton, first), (node, s))?;
         }
-        self.sweep.step_row(motion, restart, node);
+        self.sweep.step_row(motion, restart.as_ref(), node);
         self.step_row(motion, first, node);
         carried_part((&scheme, 0), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, 0));
