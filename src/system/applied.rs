@@ -55,7 +55,7 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
 
 /// x, each differentiated by itself.
 fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<DualSVec64<N>, N> {
-    vector(&|i| DualSVec64::from_re(x[i]).derivative(i))
+    vector(|i| DualSVec64::from_re(x[i]).derivative(i))
 }
 
 /// Writes the gradients by rows; returns the values.

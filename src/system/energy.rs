@@ -19,7 +19,7 @@ fn constant<R: Number, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVe
 
 /// x, each differentiated by itself.
 fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<Dual2SVec64<N>, N> {
-    vector(&|i| Dual2SVec64::from_re(x[i]).derivative(i))
+    vector(|i| Dual2SVec64::from_re(x[i]).derivative(i))
 }
 
 impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> Jet<N, 0, 0, P> for Kinetic<E> {

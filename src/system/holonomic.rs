@@ -17,12 +17,12 @@ use crate::{Constraint, Scalar};
 
 /// q + ε v, each differentiated by itself: compiled for each size, not for each element.
 fn moving<R: Number, const N: usize>(q: &SVector<R, N>, v: &SVector<R, N>) -> SVector<Dual<DualSVec<R, N>>, N> {
-    vector(&|i| Dual::new(DualSVec::from_re(q[i]).derivative(i), DualSVec::from_re(v[i])))
+    vector(|i| Dual::new(DualSVec::from_re(q[i]).derivative(i), DualSVec::from_re(v[i])))
 }
 
 /// The same with second derivatives.
 fn seeded<const N: usize>(q: &SVector<f64, N>, v: &SVector<f64, N>) -> SVector<Dual2SVec<Dual64, N>, N> {
-    vector(&|i| Dual2SVec::from_re(Dual64::new(q[i], v[i])).derivative(i))
+    vector(|i| Dual2SVec::from_re(Dual64::new(q[i], v[i])).derivative(i))
 }
 
 /// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.

@@ -108,8 +108,9 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 }
 
-/// A vector by its components. Not `SVector::from_fn`, which is compiled anew for every closure, and is long.
-pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: &dyn Fn(usize) -> R) -> SVector<R, N> {
+/// A vector by its components: `SVector::from_fn` in a few lines. Functions that know sizes alone call it, so that it is not compiled for each element.
+#[inline(always)]
+pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: impl Fn(usize) -> R) -> SVector<R, N> {
     let mut values = [R::zero(); N];
     for (i, value) in values.iter_mut().enumerate() {
         *value = of(i);
@@ -119,17 +120,17 @@ pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: &dyn Fn(usi
 
 /// The same function of all components; not `map`, for the same reason.
 pub fn each<R: Copy, S: nalgebra::Scalar + Copy + Zero, const N: usize>(x: &SVector<R, N>, of: fn(R) -> S) -> SVector<S, N> {
-    vector(&|i| of(x[i]))
+    vector(|i| of(x[i]))
 }
 
 fn arguments<R: nalgebra::Scalar + Copy + Zero, const N: usize, const M: usize, const K: usize, const P: usize>(
     read: Read<R>,
 ) -> (Local<R, N, M, K>, SVector<R, P>) {
-    let q = vector(&|i| read(Slot::Q(i)));
-    let v = vector(&|i| read(Slot::V(i)));
-    let sigma = vector(&|j| read(Slot::Sigma(j)));
-    let u = vector(&|k| read(Slot::U(k)));
-    (Local { q, v, sigma, u, t: read(Slot::T) }, vector(&|p| read(Slot::B(p))))
+    let q = vector(|i| read(Slot::Q(i)));
+    let v = vector(|i| read(Slot::V(i)));
+    let sigma = vector(|j| read(Slot::Sigma(j)));
+    let u = vector(|k| read(Slot::U(k)));
+    (Local { q, v, sigma, u, t: read(Slot::T) }, vector(|p| read(Slot::B(p))))
 }
 
 fn put_all<R: Copy, const N: usize, const M: usize>(first: &FirstDerivatives<R, N, M>, put: &mut dyn FnMut(Component, R)) {
