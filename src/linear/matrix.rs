@@ -58,6 +58,11 @@ impl<F: Factorization> Matrix<F> {
         values
     }
 
+    /// Puts other factors in the place of those at hand, which they become.
+    pub(crate) fn exchange_factors(&mut self, other: &mut F) {
+        std::mem::swap(&mut self.factors, other);
+    }
+
     /// Factors the assembled values.
     ///
     /// # Errors

@@ -119,6 +119,21 @@ impl<F: Factorization> Newton<F> {
         Ok(self.watch_pivots(report))
     }
 
+    /// Makes the constant part of K(h) the one in use.
+    pub(crate) fn select_step(&mut self, system: &System, h: f64) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)
+    }
+
+    /// Puts other factors in the place of those at hand, which they become.
+    pub(crate) fn exchange_factors(&mut self, other: &mut F) {
+        self.matrix.exchange_factors(other);
+    }
+
+    /// The smallest pivot ratio of the factors at hand.
+    pub(crate) fn worst_pivot(&self) -> f64 {
+        self.matrix.worst_pivot()
+    }
+
     /// Solves Kᵀ x = r in place with the last factors; returns their smallest pivot ratio.
     pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut [f64], report: &mut Report) -> f64 {
         self.matrix.solve_transposed(system.symbolic(), x);

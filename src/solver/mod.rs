@@ -67,13 +67,19 @@ impl<'s> Solver<'s> {
         self.system
     }
 
+    /// Drops what belonged to another motion.
+    fn forget(&mut self) {
+        self.sweep.forget();
+        self.products.iter_mut().for_each(|products| products.forget());
+    }
+
     /// Computes the motion for these inputs.
     ///
     /// # Errors
     /// Inputs that do not fit or are not finite, an inconsistent start, a step without a solution. The nodes before a failed
     /// step remain in [`Solver::trajectory`].
     pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
-        self.sweep.forget();
+        self.forget();
         self.forward.run(self.system, inputs, &self.settings)?;
         Ok(&self.forward.motion.trajectory)
     }
@@ -103,7 +109,7 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
-        self.sweep.forget();
+        self.forget();
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
     }
 
@@ -128,7 +134,7 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// Inputs that do not fit or are not finite; no consistent start near the guess; what is held and cannot be.
     pub fn assemble(&mut self, inputs: &Inputs) -> Result<Inputs, Error> {
-        self.sweep.forget();
+        self.forget();
         self.forward.motion.trajectory.computed = 0;
         self.settings.check()?;
         inputs.check(self.system)?;

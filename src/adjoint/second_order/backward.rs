@@ -1,6 +1,7 @@
 //! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
 
 use super::forward::along_start;
+use super::kept::Place;
 use super::{SecondOrderSweep, dual};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::Motion;
@@ -46,11 +47,12 @@ impl SecondOrderSweep {
         let sweep = &mut self.sweep;
         sweep.take_sigma_before(node);
         let begins = restart.is_some() || node == 0;
-        sweep.solve_stage(system, motion, newton, (node, last), (if begins { 0.0 } else { h }, None, &mut false))?;
+        self.solve_stage(system, motion, newton, (node, last), (if begins { 0.0 } else { h }, None))?;
+        let sweep = &mut self.sweep;
         sweep.input_rows(system, newton, || motion.at(node), node)?;
         if let Some(restart) = restart {
             self.cross_back(system, motion, (newton, first), (node, &restart))?;
-            self.sweep.solve_stage(system, motion, newton, (node, last), (h, Some(restart.step_blocks), &mut false))?;
+            self.solve_stage(system, motion, newton, (node, last), (h, Some(restart.step_blocks)))?;
             let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
             self.sweep.input_rows(system, newton, end, node)?;
         }
@@ -69,6 +71,23 @@ impl SecondOrderSweep {
         Ok(())
     }
 
+    /// The adjoint equations of a stage, with the factors of the way forth.
+    fn solve_stage(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        (node, s): (usize, usize),
+        (h, blocks): (f64, Option<&[f64]>),
+    ) -> Result<(), Error> {
+        let place = Place { column: motion.block_column(node, s), is_end: blocks.is_some() };
+        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), motion.at(node).t);
+        let mut is_factored = self.kept.lend(system, newton, (place, h)).map_err(singular)?;
+        self.sweep.solve_stage(system, motion, newton, (node, s), (h, blocks, &mut is_factored))?;
+        self.kept.take_back(newton, place);
+        Ok(())
+    }
+
     /// Goes back through a stage between a node and the one before it.
     fn inner_stage(
         &mut self,
@@ -82,7 +101,7 @@ impl SecondOrderSweep {
         carried_part((&scheme, s), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, s));
         self.sources_of_stage(system, motion, (newton, first), (node, s))?;
-        self.sweep.solve_stage(system, motion, newton, (node, s), (dt * scheme.a(s, s), None, &mut false))?;
+        self.solve_stage(system, motion, newton, (node, s), (dt * scheme.a(s, s), None))?;
         self.sweep.input_rows(system, newton, || motion.at_stage(node, s), node)?;
         self.sweep.add_inner_inputs(node, scheme.c(s));
         self.sweep.time += before;

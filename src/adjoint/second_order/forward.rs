@@ -1,6 +1,7 @@
 //! The motion, differentiated along a direction: one linear system with K(h) for each stage.
 
 use super::SecondOrderSweep;
+use super::kept::Place;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::column;
@@ -16,17 +17,18 @@ impl SecondOrderSweep {
         self.restarts.clear();
         self.begin_motion(system, motion, newton);
         self.sigma_before.fill(0.0);
-        self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), 0.0)?;
+        self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
         for node in 1..motion.nodes() {
             let restart = motion.restarts.at(node);
             for s in 1..=last {
                 self.known_part(motion, (node, s), restart);
                 let end = stage_end(motion, (node, s), restart);
-                self.solve(system, motion, newton, end, motion.length(node) * scheme.a(s, s))?;
+                let is_end = s == last && restart.is_some();
+                self.solve(system, motion, newton, end, (motion.length(node) * scheme.a(s, s), is_end))?;
             }
             if let Some(restart) = restart {
                 self.cross(system, motion, newton, (node, &restart))?;
-                self.solve(system, motion, newton, ((node, last), motion.at(node), motion.node_blocks(node)), 0.0)?;
+                self.solve(system, motion, newton, ((node, last), motion.at(node), motion.node_blocks(node)), (0.0, false))?;
             }
         }
         Ok(())
@@ -80,7 +82,7 @@ impl SecondOrderSweep {
         motion: &Motion,
         newton: &mut Newton,
         ((node, s), at, blocks): ((usize, usize), NodeView<f64>, &[f64]),
-        h: f64,
+        (h, is_end): (f64, bool),
     ) -> Result<(), Error> {
         let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
         let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
@@ -95,7 +97,11 @@ impl SecondOrderSweep {
         self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
         let compliance = motion.trajectory.compliance.iter();
         compliance.for_each(|&(j, mu)| self.right.sigma[j] -= mu * self.sigma_before[j]);
-        let factored = newton.factor(system, h, blocks, &mut self.report);
+        let place = Place { column: motion.block_column(node, s), is_end };
+        let factored = match self.kept.lend(system, newton, (place, h)) {
+            Ok(false) => newton.factor(system, h, blocks, &mut self.report),
+            known => known.map(|_| newton.worst_pivot()),
+        };
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
         let pivot = factored.map_err(singular)?;
         self.x.v.copy_from_slice(&self.right.v);
@@ -104,6 +110,7 @@ impl SecondOrderSweep {
         if self.accuracy.is_in_doubt(pivot) {
             self.refine(system, motion, newton, (h, blocks), pivot);
         }
+        self.kept.take_back(newton, place);
         let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
         let along = along_solution((x, h), x_q, no_controls);
         newton.evaluation.push_forward_to_force(system, blocks, &along, of_state);

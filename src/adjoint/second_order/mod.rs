@@ -15,6 +15,7 @@
 mod assembly;
 mod backward;
 mod forward;
+mod kept;
 mod programs;
 mod restart;
 mod sources;
@@ -30,6 +31,7 @@ use crate::node::Newton;
 use crate::system::{CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use assembly::AssemblyChange;
+use kept::KeptFactors;
 use programs::Programs;
 use restart::RestartChange;
 
@@ -42,6 +44,7 @@ pub(crate) struct SecondOrderSweep {
     /// The derivatives of the adjoint variables and of the gradient.
     sweep: AdjointSweep,
     programs: Option<Programs>,
+    kept: KeptFactors,
     /// Of a start that is assembled.
     of_assembly: Option<AssemblyChange>,
     /// Of the restarts, in order; on the way back, that of the node at hand.
@@ -81,6 +84,7 @@ impl SecondOrderSweep {
             steps: Vec::new(),
             sweep: AdjointSweep::new(system, scheme),
             programs: None,
+            kept: KeptFactors::default(),
             of_assembly: None,
             restarts: Vec::new(),
             ended: None,
@@ -102,6 +106,11 @@ impl SecondOrderSweep {
             felt: [pair(), pair()],
             report: Report::default(),
         }
+    }
+
+    /// Another motion begins.
+    pub(crate) fn forget(&mut self) {
+        self.kept.forget();
     }
 
     /// The Hessian of what the sweep differentiates, times a direction.
@@ -156,6 +165,7 @@ impl SecondOrderSweep {
         }
         self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
         self.accuracy = Accuracy::default();
+        self.kept.fit(system, motion);
         if let Some(accelerations) = &mut self.accelerations {
             accelerations.begin();
         }
