@@ -159,10 +159,11 @@ fn numbers(at: &Map<String, Value>) -> Vec<f64> {
     parts.into_iter().flat_map(|(_, value)| of(value)).collect()
 }
 
-/// The largest relative difference; infinite for points of different length.
+/// The largest relative difference; infinite for points of different length, and where something is no number.
 fn distance(x: &[f64], y: &[f64]) -> f64 {
     let of = |(x, y): (&f64, &f64)| if x == y { 0.0 } else { (x - y).abs() / x.abs().max(y.abs()) };
-    if x.len() == y.len() { x.iter().zip(y).map(of).fold(0.0, f64::max) } else { f64::INFINITY }
+    let largest = |most: f64, next: f64| if next.is_nan() { f64::INFINITY } else { most.max(next) };
+    if x.len() == y.len() { x.iter().zip(y).map(of).fold(0.0, largest) } else { f64::INFINITY }
 }
 
 /// A matrix by its rows; a list of numbers is one row, and a number a matrix of one.

@@ -116,6 +116,14 @@ fn worksheets_that_are_none_are_told_of() {
     let mut ragged: Value = serde_json::from_str(&copied(&sheet)).expect("JSON");
     ragged["blocks"][0]["points"][3]["value"] = serde_json::json!([[1.0, 2.0], [3.0]]);
     assert_says(&error(&ragged.to_string()), &["point 3", "rows of different lengths"]);
+    // A point whose numbers are none is no point of the check.
+    let mut blank: Value = serde_json::from_str(&copied(&sheet)).expect("JSON");
+    for point in blank["blocks"][0]["points"].as_array_mut().expect("points") {
+        point["at"]["q"][0] = Value::Null;
+    }
+    let answers = Answers::from_json(&blank.to_string()).expect("answers");
+    assert!(!distance(|at| answers.ask("Φ_q", at)).passed());
+    assert_says(&answers.finish().expect_err("no numbers"), &["none of the points"]);
     // Another seed, another name.
     let answers = Answers::from_json(&copied(&sheet)).expect("answers");
     let report = check::constraint(&Distance, B).random_points(12, 99).phi_q(|at| answers.ask("Φ_q", at)).run();
