@@ -145,7 +145,7 @@ impl Accelerations {
     /// derivatives.
     ///
     /// # Errors
-    /// An element without a program.
+    /// A formula without a program that panics when it is recorded.
     pub(crate) fn pull_back_along(
         &mut self,
         system: &System,
@@ -159,7 +159,7 @@ impl Accelerations {
             (Some(equations), Some(second)) => (equations, second),
             (None, _) => return Ok(()),
             (Some(equations), none) => {
-                let mut made = AccelerationSecondOrder::new(system, elements)?;
+                let mut made = AccelerationSecondOrder::new(system, elements);
                 made.fix(elements, at.design);
                 (equations, none.insert(made))
             }
@@ -182,7 +182,8 @@ impl Accelerations {
         let mut change = zeros.clone();
         state.solve(system, &mut change);
         equations.pull_back(batches, &here, &change, rows);
-        second.pull_back((&here, &fixed), adjoint, rows);
+        let elements = &state.newton.evaluation.formulas(system).elements;
+        second.pull_back((batches, elements), (&here, &fixed), adjoint, rows)?;
         // The rows are linear in v̇ and λ.
         let moved = NodeView { v_dot: along.v_dot, lambda: along.lambda, ..here };
         equations.pull_back(batches, &moved, adjoint, rows);

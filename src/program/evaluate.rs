@@ -4,15 +4,16 @@ use super::graph::{Expression, Graph, Node};
 use crate::Scalar;
 
 impl Graph {
-    /// The values of all nodes, for given inputs.
-    pub(crate) fn evaluate<S: Scalar>(&self, inputs: &[S]) -> Vec<S> {
+    /// The values of all nodes, for given parameters and inputs.
+    pub(crate) fn evaluate<S: Scalar>(&self, parameters: &[S], inputs: &[S]) -> Vec<S> {
         use Expression::*;
         let mut values: Vec<S> = Vec::with_capacity(self.len());
         for expression in self.expressions() {
             let at = |node: Node| values[node.0 as usize];
             let value = match expression {
                 Constant(bits) => S::from(f64::from_bits(bits)),
-                Parameter(which) | Input(which) => inputs[which as usize],
+                Parameter(which) => parameters[which as usize],
+                Input(which) => inputs[which as usize],
                 Of(function, x) => function.value(at(x)),
                 Add(x, y) => at(x) + at(y),
                 Subtract(x, y) => at(x) - at(y),

@@ -25,5 +25,5 @@ pub(crate) use graph::{Expression, Graph, Node};
 pub(crate) use kernel::Kernel;
 pub(crate) use lanes::{Lanes, Registers};
 pub(crate) use program::Program;
-pub(crate) use symbol::{Obstacle, Symbol, record};
+pub(crate) use symbol::{Obstacle, Symbol, record, record_branch};
 pub(crate) use template::Template;

@@ -36,16 +36,22 @@ pub enum Obstacle {
 
 /// Records a formula: its graph and the nodes of its results.
 pub(crate) fn record(formula: impl FnOnce(&mut dyn FnMut(Symbol))) -> Result<(Graph, Vec<Node>), Obstacle> {
-    GRAPH.set(Graph::default());
     take_look();
+    let recorded = record_branch(formula);
+    match (recorded, take_look()) {
+        (_, true) => Err(Obstacle::Branches),
+        (None, false) => Err(Obstacle::Panics),
+        (Some(recorded), false) => Ok(recorded),
+    }
+}
+
+/// The same of a formula that may branch: what its symbols' values lead to. Nothing if it panics.
+pub(crate) fn record_branch(formula: impl FnOnce(&mut dyn FnMut(Symbol))) -> Option<(Graph, Vec<Node>)> {
+    GRAPH.set(Graph::default());
     let mut results = Vec::new();
     let done = guarded(|| formula(&mut |result: Symbol| results.push(result.node)));
     let graph = GRAPH.take();
-    match (done, take_look()) {
-        (_, true) => Err(Obstacle::Branches),
-        (None, false) => Err(Obstacle::Panics),
-        (Some(()), false) => Ok((graph, results)),
-    }
+    done.map(|()| (graph, results))
 }
 
 impl Symbol {

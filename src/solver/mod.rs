@@ -293,8 +293,7 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite; costs that depend on
-    /// accelerations or reactions where an element has no program.
+    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
         let Solver { system, settings, forward, sweep, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));

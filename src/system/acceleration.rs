@@ -14,6 +14,7 @@ use std::sync::Arc;
 use super::acceleration_kernels::{AccelerationKernels, rows_along};
 use super::assembly::by_formula;
 use super::batch::{Batch, Covector, Pair, Sums};
+use super::branches::Branches;
 use super::cost::CostRows;
 use super::element::Element;
 use super::formula::{Component, Formula};
@@ -142,27 +143,26 @@ struct AlongGroup {
     of: Vec<(Target, f64)>,
 }
 
-/// What the derivatives of c·f + e·g change by along a direction, of all elements that have programs.
+/// What the derivatives of c·f + e·g change by along a direction, of all elements.
 pub(crate) struct AccelerationSecondOrder {
     layout: Layout,
     groups: Vec<AlongGroup>,
+    /// Elements without a program.
+    branching: Vec<Branches>,
     registers: Registers,
     point: Vec<f64>,
 }
 
 impl AccelerationSecondOrder {
-    /// # Errors
-    /// An element without a program.
-    pub(crate) fn new(system: &System, elements: &[Element]) -> Result<Self, Error> {
+    pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut groups, mut registers) = (Vec::new(), Registers::default());
+        let (mut groups, mut branching, mut registers) = (Vec::new(), Vec::new(), Registers::default());
         for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
             let Some((kernel, of)) = rows_along(&formula, &bound) else {
-                let element = &own[0].name;
-                let of = format!("costs on accelerations or reactions where an element, `{element}`, has no program");
-                return Err(Error::NoSecondDerivatives { of });
+                branching.extend(members.iter().map(|&e| Branches::new(e, &bound)));
+                continue;
             };
             let rows = Lanes::new(kernel, own.len(), |e, which| layout.source(own[e], formula.shape.place(which)));
             registers.fit(&rows);
@@ -171,7 +171,7 @@ impl AccelerationSecondOrder {
             groups.push(AlongGroup { elements: members, rows, fixed, of });
         }
         let point = vec![0.0; layout.len() + system.parameters().len()];
-        Ok(AccelerationSecondOrder { layout, groups, registers, point })
+        AccelerationSecondOrder { layout, groups, branching, registers, point }
     }
 
     /// Runs all preludes.
@@ -182,8 +182,17 @@ impl AccelerationSecondOrder {
     }
 
     /// Adds those changes at a state with σ = 0 and its v̇ and λ, which stay as they are.
-    pub(crate) fn pull_back(&mut self, (at, along): (&NodeView<f64>, &NodeView<f64>), with: &Pair, rows: &mut CostRows) {
-        let AccelerationSecondOrder { layout, groups, registers, point } = self;
+    ///
+    /// # Errors
+    /// A formula without a program that panics when it is recorded.
+    pub(crate) fn pull_back(
+        &mut self,
+        (batches, elements): (&[Batch], &[Element]),
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        with: &Pair,
+        rows: &mut CostRows,
+    ) -> Result<(), Error> {
+        let AccelerationSecondOrder { layout, groups, branching, registers, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_direction_beside_accelerations(along, point);
@@ -196,6 +205,10 @@ impl AccelerationSecondOrder {
                 }
             });
         }
+        branching.iter_mut().try_for_each(|branches| {
+            let element = &elements[branches.element];
+            branches.pull_back((element, &batches[element.batch].items[element.item]), at, (layout, point), rows)
+        })
     }
 }
 

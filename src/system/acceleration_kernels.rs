@@ -12,7 +12,7 @@ use super::formula::{ArgumentOf, Component, Formula, InputOf};
 use super::jet::ElementKind;
 use super::second_order_kernels::{constants, moving};
 use super::shape::Shape;
-use crate::program::{Graph, Kernel, Node};
+use crate::program::{Graph, Kernel, Node, Template};
 
 /// The programs.
 pub struct AccelerationKernels {
@@ -47,17 +47,28 @@ impl AccelerationKernels {
 pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<ArgumentOf>)> {
     formula.kernels.as_ref()?;
     let (template, shape) = (formula.template.as_ref()?, formula.shape);
+    let (mut graph, of, changes) = changes_along(formula.kind, shape, template, bound);
+    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, of))
+}
+
+/// The same as nodes of a graph.
+pub fn changes_along(
+    kind: ElementKind,
+    shape: Shape,
+    template: &Template,
+    bound: &[bool],
+) -> (Graph, Vec<ArgumentOf>, Vec<Node>) {
     let (mut graph, values) = template.graph();
-    let derivatives = Derivatives::new(&mut graph, formula.kind, shape, &values);
-    let (of, slopes) = slopes(&mut graph, formula.kind, (shape, bound), &derivatives);
+    let derivatives = Derivatives::new(&mut graph, kind, shape, &values);
+    let (of, slopes) = slopes(&mut graph, kind, (shape, bound), &derivatives);
     let mut directions: Vec<(Node, Node)> =
         constants(&mut graph, (shape, bound), template.parameters).into_iter().map(|(_, of)| of).collect();
     directions.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
     let moved = (0..shape.n).chain((0..shape.k).map(|k| shape.u() + k)).chain([shape.t()]);
     directions.extend(moved.map(|which| moving(&mut graph, shape, which)));
     let changes = graph.forward(&slopes, &directions);
-    let (of, changes): (Vec<_>, Vec<_>) = of.into_iter().zip(changes).filter(|(_, change)| !graph.is_zero(*change)).unzip();
-    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, of))
+    let (of, changes) = of.into_iter().zip(changes).filter(|(_, change)| !graph.is_zero(*change)).unzip();
+    (graph, of, changes)
 }
 
 /// The derivatives of c·f + e·g, and with respect to what.

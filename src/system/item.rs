@@ -14,7 +14,7 @@ use super::typed::{AnyElement, OnNumbers, Slot, Values};
 use super::view::NodeView;
 use crate::model::Param;
 use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
-use crate::program::{Obstacle, Symbol, Template, record};
+use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
 pub struct PlacedElement {
@@ -87,26 +87,34 @@ impl PlacedElement {
 
     /// Its formula, and the numbers in it that like elements need not share.
     pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
+        let (graph, results) = record(|put| self.put_symbols(at, put))?;
+        Ok(Template::new(&graph, &results, self.formula.shape().p))
+    }
+
+    /// The same of the branch that it takes at a state; nothing if it panics.
+    pub fn record_branch(&self, at: &NodeView<f64>) -> Option<(Template, Vec<f64>)> {
+        let (graph, results) = record_branch(|put| self.put_symbols(at, put))?;
+        Some(Template::new(&graph, &results, self.formula.shape().p))
+    }
+
+    fn put_symbols(&self, at: &NodeView<f64>, put: &mut dyn FnMut(Symbol)) {
         let shape = self.formula.shape();
-        let (graph, results) = record(|put| {
-            let symbol = |slot: Slot| {
-                let value = self.read(at, slot);
-                match slot {
-                    Slot::Q(i) => Symbol::input(i, value),
-                    Slot::V(i) => Symbol::input(shape.v() + i, value),
-                    Slot::Sigma(_) => Symbol::from(value),
-                    Slot::U(k) => Symbol::input(shape.u() + k, value),
-                    Slot::T => Symbol::input(shape.t(), value),
-                    // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
-                    Slot::B(p) => match self.b[p].constant() {
-                        Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
-                        _ => Symbol::parameter(p, value),
-                    },
-                }
-            };
-            Values::<Symbol>::values(&*self.formula, &symbol, put);
-        })?;
-        Ok(Template::new(&graph, &results, shape.p))
+        let symbol = |slot: Slot| {
+            let value = self.read(at, slot);
+            match slot {
+                Slot::Q(i) => Symbol::input(i, value),
+                Slot::V(i) => Symbol::input(shape.v() + i, value),
+                Slot::Sigma(_) => Symbol::from(value),
+                Slot::U(k) => Symbol::input(shape.u() + k, value),
+                Slot::T => Symbol::input(shape.t(), value),
+                // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
+                Slot::B(p) => match self.b[p].constant() {
+                    Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
+                    _ => Symbol::parameter(p, value),
+                },
+            }
+        };
+        Values::<Symbol>::values(&*self.formula, &symbol, put);
     }
 
     /// All arguments that the formula depends on, as far as is known.

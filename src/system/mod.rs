@@ -9,6 +9,7 @@ mod assembly;
 mod batch;
 mod blame;
 mod block;
+mod branches;
 mod constants;
 mod cost;
 mod cost_formula;

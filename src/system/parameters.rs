@@ -58,7 +58,7 @@ impl Parameters {
         if self.nodes.is_empty() {
             return Cow::Borrowed(design);
         }
-        let all = self.graph.evaluate(design);
+        let all = self.graph.evaluate(&[], design);
         design.iter().copied().chain(self.nodes.iter().map(|node| all[node.index()])).collect()
     }
 
@@ -67,7 +67,7 @@ impl Parameters {
         if let Some(number) = param.constant() {
             return number;
         }
-        let all = [values, &self.graph.evaluate(&values[..self.designs])].concat();
+        let all = [values, &self.graph.evaluate(&[], &values[..self.designs])].concat();
         param.resolve(&[0.0.into(); 3], &mut |node| values.len() + node.index()).value(&all)
     }
 
@@ -78,7 +78,7 @@ impl Parameters {
         if nodes.is_empty() {
             return;
         }
-        let all = graph.evaluate(&[design, &w[self.designs..]].concat());
+        let all = graph.evaluate(&[], &[design, &w[self.designs..]].concat());
         gradient.iter_mut().zip(nodes).for_each(|(sum, node)| *sum += all[node.index()]);
     }
 

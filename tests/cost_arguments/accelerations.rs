@@ -5,7 +5,7 @@ use crate::common::{assert_says, largest};
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
+    Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
     gradient, simulate,
 };
 use nalgebra::{DVector, SVector};
@@ -109,20 +109,50 @@ fn products_of_costs_on_them_are_exact_whatever_the_element() {
                 arms.scene.cost("end", Felt, Sum::Terminal, [phi], arms.shoulder, [], [scale.into()]);
             })
         };
-        let system = build().compile().expect("a scene");
-        let inputs = lively(&system);
-        for settings in ways() {
-            let errors = error_of_product(&system, &inputs, settings);
-            assert!(errors[0] < 1e-6 && errors[1] < 1e-11, "{}, {}: {errors:?}", kind.0, settings.scheme.name);
-            worst = [0, 1].map(|k| worst[k].max(errors[k]));
+        for with_programs in [true, false] {
+            let scene = build();
+            let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+            let inputs = lively(&system);
+            for settings in ways().into_iter().take(if with_programs { 4 } else { 1 }) {
+                let errors = error_of_product(&system, &inputs, settings);
+                let name = settings.scheme.name;
+                assert!(errors[0] < 1e-6 && errors[1] < 1e-11, "{}, {name}, programs {with_programs}: {errors:?}", kind.0);
+                worst = [0, 1].map(|k| worst[k].max(errors[k]));
+            }
         }
-        let system = build().compile_without_programs().expect("a scene");
-        let mut solver = Solver::new(&system, Settings::default());
-        solver.simulate(&inputs).expect("a motion");
-        let error = solver.hessian_product(&inputs.no_change()).expect_err("no programs");
-        assert_says(&error, &["second derivatives", "accelerations", "program"]);
     }
     println!("against differences {:.1e}, asymmetry {:.1e}", worst[0], worst[1]);
+}
+
+/// A formula that branches: one energy beyond a place, another one before it.
+struct Buffer;
+
+impl PotentialEnergy<1, 2> for Buffer {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 2>, _t: S) -> S {
+        let gap = q[0] + 0.72;
+        if gap.re() < 0.0 { gap.powi(4) * b[0] * 37.3 + gap.cos() * b[1] } else { gap.powi(2).exp() * b[0] + gap * 0.7 }
+    }
+}
+
+#[test]
+fn products_know_every_branch_of_a_formula() {
+    let kind = elements::kinds().into_iter().next().expect("an element");
+    let scene = elements::with(kind, |arms| {
+        let [x, _, phi] = arms.lower.coordinates;
+        let (scale, stiffness) = (arms.scene.design("scale", 0.1), arms.scene.design("stiffness", 0.8));
+        arms.scene.potential_energy("buffer", Buffer, [phi], [stiffness * 2.0, scale.into()]);
+        arms.scene.cost("felt", Felt, Sum::Integral, [x, phi], arms.shoulder, [], [scale.into()]);
+    });
+    let system = scene.compile().expect("a scene");
+    assert!(system.without_programs().any(|(name, _)| name == "buffer"));
+    let inputs = lively(&system);
+    let trajectory = simulate(&system, &inputs, Settings::default()).expect("a motion");
+    let turns = trajectory.q.row(trajectory.q.nrows() - 1);
+    assert!(turns.min() < -0.72 && turns.max() > -0.72, "the motion stays on one branch: {turns}");
+    for settings in ways() {
+        let errors = error_of_product(&system, &inputs, settings);
+        assert!(errors[0] < 1e-6 && errors[1] < 1e-11, "{}: {errors:?}", settings.scheme.name);
+    }
 }
 
 /// A double pendulum with design variables, of whose reactions there is an integral, a sum and an end.

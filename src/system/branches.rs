@@ -1,0 +1,74 @@
+//! [`Branches`]: an element without a program, by the graphs of those branches of its formula that a motion takes.
+//!
+//! A formula that looks at values while it is recorded takes the branch of the state at hand, and the graph of that branch has all derivatives
+//! there. They are evaluated node by node.
+
+use super::acceleration_kernels::changes_along;
+use super::cost::CostRows;
+use super::element::Element;
+use super::item::PlacedElement;
+use super::point::Layout;
+use super::target::Target;
+use super::view::NodeView;
+use crate::Error;
+use crate::program::{Graph, Node, Template};
+
+/// The branches met so far.
+pub(super) struct Branches {
+    pub(super) element: usize,
+    bound: Vec<bool>,
+    known: Vec<Branch>,
+}
+
+/// What the derivatives of c·f + e·g change by along a direction, and with respect to what they are.
+struct Branch {
+    template: Template,
+    graph: Graph,
+    changes: Vec<Node>,
+    of: Vec<(Target, f64)>,
+}
+
+impl Branches {
+    pub(super) fn new(element: usize, bound: &[bool]) -> Self {
+        Branches { element, bound: bound.to_vec(), known: Vec::new() }
+    }
+
+    /// Adds those changes at a state, whose arguments and direction `point` holds.
+    ///
+    /// # Errors
+    /// A formula that panics when it is recorded.
+    pub(super) fn pull_back(
+        &mut self,
+        (element, item): (&Element, &PlacedElement),
+        at: &NodeView<f64>,
+        (layout, point): (&Layout, &[f64]),
+        rows: &mut CostRows,
+    ) -> Result<(), Error> {
+        let Some((template, numbers)) = item.record_branch(at) else {
+            let of = format!("costs on accelerations or reactions where the formula of `{}` panics", element.name);
+            return Err(Error::NoSecondDerivatives { of });
+        };
+        let shape = element.formula.shape;
+        let recorded = Element { numbers, ..element.clone() };
+        let parameters = recorded.with_factors(at.design);
+        let argument = |which: usize| point.get(layout.source(element, shape.place(which))).copied().unwrap_or(0.0);
+        let arguments: Vec<f64> = (0..shape.constant_rates() + shape.p).map(argument).collect();
+        let branch = self.branch(element, template);
+        let values = branch.graph.evaluate(&parameters, &arguments);
+        for (&(target, factor), node) in branch.of.iter().zip(&branch.changes) {
+            target.add(rows, factor * values[node.index()]);
+        }
+        Ok(())
+    }
+
+    fn branch(&mut self, element: &Element, template: Template) -> &Branch {
+        let known = self.known.iter().position(|branch| branch.template == template);
+        let which = known.unwrap_or_else(|| {
+            let (graph, of, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
+            let of = of.into_iter().map(|of| Target::of(element, of)).collect();
+            self.known.push(Branch { template, graph, changes, of });
+            self.known.len() - 1
+        });
+        &self.known[which]
+    }
+}
