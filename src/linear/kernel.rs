@@ -83,7 +83,9 @@ impl<K: NodeKernel> Kernel for K {
 /// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
 pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     match size {
-        3 if linked => &Link,
+        1 if linked => &Link::<1>,
+        2 if linked => &Link::<2>,
+        3 if linked => &Link::<3>,
         1 => &PhantomData::<Fixed<1>>,
         2 => &PhantomData::<Fixed<2>>,
         3 => &PhantomData::<Fixed<3>>,

@@ -19,39 +19,36 @@ use std::marker::PhantomData;
 
 /// See the module.
 #[derive(Debug)]
-pub(super) struct Link;
+pub(super) struct Link<const S: usize>;
 
-/// Other sizes gain nothing: their nodes do not fit into registers, or are too small.
-const S: usize = 3;
-
-type Matrix = [[f64; S]; S];
+type Matrix<const S: usize> = [[f64; S]; S];
 
 /// D by columns, U by columns, L by rows.
-struct Panel {
-    d: Matrix,
-    u: Matrix,
-    l: Matrix,
+struct Panel<const S: usize> {
+    d: Matrix<S>,
+    u: Matrix<S>,
+    l: Matrix<S>,
 }
 
 #[inline(always)]
-fn load(values: &[f64]) -> Matrix {
+fn load<const S: usize>(values: &[f64]) -> Matrix<S> {
     let mut matrix = [[0.0; S]; S];
     matrix.as_flattened_mut().copy_from_slice(&values[..S * S]);
     matrix
 }
 
 #[inline(always)]
-fn store(matrix: &Matrix, values: &mut [f64]) {
+fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
     values[..S * S].copy_from_slice(matrix.as_flattened());
 }
 
 /// The kernel that interchanges rows.
-type Pivoting = PhantomData<Fixed<S>>;
+type Pivoting<const S: usize> = PhantomData<Fixed<S>>;
 
-impl Link {
+impl<const S: usize> Link<S> {
     /// D = L U in place, with reciprocal pivots; the worst loss of digits, or None if it is too large.
     #[inline(always)]
-    fn factor(d: &mut Matrix, scale: &[f64]) -> Option<f64> {
+    fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
         let mut worst = 1.0f64;
         for k in 0..S {
             let mut magnitude = scale[k] + d[k][k].abs();
@@ -79,7 +76,7 @@ impl Link {
 
     /// U := L_D⁻¹ U and L := L U_D⁻¹, from own unknown `a` and later unknown `b` on.
     #[inline(always)]
-    fn eliminate_sides(panel: &mut Panel, a: usize, b: usize) {
+    fn eliminate_sides(panel: &mut Panel<S>, a: usize, b: usize) {
         let Panel { d, u, l } = panel;
         for column in &mut u[b..] {
             for k in a..S {
@@ -100,8 +97,8 @@ impl Link {
 
     /// D of the later node −= L U, and the magnitudes that go into its diagonal.
     #[inline(always)]
-    fn update(panel: &Panel, next: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
-        let mut d: Matrix = load(next);
+    fn update(panel: &Panel<S>, next: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
+        let mut d: Matrix<S> = load(next);
         for c in b..S {
             for r in b..S {
                 let mut product = 0.0;
@@ -126,7 +123,7 @@ impl Link {
         let (own, after) = state.scale[node.first..].split_at_mut(S);
         let mut panel = Panel { d: load(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
         let Some(worst) = Self::factor(&mut panel.d, own) else {
-            return Pivoting::eliminate(node, state);
+            return Pivoting::<S>::eliminate(node, state);
         };
         store(&panel.d, values);
         if let [later] = node.later.as_slice() {
@@ -145,7 +142,7 @@ impl Link {
     fn forward_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector(own);
+        let mut y = vector::<S>(own);
         solve_lower(&load(values), &mut y);
         if !node.later.is_empty() {
             scatter(node, &load(&values[S * (S + node.width)..]), &y, later, a, b);
@@ -157,9 +154,9 @@ impl Link {
     fn backward_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector(own);
+        let mut y = vector::<S>(own);
         gather(node, &values[S * S..], later, &mut y, a, b);
-        let d: Matrix = load(values);
+        let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             y[k] *= d[k][k];
             for i in 0..k {
@@ -173,8 +170,8 @@ impl Link {
     fn forward_transposed_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector(own);
-        let d: Matrix = load(values);
+        let mut y = vector::<S>(own);
+        let d: Matrix<S> = load(values);
         for k in 0..S {
             for m in 0..k {
                 y[k] -= d[k][m] * y[m];
@@ -191,9 +188,9 @@ impl Link {
     fn backward_transposed_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector(own);
+        let mut y = vector::<S>(own);
         gather(node, &values[S * (S + node.width)..], later, &mut y, a, b);
-        let d: Matrix = load(values);
+        let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             for i in k + 1..S {
                 y[k] -= d[k][i] * y[i];
@@ -204,7 +201,7 @@ impl Link {
 }
 
 #[inline(always)]
-fn vector(x: &[f64]) -> [f64; S] {
+fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     let mut vector = [0.0; S];
     vector.copy_from_slice(&x[..S]);
     vector
@@ -212,7 +209,7 @@ fn vector(x: &[f64]) -> [f64; S] {
 
 /// x_b −= (lines of b)·y for the later node, if there is one.
 #[inline(always)]
-fn scatter(node: &Node, lines: &Matrix, y: &[f64; S], later: &mut [f64], a: usize, b: usize) {
+fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: &mut [f64], a: usize, b: usize) {
     let [next] = node.later.as_slice() else { return };
     let x = &mut later[next.first..][..S];
     for c in b..S {
@@ -226,9 +223,9 @@ fn scatter(node: &Node, lines: &Matrix, y: &[f64; S], later: &mut [f64], a: usiz
 
 /// y −= (lines of b)ᵀ·x_b for the later node, if there is one.
 #[inline(always)]
-fn gather(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
+fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
     let [next] = node.later.as_slice() else { return };
-    let (lines, x): (Matrix, _) = (load(lines), &later[next.first..][..S]);
+    let (lines, x): (Matrix<S>, _) = (load(lines), &later[next.first..][..S]);
     for c in b..S {
         for k in a..S {
             y[k] -= lines[c][k] * x[c];
@@ -238,7 +235,7 @@ fn gather(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S], a: usize,
 
 /// y := L⁻¹ y.
 #[inline(always)]
-fn solve_lower(d: &Matrix, y: &mut [f64; S]) {
+fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
     for k in 0..S {
         for i in k + 1..S {
             y[i] -= d[k][i] * y[k];
@@ -249,7 +246,7 @@ fn solve_lower(d: &Matrix, y: &mut [f64; S]) {
 /// In the place of a node's first interchange: there are none.
 const IN_ORDER: usize = usize::MAX;
 
-impl NodeKernel for Link {
+impl<const S: usize> NodeKernel for Link<S> {
     #[inline(always)]
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         match node.shape {
@@ -262,7 +259,7 @@ impl NodeKernel for Link {
     #[inline(always)]
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
-            _ if swaps[node.first] != IN_ORDER => Pivoting::forward(node, values, swaps, x),
+            _ if swaps[node.first] != IN_ORDER => Pivoting::<S>::forward(node, values, swaps, x),
             Shape::Outer => Self::forward_from(node, values, x, 0, 1),
             Shape::Inner => Self::forward_from(node, values, x, 1, 0),
             _ => Self::forward_from(node, values, x, 0, 0),
@@ -292,7 +289,7 @@ impl NodeKernel for Link {
     #[inline(always)]
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
         match node.shape {
-            _ if swaps[node.first] != IN_ORDER => Pivoting::backward_transposed(node, values, swaps, x),
+            _ if swaps[node.first] != IN_ORDER => Pivoting::<S>::backward_transposed(node, values, swaps, x),
             Shape::Outer => Self::backward_transposed_from(node, values, x, 0, 1),
             Shape::Inner => Self::backward_transposed_from(node, values, x, 1, 0),
             _ => Self::backward_transposed_from(node, values, x, 0, 0),
