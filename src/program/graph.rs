@@ -265,6 +265,11 @@ impl Graph {
             let sum = self.add(x, y);
             return self.negative(sum);
         }
+        if x > y {
+            // A difference and its negative are one node.
+            let difference = self.put(Expression::Subtract(y, x));
+            return self.negative(difference);
+        }
         self.put(Expression::Subtract(x, y))
     }
 
@@ -338,7 +343,6 @@ impl Graph {
         }
         match (function, self.expression(x)) {
             (Function::Negative, Expression::Of(Function::Negative, x)) => return x,
-            (Function::Negative, Expression::Subtract(x, y)) => return self.put(Expression::Subtract(y, x)),
             (_, Expression::Of(Function::Negative, x)) if function.is_odd() => {
                 let y = self.function(function, x);
                 return self.negative(y);

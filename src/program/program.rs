@@ -20,6 +20,8 @@ pub(super) enum Operation {
     MultiplySubtract,
     /// z − x y
     SubtractProduct,
+    /// −x y
+    NegativeProduct,
     /// Into two registers.
     SinCos,
     IntegerPower(i32),
@@ -120,6 +122,7 @@ impl Program {
                 Operation::MultiplyAdd => ternary(instructions, registers, |x, y, z| x * y + z),
                 Operation::MultiplySubtract => ternary(instructions, registers, |x, y, z| x * y - z),
                 Operation::SubtractProduct => ternary(instructions, registers, |x, y, z| z - x * y),
+                Operation::NegativeProduct => binary(instructions, registers, |x, y| -(x * y)),
                 Operation::SinCos => sin_cos(instructions, registers),
                 Operation::IntegerPower(n) => unary(instructions, registers, |x| x.powi(n)),
                 Operation::Power => binary(instructions, registers, f64::powf),
@@ -191,6 +194,7 @@ impl Instruction {
             Operation::MultiplyAdd => write!(f, "r{into} = r{x} * r{y} + r{z}"),
             Operation::MultiplySubtract => write!(f, "r{into} = r{x} * r{y} - r{z}"),
             Operation::SubtractProduct => write!(f, "r{into} = r{z} - r{x} * r{y}"),
+            Operation::NegativeProduct => write!(f, "r{into} = -r{x} * r{y}"),
             Operation::SinCos => write!(f, "r{into}, r{y} = sin r{x}, cos r{x}"),
             Operation::IntegerPower(n) => write!(f, "r{into} = r{x} ^ {n}"),
             Operation::Power => write!(f, "r{into} = r{x} ^ r{y}"),

@@ -1,6 +1,7 @@
 //! From a graph to a [`Program`]: what to compute, in which order, and where to put it.
 //!
-//! Products that are used once, in a sum, become one instruction with it, and so do sine and cosine of one angle. Among the operations whose
+//! Products that are used once, in a sum, become one instruction with it, so do sine and cosine of one angle, and differences and products of which
+//! the negative alone is used. Among the operations whose
 //! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
 //! is not needed any more.
 
@@ -53,9 +54,11 @@ fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
     (0..graph.len()).filter(|&i| needed[i]).map(|i| Node(i as u32)).collect()
 }
 
-/// What becomes one instruction: sines with their cosines, and sums with a product.
+/// What becomes one instruction: sines with their cosines, negatives with what they are of, and sums with a product.
 struct Fusion {
     cosine_of: HashMap<Node, Node>,
+    /// Negatives of differences and of products.
+    negatives: HashMap<Node, (Operation, [Node; 2])>,
     /// The operation, the factors and the other term of a sum.
     sums: HashMap<Node, (Operation, [Node; 3])>,
     /// The nodes that others take in.
@@ -65,14 +68,21 @@ struct Fusion {
 impl Fusion {
     /// Of the nodes that are made, each with the number of its uses.
     fn new(graph: &Graph, made: &[Node], uses: &[usize]) -> Self {
-        let mut fusion = Fusion { cosine_of: HashMap::new(), sums: HashMap::new(), absorbed: vec![false; graph.len()] };
+        let mut fusion = Fusion {
+            cosine_of: HashMap::new(),
+            negatives: HashMap::new(),
+            sums: HashMap::new(),
+            absorbed: vec![false; graph.len()],
+        };
         let mut is_made = vec![false; graph.len()];
         made.iter().for_each(|node| is_made[node.0 as usize] = true);
         fusion.join_sines(graph, made);
-        for &node in made {
-            let (x, y, [with_x, with_y]) = match graph.expression(node) {
-                Expression::Add(x, y) => (x, y, [Operation::MultiplyAdd; 2]),
-                Expression::Subtract(x, y) => (x, y, [Operation::MultiplySubtract, Operation::SubtractProduct]),
+        fusion.join_negatives(graph, made, |node| is_made[node.0 as usize] && uses[node.0 as usize] == 1);
+        for &node in made.iter().filter(|node| !fusion.absorbed[node.0 as usize]).collect::<Vec<_>>() {
+            let difference = [Operation::MultiplySubtract, Operation::SubtractProduct];
+            let (x, y, [with_x, with_y]) = match (graph.expression(node), fusion.negatives.get(&node)) {
+                (_, Some(&(Operation::Subtract, [x, y]))) | (Expression::Subtract(x, y), None) => (x, y, difference),
+                (Expression::Add(x, y), None) => (x, y, [Operation::MultiplyAdd; 2]),
                 _ => continue,
             };
             for (product, other, operation) in [(y, x, with_y), (x, y, with_x)] {
@@ -106,16 +116,34 @@ impl Fusion {
         }
     }
 
+    fn join_negatives(&mut self, graph: &Graph, made: &[Node], is_used_once: impl Fn(Node) -> bool) {
+        for &node in made {
+            let Expression::Of(Function::Negative, of) = graph.expression(node) else { continue };
+            let joined = match graph.expression(of) {
+                Expression::Subtract(x, y) => (Operation::Subtract, [y, x]),
+                Expression::Multiply(x, y) => (Operation::NegativeProduct, [x, y]),
+                _ => continue,
+            };
+            if is_used_once(of) {
+                self.absorbed[of.0 as usize] = true;
+                self.negatives.insert(node, joined);
+            }
+        }
+    }
+
     /// The instruction that makes a node.
     fn task(&self, graph: &Graph, node: Node) -> Task {
         let mut of = graph.expression(node).arguments();
         let arguments = [of.next(), of.next(), None];
-        match (self.sums.get(&node), self.cosine_of.get(&node)) {
-            (Some(&(operation, of)), _) => Task { operation, arguments: of.map(Some), results: [Some(node), None] },
-            (None, Some(&cosine)) => Task { operation: Operation::SinCos, arguments, results: [Some(node), Some(cosine)] },
-            (None, None) => {
-                Task { operation: Operation::of(graph.expression(node)), arguments, results: [Some(node), None] }
-            }
+        let results = [Some(node), self.cosine_of.get(&node).copied()];
+        if let Some(&(operation, of)) = self.sums.get(&node) {
+            Task { operation, arguments: of.map(Some), results }
+        } else if let Some(&(operation, [x, y])) = self.negatives.get(&node) {
+            Task { operation, arguments: [Some(x), Some(y), None], results }
+        } else {
+            let is_pair = results[1].is_some();
+            let operation = if is_pair { Operation::SinCos } else { Operation::of(graph.expression(node)) };
+            Task { operation, arguments, results }
         }
     }
 }
