@@ -205,8 +205,9 @@ impl Assembly {
         for (group, fixed) in self.groups.iter().zip(&workspace.second) {
             let count = group.elements.len();
             let own = &mut blocks[begin..][..count * group.second.kernel().results()];
-            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| {
-                own[k * count + e..][..values.len()].copy_from_slice(values);
+            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| match values {
+                [value] => own[k * count + e] = *value,
+                _ => own[k * count + e..][..values.len()].copy_from_slice(values),
             });
             begin += own.len();
         }
