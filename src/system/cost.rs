@@ -11,7 +11,7 @@ use super::view::NodeView;
 use crate::Cx;
 use crate::model::Param;
 use crate::model::element::Sum;
-use crate::number::{Fingerprint, Hyper, Real};
+use crate::number::{Fingerprint, Hyper, Real, all_finite};
 
 /// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
@@ -138,9 +138,8 @@ impl CostRows {
     }
 
     pub fn is_finite(&self) -> bool {
-        let lists = self.lists();
         let numbers = [self.value, self.time, self.step_before, self.step_after, self.integrand];
-        lists.into_iter().flatten().chain(&numbers).all(|x| x.is_finite())
+        all_finite(&numbers) && self.lists().into_iter().all(|list| all_finite(list))
     }
 
     /// The arguments by which the derivatives are not finite.
