@@ -1,7 +1,8 @@
 //! Derivatives of a graph as more nodes of it: the chain rule, from the arguments to the results and from the results to the arguments.
 
+use super::expression::{Expression, Node};
 use super::function::Function;
-use super::graph::{Expression, Graph, Node};
+use super::graph::Graph;
 
 impl Graph {
     /// ∂y/∂x w of a node y and its `k`-th argument x; none where it vanishes everywhere.

@@ -1,6 +1,7 @@
 //! A graph on any numbers, node by node: what a program is not made for, since it is asked once a motion.
 
-use super::graph::{Expression, Graph, Node};
+use super::expression::{Expression, Node};
+use super::graph::Graph;
 use crate::Scalar;
 
 impl Graph {

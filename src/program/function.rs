@@ -1,6 +1,7 @@
 //! Functions of one number: their values and the rules by which they are differentiated.
 
-use super::graph::{Graph, Node};
+use super::expression::Node;
+use super::graph::Graph;
 use crate::Scalar;
 
 /// A function of one number.

@@ -1,6 +1,7 @@
 //! [`Kernel`]: a program for elements of one shape, in a part that runs once and one that runs at every point.
 
-use super::graph::{Expression, Graph, Node};
+use super::expression::{Expression, Node};
+use super::graph::Graph;
 use super::program::Program;
 
 /// What computes some nodes of a graph.

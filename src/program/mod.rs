@@ -10,6 +10,7 @@
 
 mod differentiate;
 mod evaluate;
+mod expression;
 mod function;
 mod graph;
 mod kernel;
@@ -20,8 +21,9 @@ mod schedule;
 mod symbol;
 mod template;
 
+pub(crate) use expression::{Expression, Node};
 pub(crate) use function::Function;
-pub(crate) use graph::{Expression, Graph, Node};
+pub(crate) use graph::Graph;
 pub(crate) use kernel::Kernel;
 pub(crate) use lanes::{Lanes, Registers};
 pub(crate) use program::Program;

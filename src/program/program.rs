@@ -3,8 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use super::expression::Expression;
 use super::function::Function;
-use super::graph::Expression;
 use crate::number::sin_cos_lanes;
 
 /// What an instruction does with its arguments x, y, z.

@@ -7,8 +7,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::expression::{Expression, Node};
 use super::function::Function;
-use super::graph::{Expression, Graph, Node};
+use super::graph::Graph;
 use super::program::{Instruction, Operation, Program, Register, Run};
 
 /// Not a register, nor a task.

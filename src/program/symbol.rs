@@ -6,8 +6,9 @@ use std::fmt;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use super::expression::Node;
 use super::function::Function;
-use super::graph::{Graph, Node};
+use super::graph::Graph;
 use crate::Scalar;
 use crate::number::{guarded, note_look, take_look};
 

@@ -1,6 +1,7 @@
 //! [`Template`]: a recorded formula without its numbers, which is the same for all elements of one shape.
 
-use super::graph::{Expression, Graph, Node};
+use super::expression::{Expression, Node};
+use super::graph::Graph;
 
 /// The nodes of a formula, numbered anew, and its results; numbers that like elements need not share are parameters.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

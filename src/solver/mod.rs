@@ -1,5 +1,6 @@
 //! [`Solver`]: a system with all the memory that simulations and gradients need, to be used again and again.
 
+mod checkpoint;
 mod lifted;
 mod long;
 mod many;

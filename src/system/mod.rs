@@ -10,6 +10,7 @@ mod batch;
 mod blame;
 mod block;
 mod branches;
+mod compile;
 mod constants;
 mod cost;
 mod cost_formula;
@@ -45,7 +46,6 @@ pub(crate) mod verify_tests;
 mod view;
 
 use nalgebra::DVector;
-use std::collections::BTreeSet;
 
 pub(crate) use acceleration::{AccelerationEquations, AccelerationSecondOrder, acceleration_tangent};
 pub(crate) use applied::Applied;
@@ -70,22 +70,19 @@ pub(crate) use sines::Sines;
 pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::NodeView;
 
-use crate::linear::{Breakdown, Symbolic};
+use crate::Error;
+use crate::linear::Symbolic;
 use crate::model::element::Sum;
 use crate::model::{Coordinate, Handle, Param, Sketch};
-use crate::number::Fingerprint;
 use crate::number::Real;
-use crate::number::take_look;
 use crate::program::Obstacle;
-use crate::{Error, memory};
 use blame::Suspect;
+use compile::{check_positive, uses_of};
 pub(crate) use element::Formulas;
-use element::{Element, Recordings};
 use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
 use plain::{add_costs, add_sums, write_phi};
-use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
 ///
@@ -118,77 +115,6 @@ pub struct System {
 }
 
 impl System {
-    pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
-        let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
-        if n == 0 {
-            return Err(Error::EmptyScene);
-        }
-        let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
-        let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
-        let mut resolve = |param: Param| parameters.resolve(param, &gravity);
-        scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
-        scene.costs.iter_mut().for_each(|costs| costs.resolve(&mut resolve));
-        scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
-        parameters.differentiate();
-        let names = Names::new(&scene);
-        let (mut batches, mut costs) = (scene.batches, scene.costs);
-        let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
-        let values = parameters.values(&design);
-        parameters.check(&values, &names.designs)?;
-        check_positive(&scene.positive, &values)?;
-        let zeros = vec![0.0; n.max(m).max(k)];
-        let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
-        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
-        let mut recordings = Recordings::new(without_programs);
-        batches.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
-        let elements = recordings.elements;
-        let mut fixed = 0;
-        costs.iter_mut().for_each(|costs| costs.prepare(&at, without_programs, &mut fixed));
-        check_inertia(&elements, &names, n)?;
-        let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
-        let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
-        let structure::Analysis { symbolic, sines, loop_equations } = analysis;
-        let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
-        // Its entries are numbered by `u32`.
-        let entries = symbolic.values_len();
-        let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
-        memory::check("the tangent matrix K", count, size_of::<f64>())?;
-        let place = |unknown| symbolic.position(unknown);
-        let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
-        let integral = costs.iter().any(|costs| costs.has_integral());
-        let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
-        let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
-        let every = vec![1.0; 1 + names.outputs.len()];
-        let running = (0..every.len()).map(|of| costs.iter().any(|costs| costs.is_running(of))).collect();
-        let uses = uses_of(&costs, &|_| true, &every);
-        let (initial, positive) = (scene.initial, scene.positive);
-        let fingerprint = fingerprint(&batches, &costs);
-        Ok(System {
-            n,
-            m,
-            k,
-            batches,
-            formulas,
-            costs,
-            running,
-            integral,
-            last_cost_node,
-            uses,
-            symbolic,
-            positions,
-            sines,
-            loop_equations,
-            names,
-            initial,
-            design,
-            parameters,
-            positive,
-            sketch: scene.sketch,
-            scene: scene.scene,
-            fingerprint,
-        })
-    }
-
     /// The number of coordinates.
     pub fn n(&self) -> usize {
         self.n
@@ -219,14 +145,6 @@ impl System {
         self.names.looked_at.contains(&output)
     }
 
-    /// The name of an output.
-    ///
-    /// # Panics
-    /// If `k` is not less than [`outputs`](Self::outputs).
-    pub fn output_name(&self, k: usize) -> &str {
-        &self.names.outputs[k]
-    }
-
     /// The coordinates at which the scene placed its bodies.
     pub fn initial_coordinates(&self) -> DVector<f64> {
         DVector::from_column_slice(&self.initial)
@@ -237,14 +155,6 @@ impl System {
         DVector::from_column_slice(&self.design)
     }
 
-    /// The name of a coordinate: its group's and its own.
-    ///
-    /// # Panics
-    /// If `i` is not less than [`n`](Self::n).
-    pub fn coordinate_name(&self, i: usize) -> &str {
-        &self.names.coordinates[i]
-    }
-
     /// The handle of a coordinate, as the scene gave it.
     ///
     /// # Panics
@@ -252,30 +162,6 @@ impl System {
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.n, "there are {} coordinates, and no {i}", self.n);
         Coordinate(Handle::of(self.scene, i))
-    }
-
-    /// The name of a constraint equation: its constraint's and its number there.
-    ///
-    /// # Panics
-    /// If `j` is not less than [`m`](Self::m).
-    pub fn equation_name(&self, j: usize) -> &str {
-        &self.names.equations[j]
-    }
-
-    /// The name of a control channel.
-    ///
-    /// # Panics
-    /// If `k` is not less than [`k`](Self::k).
-    pub fn control_name(&self, k: usize) -> &str {
-        &self.names.controls[k]
-    }
-
-    /// The name of a design variable.
-    ///
-    /// # Panics
-    /// If `p` is not less than [`designs`](Self::designs).
-    pub fn design_name(&self, p: usize) -> &str {
-        &self.names.designs[p]
     }
 
     /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones, and take
@@ -390,53 +276,9 @@ impl System {
         entries
     }
 
-    /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
-    pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
-        let kinetic = self.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
-        let energies: Vec<&[usize]> = kinetic.map(|element| element.q.as_slice()).collect();
-        let mut of_coordinate = vec![Vec::new(); self.n];
-        for (e, q) in energies.iter().enumerate() {
-            q.iter().for_each(|&i| of_coordinate[i].push(e));
-        }
-        let (mut list_of, mut lists) = (vec![usize::MAX; self.n], Vec::new());
-        for i in 0..self.n {
-            let coupled = of_coordinate[i].iter().flat_map(|&e| energies[e]);
-            let used: BTreeSet<usize> = coupled.map(|&j| list_of[j]).collect();
-            list_of[i] = (0..).find(|list| !used.contains(list)).unwrap_or_default();
-            if list_of[i] == lists.len() {
-                lists.push(Vec::new());
-            }
-            lists[list_of[i]].push(i);
-        }
-        lists
-    }
-
     /// The number of stored derivatives at one node.
     pub(crate) fn block_len(&self) -> usize {
         self.sines.block_len() + self.formulas.assembly.block_len()
-    }
-
-    /// The name of an unknown of the reduced step: a velocity or a multiplier.
-    pub(crate) fn unknown_name(&self, unknown: usize) -> String {
-        if unknown < self.n {
-            format!("the velocity of `{}`", self.names.coordinates[unknown])
-        } else {
-            format!("the multiplier of {}", self.names.equations[unknown - self.n])
-        }
-    }
-
-    /// The name of an equation of the reduced step: a momentum equation or a velocity constraint.
-    pub(crate) fn residual_name(&self, unknown: usize) -> String {
-        match unknown.checked_sub(self.n) {
-            None => format!("the momentum equation of `{}`", self.names.coordinates[unknown]),
-            Some(j) => format!("the velocity constraint of {}", self.names.equations[j]),
-        }
-    }
-
-    /// A breakdown of the elimination of K, by the name of its unknown.
-    pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
-        let unknown = self.unknown_name(breakdown.unknown);
-        Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
     }
 
     /// What can be drawn.
@@ -493,53 +335,6 @@ impl System {
         uses_of(&self.costs, &is_summed, factors).accelerations
     }
 
-    /// Identifies the formulas as they are now.
-    pub(crate) fn fingerprint(&self) -> u64 {
-        fingerprint(&self.batches, &self.costs)
-    }
-
-    /// The formulas as they are at a start, if they are other ones than were compiled.
-    ///
-    /// # Errors
-    /// A formula whose derivatives are constant, or zero, in other places than before.
-    pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
-        if fingerprint == self.fingerprint {
-            return Ok(None);
-        }
-        let mut recordings = Recordings::default();
-        for element in &self.formulas.elements {
-            let place = (element.batch, element.item);
-            recordings.add(&self.batches[place.0].items[place.1], place, start);
-        }
-        let changed = |element: &str| Error::Changed { element: element.to_string() };
-        // What num-dual evaluates may change as it likes.
-        let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
-        let moved = pairs.find_map(|(now, then)| {
-            if then.formula.kernels.is_none() {
-                now.formula = then.formula.clone();
-            }
-            (!now.has_places_of(then)).then_some(&then.name)
-        });
-        if let Some(element) = moved {
-            return Err(changed(element));
-        }
-        if let Some(cost) = self.costs.iter().find_map(|costs| costs.find_changed(start)) {
-            return Err(changed(cost));
-        }
-        let layout = Layout { n: self.n, m: self.m, k: self.k };
-        Ok(Some(Formulas::new(recordings.elements, layout, &self.symbolic)))
-    }
-
-    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now if they are other ones than were compiled.
-    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, fingerprint: Option<u64>, memory: &mut CostMemory) {
-        let changed = fingerprint != Some(self.fingerprint);
-        if changed || !memory.is_ready || memory.design != at.design {
-            memory.design.clear();
-            memory.design.extend_from_slice(at.design);
-            memory.is_ready = self.costs.iter().map(|costs| costs.fix(at, changed, memory)).sum::<usize>() == 0;
-        }
-    }
-
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
         let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
@@ -567,61 +362,5 @@ impl std::fmt::Debug for System {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (n, m, k) = (self.n, self.m, self.k);
         f.debug_struct("System").field("n", &n).field("m", &m).field("k", &k).finish_non_exhaustive()
-    }
-}
-
-/// What is needed by the costs that are summed.
-fn uses_of(costs: &[Box<dyn AnyCosts>], is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
-    costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(is_summed, factors)))
-}
-
-fn fingerprint(batches: &[Batch], costs: &[Box<dyn AnyCosts>]) -> u64 {
-    let mut sum = Fingerprint::NONE;
-    take_look();
-    batches.iter().flat_map(|batch| &batch.items).for_each(|item| item.fingerprint(&mut sum));
-    costs.iter().for_each(|costs| costs.fingerprint(&mut sum));
-    sum.value(take_look())
-}
-
-fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Error> {
-    for (param, what) in positive {
-        let value: f64 = param.value(design);
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(Error::Parameter { what: what.clone(), value, must_be: "positive and finite" });
-        }
-    }
-    Ok(())
-}
-
-/// Every coordinate must appear in some kinetic energy.
-fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
-    let mut heavy = vec![false; n];
-    let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
-    kinetic.flat_map(|element| &element.q).for_each(|&i| heavy[i] = true);
-    match heavy.iter().position(|heavy| !heavy) {
-        Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
-        None => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::jet::ElementKind;
-    use crate::scene::scenes::CartPendulum;
-
-    #[test]
-    fn coordinates_of_a_long_chain_are_uncoupled_in_few_lists() {
-        for links in [1, 300] {
-            let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
-            let lists = system.uncoupled_coordinates();
-            assert!(lists.len() <= 3, "{}", lists.len());
-            let mut all = lists.concat();
-            all.sort_unstable();
-            assert!(all.into_iter().eq(0..system.n()));
-            for energy in system.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic) {
-                let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
-                assert!(lists.iter().all(|list| shared(list) <= 1));
-            }
-        }
     }
 }

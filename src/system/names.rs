@@ -2,6 +2,8 @@
 
 use super::parts::Parts;
 use crate::error::quoted;
+use crate::linear::Breakdown;
+use crate::{Error, System};
 
 #[derive(Clone, Debug)]
 pub(super) struct Names {
@@ -28,5 +30,70 @@ impl Names {
             looked_at: scene.looked_at.clone(),
             designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
         }
+    }
+}
+
+impl System {
+    /// The name of an output.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`outputs`](Self::outputs).
+    pub fn output_name(&self, k: usize) -> &str {
+        &self.names.outputs[k]
+    }
+
+    /// The name of a coordinate: its group's and its own.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n`](Self::n).
+    pub fn coordinate_name(&self, i: usize) -> &str {
+        &self.names.coordinates[i]
+    }
+
+    /// The name of a constraint equation: its constraint's and its number there.
+    ///
+    /// # Panics
+    /// If `j` is not less than [`m`](Self::m).
+    pub fn equation_name(&self, j: usize) -> &str {
+        &self.names.equations[j]
+    }
+
+    /// The name of a control channel.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`k`](Self::k).
+    pub fn control_name(&self, k: usize) -> &str {
+        &self.names.controls[k]
+    }
+
+    /// The name of a design variable.
+    ///
+    /// # Panics
+    /// If `p` is not less than [`designs`](Self::designs).
+    pub fn design_name(&self, p: usize) -> &str {
+        &self.names.designs[p]
+    }
+
+    /// The name of an unknown of the reduced step: a velocity or a multiplier.
+    pub(crate) fn unknown_name(&self, unknown: usize) -> String {
+        if unknown < self.n {
+            format!("the velocity of `{}`", self.names.coordinates[unknown])
+        } else {
+            format!("the multiplier of {}", self.names.equations[unknown - self.n])
+        }
+    }
+
+    /// The name of an equation of the reduced step: a momentum equation or a velocity constraint.
+    pub(crate) fn residual_name(&self, unknown: usize) -> String {
+        match unknown.checked_sub(self.n) {
+            None => format!("the momentum equation of `{}`", self.names.coordinates[unknown]),
+            Some(j) => format!("the velocity constraint of {}", self.names.equations[j]),
+        }
+    }
+
+    /// A breakdown of the elimination of K, by the name of its unknown.
+    pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
+        let unknown = self.unknown_name(breakdown.unknown);
+        Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
     }
 }

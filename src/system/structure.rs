@@ -2,6 +2,7 @@
 //!
 //! Unknowns are numbered v (n), then σ (m). An entry is constant, or is written by an element at every iteration.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::assembly::{Assembly, Workspace};
@@ -9,9 +10,11 @@ use super::batch::Batch;
 use super::constants::Constants;
 use super::element::{Element, Formulas};
 use super::groups::{self, Groups};
+use super::jet::ElementKind;
 use super::point::Layout;
 use super::sines::{Places, Sines};
 use super::view::NodeView;
+use crate::System;
 use crate::linear::{Pattern, Symbolic};
 
 impl Formulas {
@@ -80,4 +83,49 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
         }
     }
     (entries, constant)
+}
+
+impl System {
+    /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
+    pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
+        let kinetic = self.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
+        let energies: Vec<&[usize]> = kinetic.map(|element| element.q.as_slice()).collect();
+        let mut of_coordinate = vec![Vec::new(); self.n];
+        for (e, q) in energies.iter().enumerate() {
+            q.iter().for_each(|&i| of_coordinate[i].push(e));
+        }
+        let (mut list_of, mut lists) = (vec![usize::MAX; self.n], Vec::new());
+        for i in 0..self.n {
+            let coupled = of_coordinate[i].iter().flat_map(|&e| energies[e]);
+            let used: BTreeSet<usize> = coupled.map(|&j| list_of[j]).collect();
+            list_of[i] = (0..).find(|list| !used.contains(list)).unwrap_or_default();
+            if list_of[i] == lists.len() {
+                lists.push(Vec::new());
+            }
+            lists[list_of[i]].push(i);
+        }
+        lists
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ElementKind;
+    use crate::scene::scenes::CartPendulum;
+
+    #[test]
+    fn coordinates_of_a_long_chain_are_uncoupled_in_few_lists() {
+        for links in [1, 300] {
+            let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
+            let lists = system.uncoupled_coordinates();
+            assert!(lists.len() <= 3, "{}", lists.len());
+            let mut all = lists.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..system.n()));
+            for energy in system.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic) {
+                let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
+                assert!(lists.iter().all(|list| shared(list) <= 1));
+            }
+        }
+    }
 }

@@ -5,8 +5,8 @@ use crate::common::{assert_says, largest};
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
-    gradient, simulate,
+    Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start,
+    Sum, System, gradient, simulate,
 };
 use nalgebra::{DVector, SVector};
 

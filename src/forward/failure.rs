@@ -1,0 +1,107 @@
+//! Why a step has no solution, by the name of what is to blame.
+
+use super::{ForwardSweep, rank};
+use crate::motion::column;
+use crate::node::StepFailure;
+use crate::system::NodeView;
+use crate::{Error, Start, System};
+
+/// Numbers of an iterate from here on are no arguments of a mechanism: their cubes overflow.
+const RAN_AWAY: f64 = 1e100;
+
+impl ForwardSweep {
+    /// Whether a formula is to blame, which a shorter step would not change.
+    pub(super) fn model_fault(&self, system: &System, node: usize, failure: &StepFailure) -> bool {
+        let overflows = match failure {
+            StepFailure::NotFinite => true,
+            StepFailure::Singular(breakdown) => !breakdown.pivot.is_finite(),
+            _ => false,
+        };
+        overflows && self.find_not_finite(system, node, 0.0).is_some()
+    }
+
+    pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
+        let time = self.motion.trajectory.times[node - self.motion.first];
+        let step = self.motion.given_step(node);
+        let length = node.checked_sub(1).map_or(0.0, |before| self.motion.inputs.grid.steps[before]);
+        match failure {
+            StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
+            StepFailure::NotFinite => self.not_finite(system, node),
+            StepFailure::Singular(breakdown) => {
+                self.near_singular(system, node).unwrap_or_else(|| system.singular_step(&breakdown, step, time))
+            }
+            StepFailure::Diverged { iterations, residual, unknown } => {
+                self.near_singular(system, node).unwrap_or_else(|| {
+                    let equation = system.residual_name(unknown);
+                    Error::Newton { step, time, iterations, length, residual, equation }
+                })
+            }
+            StepFailure::LinearEnergy { coordinate, momentum } => {
+                Error::LinearEnergy { coordinate: system.coordinate_name(coordinate).into(), momentum, step, time }
+            }
+            StepFailure::Projection { iterations, correction } => {
+                self.near_singular(system, node).unwrap_or(Error::Projection { step, time, iterations, correction })
+            }
+        }
+    }
+
+    /// Whether the constraints lose rank where the last good node stood.
+    fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
+        let at = self.motion.at(node.checked_sub(1)?);
+        rank::near_singular(system, &at, self.motion.given_step(node), at.t)
+    }
+
+    /// v₀ as given, or zero.
+    fn given_velocity(&self) -> Vec<f64> {
+        match &self.motion.inputs.start {
+            Start::Velocity { v, .. } | Start::Assembled { v, .. } => v.as_slice().to_vec(),
+            Start::Momentum { p_star, .. } => vec![0.0; p_star.len()],
+        }
+    }
+
+    /// The element that gives no number where the last good node stood, or where its velocities lead within so many seconds.
+    fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<Error> {
+        let last = self.motion.at(node.saturating_sub(1));
+        let u = column(&self.motion.inputs.controls, node);
+        if node == 0 {
+            // What the iteration left of v₀ and σ₀ may be no numbers.
+            let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
+            return system.find_not_finite(&NodeView { q: &self.stepper.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
+        }
+        let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
+        let at = NodeView { q: &q, u, t: self.motion.trajectory.times[node - self.motion.first], ..last };
+        system.find_not_finite(&at, self.motion.given_step(node))
+    }
+
+    /// The same where the iteration broke off.
+    fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
+        let x = self.stepper.newton.iterate(system);
+        let h = node.checked_sub(1).map_or(0.0, |before| {
+            self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.inputs.grid.steps[before])
+        });
+        let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
+        // An iteration that ran away says nothing of a formula.
+        let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
+        let stage = self.motion.at_stage(node, self.stepper.stage);
+        let at = NodeView { q: &q, v: &x.v, sigma: &x.sigma, ..stage };
+        is_point.then(|| system.find_not_finite(&at, self.motion.given_step(node))).flatten()
+    }
+
+    /// Which element is to blame for a value that is not finite.
+    fn not_finite(&self, system: &System, node: usize) -> Error {
+        let time = self.motion.trajectory.times[node - self.motion.first];
+        let step = self.motion.given_step(node);
+        let length = node.checked_sub(1).map_or(0.0, |before| self.motion.inputs.grid.steps[before]);
+        // Node 0 has no step, and nothing ahead.
+        let ahead = [0.0, self.motion.given_length(node)];
+        let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));
+        found.or_else(|| self.find_not_finite_iterate(system, node)).unwrap_or_else(|| Error::Newton {
+            step,
+            time,
+            iterations: self.monitor.report.most_iterations,
+            length,
+            residual: f64::INFINITY,
+            equation: "all equations (the iteration overflowed)".into(),
+        })
+    }
+}

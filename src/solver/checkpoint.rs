@@ -1,0 +1,65 @@
+//! [`Checkpoint`]: what a motion goes on from, to the last bit as if it had never stopped.
+
+use crate::Trajectory;
+use crate::forward::{ForwardSweep, HISTORY};
+use crate::motion::column_mut;
+
+/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ: σ₋ stands behind the columns.
+pub(super) struct Checkpoint {
+    pub(super) node: usize,
+    smooth_from: usize,
+    most_range: f64,
+    last_end: usize,
+    columns: Vec<f64>,
+}
+
+impl ForwardSweep {
+    pub(super) fn len_of_node(&self) -> usize {
+        Trajectory::<f64>::len_of_node(self.motion.trajectory.q.nrows(), self.motion.trajectory.sigma.nrows())
+    }
+
+    /// Keeps the last nodes that were computed.
+    pub(super) fn save(&self) -> Checkpoint {
+        let computed = self.motion.trajectory.computed;
+        let count = HISTORY.min(computed);
+        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.restarting.last_end.sigma.len());
+        (computed - count..computed).for_each(|k| self.motion.trajectory.append_column(k, &mut columns));
+        columns.extend_from_slice(&self.restarting.last_end.sigma);
+        let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
+        Checkpoint { node, smooth_from: self.stepper.smooth_from, most_range: self.restarting.most_range, last_end, columns }
+    }
+
+    /// Goes on from a checkpoint.
+    pub(super) fn load(&mut self, checkpoint: &Checkpoint) {
+        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.restarting.last_end.sigma.len());
+        self.restarting.last_end.node = checkpoint.last_end;
+        self.restarting.last_end.sigma.copy_from_slice(sigma);
+        let columns = columns.chunks_exact(self.len_of_node());
+        self.motion.trajectory.computed = columns.len();
+        self.motion.first = checkpoint.node + 1 - columns.len();
+        columns.enumerate().for_each(|(k, column)| self.motion.trajectory.set_column(k, column));
+        (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
+        self.motion.restarts.clear();
+        self.motion.ahead.again();
+        self.motion.trajectory.restarted.truncate(1);
+        self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
+    }
+}
+
+impl Trajectory {
+    fn set_column(&mut self, k: usize, column: &[f64]) {
+        let (time, mut rest) = column.split_at(1);
+        self.times[k] = time[0];
+        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
+            let (own, after) = rest.split_at(matrix.nrows());
+            column_mut(matrix, k).copy_from_slice(own);
+            rest = after;
+        }
+    }
+
+    fn append_column(&self, k: usize, to: &mut Vec<f64>) {
+        let y = self.columns(k);
+        to.push(self.times[k]);
+        [y.q, y.v, y.p_star, y.p_star_dot, y.sigma].into_iter().for_each(|part| to.extend_from_slice(part));
+    }
+}

@@ -1,0 +1,168 @@
+//! A [`System`] from the parts of a scene, and its formulas as they are when a motion begins.
+
+use super::cost::{AnyCosts, CostUse};
+use super::element::{Element, Formulas, Recordings};
+use super::jet::ElementKind;
+use super::names::Names;
+use super::parameters::Parameters;
+use super::parts::Parts;
+use super::point::Layout;
+use super::{Batch, CostMemory, NodeView, Positions, System, structure};
+use crate::model::Param;
+use crate::model::element::Sum;
+use crate::number::{Fingerprint, take_look};
+use crate::{Error, memory};
+
+impl System {
+    pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
+        let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
+        if n == 0 {
+            return Err(Error::EmptyScene);
+        }
+        let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
+        let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
+        let mut resolve = |param: Param| parameters.resolve(param, &gravity);
+        scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
+        scene.costs.iter_mut().for_each(|costs| costs.resolve(&mut resolve));
+        scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
+        parameters.differentiate();
+        let names = Names::new(&scene);
+        let (mut batches, mut costs) = (scene.batches, scene.costs);
+        let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
+        let values = parameters.values(&design);
+        parameters.check(&values, &names.designs)?;
+        check_positive(&scene.positive, &values)?;
+        let zeros = vec![0.0; n.max(m).max(k)];
+        let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
+        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
+        let mut recordings = Recordings::new(without_programs);
+        batches.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
+        let elements = recordings.elements;
+        let mut fixed = 0;
+        costs.iter_mut().for_each(|costs| costs.prepare(&at, without_programs, &mut fixed));
+        check_inertia(&elements, &names, n)?;
+        let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
+        let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
+        let structure::Analysis { symbolic, sines, loop_equations } = analysis;
+        let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
+        // Its entries are numbered by `u32`.
+        let entries = symbolic.values_len();
+        let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
+        memory::check("the tangent matrix K", count, size_of::<f64>())?;
+        let place = |unknown| symbolic.position(unknown);
+        let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
+        let integral = costs.iter().any(|costs| costs.has_integral());
+        let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
+        let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
+        let every = vec![1.0; 1 + names.outputs.len()];
+        let running = (0..every.len()).map(|of| costs.iter().any(|costs| costs.is_running(of))).collect();
+        let uses = uses_of(&costs, &|_| true, &every);
+        let (initial, positive) = (scene.initial, scene.positive);
+        let fingerprint = fingerprint(&batches, &costs);
+        Ok(System {
+            n,
+            m,
+            k,
+            batches,
+            formulas,
+            costs,
+            running,
+            integral,
+            last_cost_node,
+            uses,
+            symbolic,
+            positions,
+            sines,
+            loop_equations,
+            names,
+            initial,
+            design,
+            parameters,
+            positive,
+            sketch: scene.sketch,
+            scene: scene.scene,
+            fingerprint,
+        })
+    }
+
+    /// Identifies the formulas as they are now.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        fingerprint(&self.batches, &self.costs)
+    }
+
+    /// The formulas as they are at a start, if they are other ones than were compiled.
+    ///
+    /// # Errors
+    /// A formula whose derivatives are constant, or zero, in other places than before.
+    pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
+        if fingerprint == self.fingerprint {
+            return Ok(None);
+        }
+        let mut recordings = Recordings::default();
+        for element in &self.formulas.elements {
+            let place = (element.batch, element.item);
+            recordings.add(&self.batches[place.0].items[place.1], place, start);
+        }
+        let changed = |element: &str| Error::Changed { element: element.to_string() };
+        // What num-dual evaluates may change as it likes.
+        let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
+        let moved = pairs.find_map(|(now, then)| {
+            if then.formula.kernels.is_none() {
+                now.formula = then.formula.clone();
+            }
+            (!now.has_places_of(then)).then_some(&then.name)
+        });
+        if let Some(element) = moved {
+            return Err(changed(element));
+        }
+        if let Some(cost) = self.costs.iter().find_map(|costs| costs.find_changed(start)) {
+            return Err(changed(cost));
+        }
+        let layout = Layout { n: self.n, m: self.m, k: self.k };
+        Ok(Some(Formulas::new(recordings.elements, layout, &self.symbolic)))
+    }
+
+    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now if they are other ones than were compiled.
+    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, fingerprint: Option<u64>, memory: &mut CostMemory) {
+        let changed = fingerprint != Some(self.fingerprint);
+        if changed || !memory.is_ready || memory.design != at.design {
+            memory.design.clear();
+            memory.design.extend_from_slice(at.design);
+            memory.is_ready = self.costs.iter().map(|costs| costs.fix(at, changed, memory)).sum::<usize>() == 0;
+        }
+    }
+}
+
+/// What is needed by the costs that are summed.
+pub(super) fn uses_of(costs: &[Box<dyn AnyCosts>], is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
+    costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(is_summed, factors)))
+}
+
+fn fingerprint(batches: &[Batch], costs: &[Box<dyn AnyCosts>]) -> u64 {
+    let mut sum = Fingerprint::NONE;
+    take_look();
+    batches.iter().flat_map(|batch| &batch.items).for_each(|item| item.fingerprint(&mut sum));
+    costs.iter().for_each(|costs| costs.fingerprint(&mut sum));
+    sum.value(take_look())
+}
+
+pub(super) fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Error> {
+    for (param, what) in positive {
+        let value: f64 = param.value(design);
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::Parameter { what: what.clone(), value, must_be: "positive and finite" });
+        }
+    }
+    Ok(())
+}
+
+/// Every coordinate must appear in some kinetic energy.
+fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
+    let mut heavy = vec![false; n];
+    let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
+    kinetic.flat_map(|element| &element.q).for_each(|&i| heavy[i] = true);
+    match heavy.iter().position(|heavy| !heavy) {
+        Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
+        None => Ok(()),
+    }
+}
