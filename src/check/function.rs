@@ -95,11 +95,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     /// What cannot be compared is refused in the report: points or magnitudes of another length, a formula that is finite at no
     /// random point.
     pub fn run(self) -> Report {
-        let title = "function".to_string();
-        match self.each_block(check) {
-            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
-            Err(error) => Report::refused(title, error),
-        }
+        Report::of("function".to_string(), self.each_block(check))
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see

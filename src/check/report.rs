@@ -137,9 +137,13 @@ fn as_text<S: serde::Serializer>(error: &Option<Error>, serializer: S) -> Result
 }
 
 impl Report {
-    /// The report of a check that was not run.
-    pub(crate) fn refused(title: String, error: Error) -> Self {
-        Report { title, blocks: Vec::new(), notes: Vec::new(), refused: Some(error) }
+    /// The report of a check that was run, or why it was not.
+    pub(super) fn of(title: String, compared: Result<(Vec<BlockReport>, Vec<String>), Error>) -> Self {
+        let (blocks, notes, refused) = match compared {
+            Ok((blocks, notes)) => (blocks, notes, None),
+            Err(error) => (Vec::new(), Vec::new(), Some(error)),
+        };
+        Report { title, blocks, notes, refused }
     }
 
     /// The outcome: right if at least one block was compared and all are right.

@@ -156,10 +156,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     /// random point.
     pub fn run(self) -> Report {
         let title = self.title.clone();
-        match self.each_block(check) {
-            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
-            Err(error) => Report::refused(title, error),
-        }
+        Report::of(title, self.each_block(check))
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see

@@ -184,11 +184,7 @@ impl<'a> StepCheck<'a> {
     ///
     /// What cannot be compared is refused in the report: a tolerance that is no number, another number of equations' names.
     pub fn run(self) -> Report {
-        let title = TITLE.to_string();
-        match self.each_block(check) {
-            Ok((blocks, notes)) => Report { blocks, title, notes, refused: None },
-            Err(error) => Report::refused(title, error),
-        }
+        Report::of(TITLE.to_string(), self.each_block(check))
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
