@@ -58,13 +58,30 @@ type Answer = (Vec<f64>, DMatrix<f64>);
 struct Sheet {
     format: String,
     version: u32,
-    blocks: Vec<SheetBlock>,
+    blocks: List<SheetBlock>,
 }
 
 #[derive(Deserialize)]
 struct SheetBlock {
     name: String,
-    points: Vec<SheetPoint>,
+    points: List<SheetPoint>,
+}
+
+/// A list; of one entry Matlab leaves the entry.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a list, or the only entry of one")]
+enum List<T> {
+    Many(Vec<T>),
+    One(T),
+}
+
+impl<T> List<T> {
+    fn all(self) -> Vec<T> {
+        match self {
+            List::Many(list) => list,
+            List::One(entry) => vec![entry],
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -87,14 +104,14 @@ impl Answers {
             return Err(wrong("format".into(), problem));
         }
         let mut blocks = HashMap::new();
-        for SheetBlock { name, points } in sheet.blocks {
+        for SheetBlock { name, points } in sheet.blocks.all() {
             let read = |(k, SheetPoint { at, value }): (usize, SheetPoint)| {
                 let value = value.ok_or_else(|| "has no \"value\"".to_string()).and_then(|value| matrix(&value));
                 value
                     .map(|value| (numbers(&at), value))
                     .map_err(|problem| wrong(format!("block `{name}`, point {k}"), problem))
             };
-            let values: Vec<_> = points.into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
+            let values: Vec<_> = points.all().into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
             blocks.insert(name, values);
         }
         Ok(Answers { blocks, problem: Mutex::new(None) })
@@ -166,7 +183,7 @@ fn distance(x: &[f64], y: &[f64]) -> f64 {
     if x.len() == y.len() { x.iter().zip(y).map(of).fold(0.0, largest) } else { f64::INFINITY }
 }
 
-/// A matrix by its rows; a list of numbers is one row, and a number a matrix of one.
+/// A matrix by its rows; a list of numbers is one row (the check turns it where a column is wanted), and a number a matrix of one.
 pub(super) fn matrix(value: &Value) -> Result<DMatrix<f64>, String> {
     let number = |x: &Value| x.as_f64().ok_or_else(|| "is no matrix of numbers".to_string());
     let rows: Vec<Vec<f64>> = match value {

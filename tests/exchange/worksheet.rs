@@ -51,17 +51,65 @@ fn a_filled_worksheet_is_compared() {
     assert!(!report.passed() && report.to_string().contains("sign flipped"), "{report}");
 }
 
+/// What is left of lists of one, of columns and of empty lists when Matlab or Octave has read and written them.
+fn as_in_matlab(value: &Value) -> Value {
+    match value {
+        Value::Array(list) if list.len() == 1 && !list[0].is_array() => as_in_matlab(&list[0]),
+        Value::Array(list) if list.len() == 1 && list[0].as_array().is_some_and(|row| row.len() > 1) => {
+            as_in_matlab(&list[0])
+        }
+        Value::Array(list)
+            if list.iter().all(|row| row.as_array().is_some_and(|row| row.len() == 1)) && !list.is_empty() =>
+        {
+            as_in_matlab(&list.iter().map(|row| row[0].clone()).collect())
+        }
+        Value::Array(list) => list.iter().map(as_in_matlab).collect(),
+        Value::Object(entries) => entries.iter().map(|(name, value)| (name.clone(), as_in_matlab(value))).collect(),
+        x => x.clone(),
+    }
+}
+
+#[test]
+fn a_worksheet_survives_matlab() {
+    let through = |sheet: &str| as_in_matlab(&serde_json::from_str(&copied(sheet)).expect("JSON")).to_string();
+    let text = through(&sheet());
+    assert!(text.contains("\"blocks\":{"), "{text}");
+    let answers = Answers::from_json(&text).expect("answers");
+    distance(|at| answers.ask("Φ_q", at)).assert_passed();
+    answers.finish().expect("all were there");
+    // One point, and a column.
+    let check = || check::function(&Polar, ["r", "φ"], ["x", "y"]).at(&[0.7, 0.4]);
+    let value = |x: &[f64]| [[x[0] * x[1].cos()], [x[0] * x[1].sin()]];
+    let answers = Answers::from_json(&through(&check().value(value).worksheet().expect("a worksheet"))).expect("answers");
+    check().value(|x| answers.ask("f", x)).run().assert_passed();
+    answers.finish().expect("all were there");
+}
+
 #[test]
 fn a_worksheet_is_filled_in_python() {
-    if !is_there("python3") {
+    fill("python3", |given, filled| ["tests/languages/worksheet.py", given, filled].map(String::from).into());
+}
+
+#[test]
+fn a_worksheet_is_filled_in_octave() {
+    let call = |given: &str, filled: &str| format!("worksheet('{given}', '{filled}')");
+    fill("octave-cli", |given, filled| {
+        let (path, call) = ("tests/languages".to_string(), call(given, filled));
+        vec!["--quiet".into(), "--path".into(), path, "--eval".into(), call]
+    });
+}
+
+/// Has a program fill a worksheet with what is right, if it is there.
+fn fill(program: &str, arguments: impl Fn(&str, &str) -> Vec<String>) {
+    if !is_there(program) {
         return;
     }
-    let folder = std::env::temp_dir().join(format!("worksheet-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("worksheet-{program}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     let (given, filled) = (folder.join("sheet.json"), folder.join("filled.json"));
     std::fs::write(&given, sheet()).expect("written");
-    let run = Command::new("python3").arg("tests/languages/worksheet.py").args([&given, &filled]).status();
-    assert!(run.expect("Python").success());
+    let [from, to] = [&given, &filled].map(|path| path.to_str().expect("a path"));
+    assert!(Command::new(program).args(arguments(from, to)).status().expect(program).success());
     let answers = Answers::from_json(&std::fs::read_to_string(&filled).expect("a file")).expect("answers");
     distance(|at| answers.ask("Φ_q", at)).assert_passed();
     answers.finish().expect("all were there");
