@@ -17,6 +17,8 @@ pub(crate) struct Graph {
     /// Whether a node depends on constants and parameters alone.
     fixed: Vec<bool>,
     numbers: HashMap<Expression, Node, BuildHasherDefault<Mixer>>,
+    /// Whether x − y is the negative of y − x, also where both vanish. A formula is recorded without: atan2(0, −1) is π, and atan2(−0, −1) is −π.
+    merges: bool,
 }
 
 /// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
@@ -43,6 +45,11 @@ impl Hasher for Mixer {
 }
 
 impl Graph {
+    /// The same graph, for derivatives: those of every function are the same at 0 and at −0.
+    pub(super) fn merging(self) -> Self {
+        Graph { merges: true, ..self }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.expressions.len()
     }
@@ -191,9 +198,7 @@ impl Graph {
             let sum = self.add(x, y);
             return self.negative(sum);
         }
-        if x > y {
-            // A difference and its negative are one node.
-            let difference = self.put(Expression::Subtract(y, x));
+        if let Some(&difference) = self.numbers.get(&Expression::Subtract(y, x)).filter(|_| self.merges) {
             return self.negative(difference);
         }
         self.put(Expression::Subtract(x, y))

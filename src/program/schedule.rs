@@ -5,7 +5,7 @@
 //! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
 //! is not needed any more.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::expression::{Expression, Node};
 use super::function::Function;
@@ -118,10 +118,16 @@ impl Fusion {
     }
 
     fn join_negatives(&mut self, graph: &Graph, made: &[Node], is_used_once: impl Fn(Node) -> bool) {
+        // −(x − y) and y − x differ where both vanish, and so do the angles that they are sines of.
+        let angles = made.iter().filter_map(|node| match graph.expression(*node) {
+            Expression::Atan2(sine, _) => Some(sine),
+            _ => None,
+        });
+        let sines: HashSet<Node> = angles.collect();
         for &node in made {
             let Expression::Of(Function::Negative, of) = graph.expression(node) else { continue };
             let joined = match graph.expression(of) {
-                Expression::Subtract(x, y) => (Operation::Subtract, [y, x]),
+                Expression::Subtract(x, y) if !sines.contains(&node) => (Operation::Subtract, [y, x]),
                 Expression::Multiply(x, y) => (Operation::NegativeProduct, [x, y]),
                 _ => continue,
             };

@@ -58,6 +58,6 @@ impl Template {
     pub(crate) fn graph(&self) -> (Graph, Vec<Node>) {
         let mut graph = Graph::default();
         let nodes: Vec<Node> = self.expressions.iter().map(|expression| graph.put(*expression)).collect();
-        (graph, self.results.iter().map(|node| nodes[node.0 as usize]).collect())
+        (graph.merging(), self.results.iter().map(|node| nodes[node.0 as usize]).collect())
     }
 }

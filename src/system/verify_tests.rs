@@ -117,6 +117,30 @@ impl Constraint<3, 2, 2> for Random {
     }
 }
 
+/// An element on coordinates, multipliers and controls of its own.
+fn placed<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+    jet: J,
+    there: &'static [usize],
+    name: &str,
+    b: [Param; P],
+) -> PlacedElement
+where
+    J: Jet<N, M, K, P>,
+{
+    let n = if there.is_empty() { N } else { there.len() };
+    let typed = Box::new(Typed::<J, N, M, K, P>(jet));
+    PlacedElement {
+        name: name.to_string(),
+        formula: if there.is_empty() { typed } else { Box::new(Restricted { inner: typed, there }) },
+        q: (0..n).collect(),
+        sigma: (0..M).collect(),
+        u: (0..K).collect(),
+        b: b.to_vec(),
+        timed: true,
+        is_recorded: false,
+    }
+}
+
 /// Compares a formula as one kind of element at random points; returns how many of them say something.
 fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     (jet, there): (J, &'static [usize]),
@@ -128,17 +152,7 @@ where
     J: Jet<N, M, K, P>,
 {
     let n = if there.is_empty() { N } else { there.len() };
-    let typed = Box::new(Typed::<J, N, M, K, P>(jet));
-    let element = PlacedElement {
-        name: name.to_string(),
-        formula: if there.is_empty() { typed } else { Box::new(Restricted { inner: typed, there }) },
-        q: (0..n).collect(),
-        sigma: (0..M).collect(),
-        u: (0..K).collect(),
-        b: b.to_vec(),
-        timed: true,
-        is_recorded: false,
-    };
+    let element = placed::<J, N, M, K, P>(jet, there, name, b);
     let zeros = || vec![0.1; 8];
     let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
     let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, design));
@@ -222,6 +236,32 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
         said += hold::<_, N, M, K, P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design));
     }
     assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
+}
+
+/// Angles of directions that lie on the cut, where zeros have signs.
+struct OnTheCut;
+
+impl Force<2, 0, 1> for OnTheCut {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, b: &SVector<S, 1>) -> SVector<S, 2> {
+        let left = S::from(-1.0);
+        let (d, e) = (at.q[0] - at.q[1], at.q[1] - at.q[0]);
+        let angle = |y: S| y.atan2(left * b[0]);
+        SVector::from([angle(d) + angle(e) * 10.0 + d * e, angle(-d) + angle(e * b[0]) * 10.0 + angle(-(d * b[0])) * 100.0])
+    }
+}
+
+#[test]
+fn angles_are_on_the_same_side_of_the_cut() {
+    let element = placed::<_, 2, 0, 0, 1>(Applied(OnTheCut), &[], "on the cut", [Param::from(0.7)]);
+    let q = [0.3, 0.3];
+    let at = NodeView::of_equations([&q, &[0.0; 2], &[]], (&[], 0.0, &[]));
+    let shape = Shape { n: 2, m: 0, k: 0, p: 1 };
+    let record = || element.record(&at);
+    let (formula, numbers) = Recordings::default().formula(super::jet::ElementKind::Applied, shape, &element.b, record);
+    let parameters = element.element((0, 0), formula.clone(), numbers).parameters(&[]);
+    let program = &formula.kernels.as_ref().expect("programs").first;
+    let plain = OnTheCut.force(&ForcePoint { q: q.into(), v: [0.0; 2].into(), u: SVector::zeros(), t: 0.0 }, &[0.7].into());
+    assert_eq!(program.evaluate(&parameters, |which| q[which]), plain.as_slice());
 }
 
 #[test]
