@@ -13,7 +13,10 @@ use super::view::NodeView;
 use crate::Error;
 use crate::program::{Graph, Node, Template};
 
-/// The branches met so far.
+/// So many branches are kept: a formula may have one for every state.
+const MOST: usize = 32;
+
+/// The branches met last.
 pub(super) struct Branches {
     pub(super) element: usize,
     bound: Vec<bool>,
@@ -64,6 +67,9 @@ impl Branches {
     fn branch(&mut self, element: &Element, template: Template) -> &Branch {
         let known = self.known.iter().position(|branch| branch.template == template);
         let which = known.unwrap_or_else(|| {
+            if self.known.len() == MOST {
+                self.known.remove(0);
+            }
             let (graph, of, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
             let of = of.into_iter().map(|of| Target::of(element, of)).collect();
             self.known.push(Branch { template, graph, changes, of });
