@@ -1,4 +1,4 @@
-//! The kernel for a node of three unknowns that couples to at most one later node, of three unknowns too: a link of a chain.
+//! The kernel for a node of one, two or three unknowns that couples to at most one later node, of as many: a link of a chain.
 //!
 //! Everything fits into registers, and rows are not interchanged: the velocities of a node come before its
 //! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. A pivot that loses digits all the same sends the
