@@ -7,21 +7,26 @@ use super::program::Program;
 /// What computes some nodes of a graph.
 ///
 /// What depends on constants and parameters alone is computed by the `prelude`, once for each element and set of design variables; the `main`
-/// program takes it as arguments, after the inputs.
+/// program takes it as arguments, after the inputs. It may have stages: each goes on at the same point with what those before it left in the registers.
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     /// The numbers of the inputs that it uses, in the order of its arguments.
     inputs: Vec<usize>,
     prelude: Program,
-    main: Program,
+    stages: Vec<Program>,
 }
 
 impl Kernel {
     /// For elements with so many parameters; nothing if it is too long.
     pub(crate) fn new(graph: &mut Graph, parameters: usize, results: &[Node]) -> Option<Self> {
+        Kernel::in_stages(graph, parameters, &[results])
+    }
+
+    /// The same with the results of each stage.
+    pub(crate) fn in_stages(graph: &mut Graph, parameters: usize, results: &[&[Node]]) -> Option<Self> {
         let parameters: Vec<Node> = (0..parameters).map(|which| graph.parameter(which)).collect();
         let (mut inputs, mut arguments, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
-        for node in graph.edge(results) {
+        for node in graph.edge(&results.concat()) {
             match graph.expression(node) {
                 Expression::Input(which) => {
                     inputs.push(which as usize);
@@ -32,7 +37,7 @@ impl Kernel {
         }
         let prelude = Program::new(graph, &parameters, &fixed)?;
         arguments.extend(fixed);
-        Some(Kernel { inputs, prelude, main: Program::new(graph, &arguments, results)? })
+        Some(Kernel { inputs, prelude, stages: Program::in_stages(graph, &arguments, results)? })
     }
 
     /// The numbers of the inputs that it uses.
@@ -40,23 +45,18 @@ impl Kernel {
         &self.inputs
     }
 
-    /// The number of results.
-    pub(crate) fn results(&self) -> usize {
-        self.main.results().len()
-    }
-
-    /// The number of instructions at every point.
-    pub(crate) fn instructions(&self) -> usize {
-        self.main.len()
-    }
-
     /// How many numbers the prelude computes.
     pub(crate) fn fixed(&self) -> usize {
         self.prelude.results().len()
     }
 
+    /// The program that runs at every point, if there is one stage, and otherwise its first.
     pub(crate) fn main(&self) -> &Program {
-        &self.main
+        self.stage(0)
+    }
+
+    pub(crate) fn stage(&self, which: usize) -> &Program {
+        &self.stages[which]
     }
 
     pub(crate) fn prelude(&self) -> &Program {
@@ -65,23 +65,25 @@ impl Kernel {
 
     /// What the prelude computes for one element.
     pub(crate) fn run_prelude(&self, parameters: &[f64], put: impl FnMut(usize, f64)) {
-        run_once(&self.prelude, parameters, put);
+        run_once(std::slice::from_ref(&self.prelude), parameters, put);
     }
 
-    /// The results for one element; slow, for what is asked once in a run.
+    /// The results of all stages for one element; slow, for what is asked once in a run.
     pub(crate) fn evaluate(&self, parameters: &[f64], input: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut arguments: Vec<f64> = self.inputs.iter().map(|&which| input(which)).collect();
         self.run_prelude(parameters, |_, value| arguments.push(value));
         let mut results = Vec::new();
-        run_once(&self.main, &arguments, |_, value| results.push(value));
+        run_once(&self.stages, &arguments, |_, value| results.push(value));
         results
     }
 }
 
-fn run_once(program: &Program, arguments: &[f64], mut put: impl FnMut(usize, f64)) {
-    let mut registers = vec![[0.0; 1]; program.registers()];
-    let given = arguments[..program.arguments()].iter().chain(program.constants());
-    registers.iter_mut().zip(given).for_each(|(register, value)| *register = [*value]);
-    program.run(&mut registers);
-    program.results().enumerate().for_each(|(k, register)| put(k, registers[register][0]));
+fn run_once(stages: &[Program], arguments: &[f64], mut put: impl FnMut(usize, f64)) {
+    let mut registers = vec![[0.0; 1]; stages.first().map_or(0, Program::registers)];
+    for program in stages {
+        let given = arguments[..program.arguments()].iter().chain(program.constants());
+        registers.iter_mut().zip(given).for_each(|(register, value)| *register = [*value]);
+        program.run(&mut registers);
+        program.results().enumerate().for_each(|(k, register)| put(k, registers[register][0]));
+    }
 }

@@ -22,19 +22,6 @@ pub(crate) struct Lanes {
     sources: Vec<u32>,
 }
 
-/// Memory for the registers of any kernel.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Registers(Vec<f64>);
-
-impl Registers {
-    /// Makes room.
-    pub(crate) fn fit(&mut self, lanes: &Lanes) {
-        let widest = lanes.chunks.iter().map(|chunk| chunk.lanes).max().unwrap_or(0);
-        let len = widest * lanes.kernel.main().registers();
-        self.0.resize(self.0.len().max(len), 0.0);
-    }
-}
-
 /// Groups of eight, of four for what is left, and one by itself.
 fn chunks(elements: usize) -> Vec<Chunk> {
     let (mut chunks, mut first, mut offset) = (Vec::new(), 0, 0);
@@ -70,35 +57,48 @@ impl Lanes {
         &self.kernel
     }
 
-    /// The length of what preludes compute.
-    pub(crate) fn fixed_len(&self) -> usize {
-        self.lanes * self.kernel.fixed()
+    /// Registers for all elements, in which what preludes compute stays, and what a stage leaves to the next one.
+    pub(crate) fn registers(&self) -> Vec<f64> {
+        vec![0.0; self.lanes * self.kernel.main().registers()]
     }
 
     /// Runs the prelude of every element.
-    pub(crate) fn fix(&self, parameters: impl Fn(usize) -> Vec<f64>, fixed: &mut [f64]) {
+    pub(crate) fn fix(&self, parameters: impl Fn(usize) -> Vec<f64>, registers: &mut [f64]) {
+        let inputs = self.kernel.inputs().len();
         for chunk in &self.chunks {
-            let own = &mut fixed[chunk.offset * self.kernel.fixed()..][..chunk.lanes * self.kernel.fixed()];
+            let own = self.own(chunk, registers);
             for lane in 0..chunk.lanes {
                 let parameters = parameters(chunk.first + lane.min(chunk.elements - 1));
-                self.kernel.run_prelude(&parameters, |k, value| own[k * chunk.lanes + lane] = value);
+                self.kernel.run_prelude(&parameters, |k, value| own[(inputs + k) * chunk.lanes + lane] = value);
             }
         }
     }
 
-    /// Runs the kernel for all elements at a point; `put` gets the first of some elements, the number of the result and their values.
-    pub(crate) fn run(
-        &self,
-        point: &[f64],
-        fixed: &[f64],
-        registers: &mut Registers,
-        mut put: impl FnMut(usize, usize, &[f64]),
-    ) {
+    /// The registers of some elements.
+    fn own<'a>(&self, chunk: &Chunk, registers: &'a mut [f64]) -> &'a mut [f64] {
+        let of_lane = self.kernel.main().registers();
+        &mut registers[chunk.offset * of_lane..][..chunk.lanes * of_lane]
+    }
+
+    /// Runs the kernel, or its first stage, for all elements at a point; `put` gets the first of some elements, the number of the result and
+    /// their values.
+    pub(crate) fn run(&self, point: &[f64], registers: &mut [f64], mut put: impl FnMut(usize, usize, &[f64])) {
         for chunk in &self.chunks {
             match chunk.lanes {
-                1 => self.run_chunk::<1>(chunk, point, fixed, registers, &mut put),
-                4 => self.run_chunk::<4>(chunk, point, fixed, registers, &mut put),
-                _ => self.run_chunk::<8>(chunk, point, fixed, registers, &mut put),
+                1 => self.run_chunk::<1>(chunk, point, registers, &mut put),
+                4 => self.run_chunk::<4>(chunk, point, registers, &mut put),
+                _ => self.run_chunk::<8>(chunk, point, registers, &mut put),
+            }
+        }
+    }
+
+    /// Goes on with a later stage, at the point of the last `run`.
+    pub(crate) fn go_on(&self, stage: usize, registers: &mut [f64], mut put: impl FnMut(usize, usize, &[f64])) {
+        for chunk in &self.chunks {
+            match chunk.lanes {
+                1 => self.run_stage::<1>(chunk, stage, registers, &mut put),
+                4 => self.run_stage::<4>(chunk, stage, registers, &mut put),
+                _ => self.run_stage::<8>(chunk, stage, registers, &mut put),
             }
         }
     }
@@ -108,21 +108,81 @@ impl Lanes {
         &self,
         chunk: &Chunk,
         point: &[f64],
-        fixed: &[f64],
-        registers: &mut Registers,
+        registers: &mut [f64],
         put: &mut impl FnMut(usize, usize, &[f64]),
     ) {
-        let (inputs, constants) = (self.kernel.inputs().len(), self.kernel.fixed());
-        let registers = registers.0[..L * self.kernel.main().registers()].as_chunks_mut::<L>().0;
+        let inputs = self.kernel.inputs().len();
         let sources = self.sources[chunk.offset * inputs..][..L * inputs].as_chunks::<L>().0;
-        for (register, source) in registers.iter_mut().zip(sources) {
+        for (register, source) in self.own(chunk, registers).as_chunks_mut::<L>().0.iter_mut().zip(sources) {
             *register = source.map(|place| point[place as usize]);
         }
-        let fixed = fixed[chunk.offset * constants..][..L * constants].as_chunks::<L>().0;
-        registers[inputs..][..constants].copy_from_slice(fixed);
-        self.kernel.main().run(registers);
-        for (k, register) in self.kernel.main().results().enumerate() {
-            put(chunk.first, k, &registers[register][..chunk.elements]);
+        self.run_stage::<L>(chunk, 0, registers, put);
+    }
+
+    #[inline]
+    fn run_stage<const L: usize>(
+        &self,
+        chunk: &Chunk,
+        stage: usize,
+        registers: &mut [f64],
+        put: &mut impl FnMut(usize, usize, &[f64]),
+    ) {
+        let (program, registers) = (self.kernel.stage(stage), self.own(chunk, registers).as_chunks_mut::<L>().0);
+        program.run(registers);
+        if chunk.elements == L {
+            // Of a length that the compiler knows.
+            program.results().enumerate().for_each(|(k, register)| put(chunk.first, k, &registers[register]));
+        } else {
+            program
+                .results()
+                .enumerate()
+                .for_each(|(k, register)| put(chunk.first, k, &registers[register][..chunk.elements]));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::{Function, Graph};
+
+    #[test]
+    fn a_stage_goes_on_with_what_the_one_before_computed_and_may_be_run_again() {
+        // f = b exp(y sin x), then f_x and f_xx.
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|which| graph.input(which));
+        let b = graph.parameter(0);
+        let sine = graph.function(Function::Sin, x);
+        let exponent = graph.multiply(y, sine);
+        let exp = graph.function(Function::Exp, exponent);
+        let f = graph.multiply(b, exp);
+        let one = graph.constant(1.0);
+        let slope = graph.forward(&[f], &[(x, one)])[0];
+        let second = graph.forward(&[slope], &[(x, one)])[0];
+        let kernel = Kernel::in_stages(&mut graph, 1, &[&[f], &[slope, second]]).expect("short");
+        let text = kernel.stage(1).to_string();
+        assert!(!text.contains("exp") && !text.contains("sin") && !text.contains("cos"), "{text}");
+
+        let number = |k: usize| (0.7 * k as f64).sin();
+        let lanes = Lanes::new(kernel, 11, |element, which| 2 * element + which);
+        let mut registers = lanes.registers();
+        lanes.fix(|element| vec![1.0 + number(element)], &mut registers);
+        for round in 0..2 {
+            let point: Vec<f64> = (0..22).map(|k| number(k + 5 * round)).collect();
+            let expected = |e: usize| {
+                let (sin, cos) = point[2 * e].sin_cos();
+                let (y, f) = (point[2 * e + 1], (1.0 + number(e)) * (point[2 * e + 1] * sin).exp());
+                [f, f * y * cos, f * (y * cos * y * cos - y * sin)]
+            };
+            let holds = |first: usize, which: usize, values: &[f64]| {
+                for (k, value) in values.iter().enumerate() {
+                    let expected = expected(first + k)[which];
+                    assert!((value - expected).abs() < 1e-14, "{value} {expected}");
+                }
+            };
+            lanes.run(&point, &mut registers, |first, _, values| holds(first, 0, values));
+            lanes.go_on(1, &mut registers, |first, k, values| holds(first, 1 + k, values));
+            lanes.go_on(1, &mut registers, |first, k, values| holds(first, 1 + k, values));
         }
     }
 }

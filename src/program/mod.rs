@@ -17,6 +17,7 @@ mod kernel;
 mod lanes;
 #[expect(clippy::module_inception, reason = "the result has the name of the room")]
 mod program;
+mod registers;
 mod schedule;
 mod symbol;
 mod template;
@@ -25,7 +26,7 @@ pub(crate) use expression::{Expression, Node};
 pub(crate) use function::Function;
 pub(crate) use graph::Graph;
 pub(crate) use kernel::Kernel;
-pub(crate) use lanes::{Lanes, Registers};
+pub(crate) use lanes::Lanes;
 pub(crate) use program::Program;
 pub(crate) use symbol::{Obstacle, Symbol, record, record_branch};
 pub(crate) use template::Template;

@@ -3,7 +3,7 @@
 //! Products that are used once, in a sum, become one instruction with it, so do sine and cosine of one angle, and differences and products of which
 //! the negative alone is used. Among the operations whose
 //! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
-//! is not needed any more.
+//! is not needed any more. Stages are planned one after the other: a later one takes what earlier ones make as given.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -11,6 +11,7 @@ use super::expression::{Expression, Node};
 use super::function::Function;
 use super::graph::Graph;
 use super::program::{Instruction, Operation, Program, Register, Run};
+use super::registers::Registers;
 
 /// Not a register, nor a task.
 const NONE: u32 = u32::MAX;
@@ -32,15 +33,42 @@ struct Tasks {
 impl Program {
     /// What computes some nodes from others, `arguments`, which come first in its registers; nothing if it takes too many registers.
     pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Option<Self> {
-        let mut is_argument = vec![false; graph.len()];
-        arguments.iter().for_each(|node| is_argument[node.0 as usize] = true);
-        let needed = needed(graph, &is_argument, results);
-        let tasks = Tasks::new(graph, &is_argument, &needed, results);
-        let order = tasks.order();
-        let constants = needed.iter().filter(|&&node| !is_argument[node.0 as usize]);
-        let constants = constants.filter_map(|&node| graph.value(node).map(|value| (node, value))).collect();
-        tasks.assign(&order, graph.len(), (arguments, constants), results)
+        Program::in_stages(graph, arguments, &[results])?.pop()
     }
+
+    /// Programs on the same registers: each goes on with what those before it have computed, and may be run again.
+    pub(crate) fn in_stages(graph: &Graph, arguments: &[Node], stages: &[&[Node]]) -> Option<Vec<Self>> {
+        let mut is_known = vec![false; graph.len()];
+        arguments.iter().for_each(|node| is_known[node.0 as usize] = true);
+        let of_all = needed(graph, &is_known, &stages.concat());
+        let constants: Vec<(Node, f64)> = of_all
+            .iter()
+            .filter(|node| !is_known[node.0 as usize])
+            .filter_map(|&node| Some((node, graph.value(node)?)))
+            .collect();
+        constants.iter().for_each(|(node, _)| is_known[node.0 as usize] = true);
+        let mut tasks = Tasks { list: Vec::new(), maker: vec![NONE; graph.len()] };
+        let mut plan = Vec::with_capacity(stages.len());
+        for results in stages {
+            let needed = needed(graph, &is_known, &[results, &*twins(graph, &is_known, results, &of_all)].concat());
+            let first = tasks.list.len();
+            tasks.add(graph, &is_known, &needed, results);
+            let made = tasks.list[first..].iter().flat_map(|task| task.results.iter().flatten());
+            made.for_each(|node| is_known[node.0 as usize] = true);
+            plan.push((tasks.order(first), *results));
+        }
+        tasks.assign(&plan, graph.len(), (arguments, constants))
+    }
+}
+
+/// Sines and cosines that later stages need of angles of which this one needs the other.
+fn twins(graph: &Graph, is_known: &[bool], results: &[Node], of_all: &[Node]) -> Vec<Node> {
+    let angle = |node: &Node| match graph.expression(*node) {
+        Expression::Of(Function::Sin | Function::Cos, angle) => Some(angle),
+        _ => None,
+    };
+    let own: HashSet<Node> = needed(graph, is_known, results).iter().filter_map(angle).collect();
+    of_all.iter().copied().filter(|node| angle(node).is_some_and(|angle| own.contains(&angle))).collect()
 }
 
 /// The nodes to be computed, and those they are made of.
@@ -156,42 +184,41 @@ impl Fusion {
 }
 
 impl Tasks {
-    fn new(graph: &Graph, is_argument: &[bool], needed: &[Node], results: &[Node]) -> Self {
-        let is_made = |node: &Node| !is_argument[node.0 as usize] && graph.value(*node).is_none();
+    /// The tasks of a stage that makes what is needed and not known.
+    fn add(&mut self, graph: &Graph, is_known: &[bool], needed: &[Node], results: &[Node]) {
+        let is_made = |node: &Node| !is_known[node.0 as usize];
         let made: Vec<Node> = needed.iter().copied().filter(is_made).collect();
         let mut uses = vec![0; graph.len()];
         let used = made.iter().flat_map(|&node| graph.expression(node).arguments());
         used.chain(results.iter().copied()).for_each(|node| uses[node.0 as usize] += 1);
         let fusion = Fusion::new(graph, &made, &uses);
-        let mut tasks = Tasks { list: Vec::new(), maker: vec![NONE; graph.len()] };
         for &node in made.iter().filter(|node| !fusion.absorbed[node.0 as usize]) {
             let task = fusion.task(graph, node);
             for result in task.results.iter().flatten() {
-                tasks.maker[result.0 as usize] = tasks.list.len() as u32;
+                self.maker[result.0 as usize] = self.list.len() as u32;
             }
-            tasks.list.push(task);
+            self.list.push(task);
         }
-        tasks
     }
 
-    /// An order in which arguments come first and equal operations together.
-    fn order(&self) -> Vec<usize> {
+    /// An order of the tasks of the last stage, from `first` on, in which arguments come first and equal operations together.
+    fn order(&self, first: usize) -> Vec<usize> {
         let mut waiting = vec![0; self.list.len()];
         let mut users = vec![Vec::new(); self.list.len()];
-        for (k, task) in self.list.iter().enumerate() {
+        for (k, task) in self.list.iter().enumerate().skip(first) {
             for argument in task.arguments.iter().flatten() {
                 let maker = self.maker[argument.0 as usize];
-                if maker != NONE {
+                if maker != NONE && maker as usize >= first {
                     waiting[k] += 1;
                     users[maker as usize].push(k);
                 }
             }
         }
         let mut ready: BTreeMap<Operation, Vec<usize>> = BTreeMap::new();
-        for (k, task) in self.list.iter().enumerate().filter(|(k, _)| waiting[*k] == 0) {
+        for (k, task) in self.list.iter().enumerate().skip(first).filter(|(k, _)| waiting[*k] == 0) {
             ready.entry(task.operation).or_default().push(k);
         }
-        let mut order = Vec::with_capacity(self.list.len());
+        let mut order = Vec::with_capacity(self.list.len() - first);
         while let Some(operation) = ready.iter().max_by_key(|(_, tasks)| tasks.len()).map(|(operation, _)| *operation) {
             let mut run = ready.remove(&operation).unwrap_or_default();
             while let Some(k) = run.pop() {
@@ -208,59 +235,44 @@ impl Tasks {
         order
     }
 
-    /// Gives every node a register: first the arguments, then constants, then what is computed.
+    /// Gives every node a register: first the arguments, then constants, then what is computed. What an earlier stage leaves to a later one stays.
     fn assign(
         &self,
-        order: &[usize],
+        plan: &[(Vec<usize>, &[Node])],
         nodes: usize,
         (arguments, constants): (&[Node], Vec<(Node, f64)>),
-        results: &[Node],
-    ) -> Option<Program> {
-        let mut register = vec![NONE; nodes];
-        let first = arguments.iter().copied().chain(constants.iter().map(|(node, _)| *node));
-        first.enumerate().for_each(|(k, node)| register[node.0 as usize] = k as u32);
-        let given = (arguments.len() + constants.len()) as u32;
-        let mut left = vec![0; nodes];
-        let used = order.iter().flat_map(|&k| self.list[k].arguments.iter().flatten());
-        used.chain(results).for_each(|node| left[node.0 as usize] += 1);
-
-        let (mut next, mut free) = (given, Vec::new());
-        let (mut instructions, mut runs): (Vec<Instruction>, Vec<Run>) = (Vec::with_capacity(order.len()), Vec::new());
-        for &k in order {
-            let Task { operation, arguments, results } = &self.list[k];
-            let of = arguments.map(|node| node.map_or(0, |node| register[node.0 as usize]));
-            for node in arguments.iter().flatten() {
-                left[node.0 as usize] -= 1;
-                if left[node.0 as usize] == 0 && register[node.0 as usize] >= given {
-                    free.push(register[node.0 as usize]);
-                }
-            }
-            let mut into = [0; 2];
-            for (into, node) in into.iter_mut().zip(results).filter_map(|(into, node)| Some((into, (*node)?))) {
-                *into = free.pop().unwrap_or_else(|| {
-                    next += 1;
-                    next - 1
-                });
-                register[node.0 as usize] = *into;
-            }
-            let [into, cosine] = into.map(|register: u32| register as Register);
-            let [x, y, z] = of.map(|register| register as Register);
-            let of = if *operation == Operation::SinCos { [x, cosine, 0] } else { [x, y, z] };
-            let at = instructions.len();
-            instructions.push(Instruction { of, into });
-            match runs.last_mut() {
-                Some(run) if run.operation == *operation => run.instructions.end = at + 1,
-                _ => runs.push(Run { operation: *operation, instructions: at..at + 1 }),
-            }
+    ) -> Option<Vec<Program>> {
+        let mut registers = Registers::new(nodes, arguments.iter().copied().chain(constants.iter().map(|(node, _)| *node)));
+        for (order, results) in plan {
+            let used = order.iter().flat_map(|&k| self.list[k].arguments.iter().flatten());
+            used.chain(*results).for_each(|node| registers.uses[node.0 as usize] += 1);
         }
-        Register::try_from(next).ok()?;
-        Some(Program {
-            arguments: arguments.len(),
-            constants: constants.into_iter().map(|(_, value)| value).collect(),
-            instructions,
-            runs,
-            registers: next as usize,
-            results: results.iter().map(|node| register[node.0 as usize] as Register).collect(),
-        })
+        let constants: Vec<f64> = constants.into_iter().map(|(_, value)| value).collect();
+        let mut programs = Vec::with_capacity(plan.len());
+        for (order, results) in plan {
+            let mut program = Program { arguments: arguments.len(), constants: constants.clone(), ..Program::default() };
+            for &k in order {
+                let Task { operation, arguments, results } = &self.list[k];
+                program.push(*operation, registers.take(*operation, arguments, results));
+            }
+            program.results = results.iter().map(|node| registers.of[node.0 as usize] as Register).collect();
+            results.iter().for_each(|node| registers.uses[node.0 as usize] -= 1);
+            registers.keep();
+            programs.push(program);
+        }
+        Register::try_from(registers.next).ok()?;
+        programs.iter_mut().for_each(|program| program.registers = registers.next as usize);
+        Some(programs)
+    }
+}
+
+impl Program {
+    fn push(&mut self, operation: Operation, instruction: Instruction) {
+        let at = self.instructions.len();
+        self.instructions.push(instruction);
+        match self.runs.last_mut() {
+            Some(run) if run.operation == operation => run.instructions.end = at + 1,
+            _ => self.runs.push(Run { operation, instructions: at..at + 1 }),
+        }
     }
 }

@@ -23,7 +23,7 @@ use super::point::Layout;
 use super::target::Target;
 use super::view::NodeView;
 use crate::number::{Hyper, hyper, hyper_parts};
-use crate::program::{Kernel, Lanes, Registers};
+use crate::program::{Kernel, Lanes};
 use crate::{Error, System};
 
 /// Elements of one formula.
@@ -31,11 +31,11 @@ struct Group {
     elements: Vec<usize>,
     /// r, and of each element where its components are added: n momenta, then m equations.
     right: Lanes,
-    right_fixed: Vec<f64>,
+    right_registers: Vec<f64>,
     sums: Vec<usize>,
     /// The derivatives of c·f + e·g, and with respect to what, by which factor.
     rows: Lanes,
-    rows_fixed: Vec<f64>,
+    rows_registers: Vec<f64>,
     of: Vec<(Target, f64)>,
 }
 
@@ -45,7 +45,6 @@ pub(crate) struct AccelerationEquations {
     groups: Vec<Group>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
-    registers: Registers,
     point: Vec<f64>,
 }
 
@@ -53,7 +52,7 @@ impl AccelerationEquations {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let (n, m, k) = (system.n(), system.m(), system.k());
         let layout = Layout { n, m, k };
-        let (mut groups, mut dual, mut registers) = (Vec::new(), Vec::new(), Registers::default());
+        let (mut groups, mut dual) = (Vec::new(), Vec::new());
         for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
@@ -62,31 +61,27 @@ impl AccelerationEquations {
                 None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
             }
         }
-        for group in &groups {
-            registers.fit(&group.right);
-            registers.fit(&group.rows);
-        }
-        AccelerationEquations { layout, groups, dual, registers, point: vec![0.0; layout.len()] }
+        AccelerationEquations { layout, groups, dual, point: vec![0.0; layout.len()] }
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        for Group { elements: own, right, right_fixed, rows, rows_fixed, .. } in &mut self.groups {
-            right.fix(|e| elements[own[e]].parameters(design), right_fixed);
-            rows.fix(|e| elements[own[e]].parameters(design), rows_fixed);
+        for Group { elements: own, right, right_registers, rows, rows_registers, .. } in &mut self.groups {
+            right.fix(|e| elements[own[e]].parameters(design), right_registers);
+            rows.fix(|e| elements[own[e]].parameters(design), rows_registers);
         }
     }
 
     /// r at a state with σ = 0.
     pub(crate) fn right(&mut self, batches: &[Batch], at: &NodeView<f64>, right: &mut Pair) {
-        let AccelerationEquations { layout, groups, dual, registers, point } = self;
+        let AccelerationEquations { layout, groups, dual, point } = self;
         let n = layout.n;
         right.v.fill(0.0);
         right.sigma.fill(0.0);
         layout.load(at, point);
-        for Group { elements, right: program, right_fixed, sums, .. } in groups {
+        for Group { elements, right: program, right_registers, sums, .. } in groups {
             let count = elements.len();
-            program.run(point, right_fixed, registers, |e, k, values| {
+            program.run(point, right_registers, |e, k, values| {
                 for (&place, value) in sums[k * count + e..].iter().zip(values) {
                     *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
                 }
@@ -97,13 +92,13 @@ impl AccelerationEquations {
 
     /// Adds the derivatives of c·f + e·g at a state with σ = 0 and its v̇ and λ.
     pub(crate) fn pull_back(&mut self, batches: &[Batch], at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
-        let AccelerationEquations { layout, groups, dual, registers, point } = self;
+        let AccelerationEquations { layout, groups, dual, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_accelerations(at, point);
-        for Group { elements, rows: program, rows_fixed, of, .. } in groups {
+        for Group { elements, rows: program, rows_registers, of, .. } in groups {
             let count = elements.len();
-            program.run(point, rows_fixed, registers, |e, k, values| {
+            program.run(point, rows_registers, |e, k, values| {
                 for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
                     target.add(rows, factor * value);
                 }
@@ -130,8 +125,8 @@ impl Group {
         };
         let sums = components.iter().flat_map(|of| own.iter().map(move |element| sum(of, element))).collect();
         let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
-        let (right_fixed, rows_fixed) = (vec![0.0; right.fixed_len()], vec![0.0; rows.fixed_len()]);
-        Group { elements, right, right_fixed, sums, rows, rows_fixed, of }
+        let (right_registers, rows_registers) = (right.registers(), rows.registers());
+        Group { elements, right, right_registers, sums, rows, rows_registers, of }
     }
 }
 
@@ -139,7 +134,7 @@ impl Group {
 struct AlongGroup {
     elements: Vec<usize>,
     rows: Lanes,
-    fixed: Vec<f64>,
+    registers: Vec<f64>,
     of: Vec<(Target, f64)>,
 }
 
@@ -149,14 +144,13 @@ pub(crate) struct AccelerationSecondOrder {
     groups: Vec<AlongGroup>,
     /// Elements without a program.
     branching: Vec<Branches>,
-    registers: Registers,
     point: Vec<f64>,
 }
 
 impl AccelerationSecondOrder {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut groups, mut branching, mut registers) = (Vec::new(), Vec::new(), Registers::default());
+        let (mut groups, mut branching) = (Vec::new(), Vec::new());
         for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
@@ -165,19 +159,18 @@ impl AccelerationSecondOrder {
                 continue;
             };
             let rows = Lanes::new(kernel, own.len(), |e, which| layout.source(own[e], formula.shape.place(which)));
-            registers.fit(&rows);
             let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
-            let fixed = vec![0.0; rows.fixed_len()];
-            groups.push(AlongGroup { elements: members, rows, fixed, of });
+            let registers = rows.registers();
+            groups.push(AlongGroup { elements: members, rows, registers, of });
         }
         let point = vec![0.0; layout.len() + system.parameters().len()];
-        AccelerationSecondOrder { layout, groups, branching, registers, point }
+        AccelerationSecondOrder { layout, groups, branching, point }
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        for AlongGroup { elements: own, rows, fixed, .. } in &mut self.groups {
-            rows.fix(|e| elements[own[e]].with_factors(design), fixed);
+        for AlongGroup { elements: own, rows, registers, .. } in &mut self.groups {
+            rows.fix(|e| elements[own[e]].with_factors(design), registers);
         }
     }
 
@@ -192,14 +185,14 @@ impl AccelerationSecondOrder {
         with: &Pair,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let AccelerationSecondOrder { layout, groups, branching, registers, point } = self;
+        let AccelerationSecondOrder { layout, groups, branching, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_direction_beside_accelerations(along, point);
         layout.load_accelerations(at, point);
-        for AlongGroup { elements, rows: program, fixed, of } in groups {
+        for AlongGroup { elements, rows: program, registers, of } in groups {
             let count = elements.len();
-            program.run(point, fixed, registers, |e, k, values| {
+            program.run(point, registers, |e, k, values| {
                 for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
                     target.add(rows, factor * value);
                 }

@@ -8,19 +8,18 @@ use std::sync::Arc;
 use super::batch::{Batch, Covector, InputRows, StateRows, Sums, Within};
 use super::block::{BlockRun, Wanted};
 use super::element::{Element, Formulas};
-use super::formula::{Formula, InputOf};
+use super::formula::{Formula, InputOf, Kernels};
 use super::point::Layout;
 use super::view::NodeView;
-use crate::program::{Kernel, Lanes, Registers};
+use crate::program::{Kernel, Lanes};
 
 /// Elements of one formula whose derivatives vary along a motion.
 #[derive(Debug)]
 struct Group {
     elements: Vec<usize>,
-    first: Lanes,
+    state: Lanes,
     /// Of each element, where its components are added to all sums.
     sums: Vec<u32>,
-    second: Lanes,
 }
 
 /// Elements of one formula with derivatives with respect to inputs.
@@ -72,16 +71,14 @@ pub(crate) struct Assembly {
     slots: Vec<[u32; 2]>,
 }
 
-/// What preludes computed for a set of design variables, and memory for registers.
+/// The registers of all programs, with what preludes computed for a set of design variables.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
-    first: Vec<Vec<f64>>,
-    second: Vec<Vec<f64>>,
+    state: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,
     along: Vec<Vec<f64>>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, at both ends of a step, of every element that may bend.
     ends: Vec<[[f64; 2]; 2]>,
-    registers: Registers,
     point: Vec<f64>,
     /// The point at which inputs are differentiated.
     input_point: Vec<f64>,
@@ -112,8 +109,7 @@ impl Assembly {
                 let sums =
                     kernels.components.iter().flat_map(|of| own.iter().map(|element| layout.sum(element, *of) as u32));
                 let sums = sums.collect();
-                let (first, second) = (lanes(&kernels.first), lanes(&kernels.second));
-                assembly.groups.push(Group { elements: members, first, sums, second });
+                assembly.groups.push(Group { elements: members, state: lanes(&kernels.state), sums });
             }
         }
         assembly.bending = (0..elements.len()).filter(|&e| elements[e].formula.may_bend()).collect();
@@ -164,21 +160,11 @@ impl Assembly {
     }
 
     pub(crate) fn workspace(&self) -> Workspace {
-        let mut registers = Registers::default();
-        for group in &self.groups {
-            registers.fit(&group.first);
-            registers.fit(&group.second);
-        }
-        self.input_groups.iter().for_each(|group| registers.fit(&group.inputs));
-        self.bending_groups.iter().for_each(|group| registers.fit(&group.along));
-        let zeros = |lanes: &Lanes| vec![0.0; lanes.fixed_len()];
         Workspace {
-            first: self.groups.iter().map(|group| zeros(&group.first)).collect(),
-            second: self.groups.iter().map(|group| zeros(&group.second)).collect(),
-            inputs: self.input_groups.iter().map(|group| zeros(&group.inputs)).collect(),
-            along: self.bending_groups.iter().map(|group| zeros(&group.along)).collect(),
+            state: self.groups.iter().map(|group| group.state.registers()).collect(),
+            inputs: self.input_groups.iter().map(|group| group.inputs.registers()).collect(),
+            along: self.bending_groups.iter().map(|group| group.along.registers()).collect(),
             ends: vec![[[0.0; 2]; 2]; self.bending.len()],
-            registers,
             point: vec![0.0; self.layout.len()],
             input_point: vec![0.0; self.layout.len()],
         }
@@ -186,26 +172,24 @@ impl Assembly {
 
     /// Runs all preludes, for the design variables of a start.
     pub(crate) fn fix(&self, parameters: impl Fn(usize) -> Vec<f64>, workspace: &mut Workspace) {
-        for (k, group) in self.groups.iter().enumerate() {
-            let of = |e: usize| parameters(group.elements[e]);
-            group.first.fix(of, &mut workspace.first[k]);
-            group.second.fix(of, &mut workspace.second[k]);
+        for (group, registers) in self.groups.iter().zip(&mut workspace.state) {
+            group.state.fix(|e| parameters(group.elements[e]), registers);
         }
-        for (k, group) in self.input_groups.iter().enumerate() {
-            group.inputs.fix(|e| parameters(group.elements[e]), &mut workspace.inputs[k]);
+        for (group, registers) in self.input_groups.iter().zip(&mut workspace.inputs) {
+            group.inputs.fix(|e| parameters(group.elements[e]), registers);
         }
-        for (k, group) in self.bending_groups.iter().enumerate() {
-            group.along.fix(|e| parameters(group.elements[e]), &mut workspace.along[k]);
+        for (group, registers) in self.bending_groups.iter().zip(&mut workspace.along) {
+            group.along.fix(|e| parameters(group.elements[e]), registers);
         }
     }
 
     /// Writes their second derivatives at the point that was evaluated last.
     pub(crate) fn second(&self, workspace: &mut Workspace, blocks: &mut [f64]) {
         let mut begin = 0;
-        for (group, fixed) in self.groups.iter().zip(&workspace.second) {
+        for (group, registers) in self.groups.iter().zip(&mut workspace.state) {
             let count = group.elements.len();
-            let own = &mut blocks[begin..][..count * group.second.kernel().results()];
-            group.second.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| match values {
+            let own = &mut blocks[begin..][..count * group.state.kernel().stage(Kernels::SECOND).results().len()];
+            group.state.go_on(Kernels::SECOND, registers, |e, k, values| match values {
                 [value] => own[k * count + e] = *value,
                 _ => own[k * count + e..][..values.len()].copy_from_slice(values),
             });
@@ -255,10 +239,11 @@ impl Formulas {
         (sums, blocks): (&mut Sums<f64>, &mut [f64]),
     ) {
         let Formulas { elements, assembly } = self;
-        assembly.layout.load(at, &mut workspace.point);
-        for (group, fixed) in assembly.groups.iter().zip(&workspace.first) {
+        let Workspace { point, state, .. } = workspace;
+        assembly.layout.load(at, point);
+        for (group, registers) in assembly.groups.iter().zip(state) {
             let count = group.elements.len();
-            group.first.run(&workspace.point, fixed, &mut workspace.registers, |e, k, values| {
+            group.state.run(point, registers, |e, k, values| {
                 let places = &group.sums[k * count + e..];
                 places.iter().zip(values).for_each(|(&place, value)| sums.all[place as usize] += value);
             });
@@ -285,10 +270,11 @@ impl Formulas {
             assembly.layout.load(at, &mut workspace.input_point);
             assembly.layout.load_covector(with, &mut workspace.input_point);
         }
-        for (group, fixed) in assembly.input_groups.iter().zip(&workspace.inputs) {
+        let Workspace { input_point: point, inputs, .. } = workspace;
+        for (group, registers) in assembly.input_groups.iter().zip(inputs) {
             let count = group.elements.len();
             *rows.evaluations += group.of.len();
-            group.inputs.run(&workspace.input_point, fixed, &mut workspace.registers, |e, k, values| {
+            group.inputs.run(point, registers, |e, k, values| {
                 for (of, value) in group.of[k * count + e..].iter().zip(values) {
                     match *of {
                         (Input::Control(channel), _) => rows.u[channel] += value,
@@ -315,12 +301,12 @@ impl Formulas {
         show: &mut dyn FnMut(Within),
     ) {
         let Formulas { elements, assembly } = self;
-        let Workspace { along, ends: values, registers, input_point: point, .. } = workspace;
+        let Workspace { along, ends: values, input_point: point, .. } = workspace;
         assembly.layout.load_covector(with, point);
         for (end, at) in ends.iter().enumerate() {
             assembly.layout.load_rates(at, point);
-            for (group, fixed) in assembly.bending_groups.iter().zip(&*along) {
-                group.along.run(point, fixed, registers, |e, k, results| {
+            for (group, registers) in assembly.bending_groups.iter().zip(&mut *along) {
+                group.along.run(point, registers, |e, k, results| {
                     group.places[e..].iter().zip(results).for_each(|(&place, value)| values[place][end][k] = *value);
                 });
             }

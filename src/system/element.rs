@@ -157,7 +157,7 @@ impl Element {
         let Some(kernels) = &self.formula.kernels else { return };
         let slopes = [0.0, FRAC_PI_2, 2.0 * FRAC_PI_2].map(|angle| {
             let is_angle = |which| matches!(self.formula.shape.place(which), Place::Q(_));
-            kernels.second.evaluate(parameters, |which| if is_angle(which) { angle } else { 0.0 })
+            kernels.at_state(parameters, |which| if is_angle(which) { angle } else { 0.0 }).1
         });
         for (k, entry) in self.formula.varying.iter().enumerate().filter(|(_, entry)| entry.block == Block::PhiQ) {
             let [at_0, at_90, at_180] = slopes.each_ref().map(|slopes| slopes[k]);

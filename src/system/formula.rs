@@ -43,11 +43,10 @@ pub enum ArgumentOf {
 /// The programs of an element that has a graph.
 #[derive(Clone, Debug)]
 pub struct Kernels {
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt, of a constraint without its linear columns, and which component each result is.
-    pub first: Kernel,
+    /// At a state: first 𝓛_v, 𝓛_q + Q and dΦ/dt, of a constraint without its linear columns, then the entries that vary.
+    pub state: Kernel,
+    /// Which component each result of the first stage is.
     pub components: Vec<Component>,
-    /// The entries that vary.
-    pub second: Kernel,
     /// The entries that are constant.
     pub fixed: Kernel,
     /// 𝓛_v and 𝓛_q + Q, and Q_u by rows, of an element that is constant.
@@ -57,6 +56,18 @@ pub struct Kernels {
     pub inputs_of: Vec<InputOf>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub along: Kernel,
+}
+
+impl Kernels {
+    /// The stage of `state` after the first one.
+    pub const SECOND: usize = 1;
+
+    /// The components and the entries that vary; slow.
+    pub fn at_state(&self, parameters: &[f64], input: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let mut components = self.state.evaluate(parameters, input);
+        let entries = components.split_off(self.components.len());
+        (components, entries)
+    }
 }
 
 /// What is known of a formula.
@@ -125,11 +136,11 @@ impl Formula {
         let along = derivatives.along(&mut graph, shape);
         let at_zero: Vec<Node> = derivatives.l_v.iter().chain(&derivatives.force).chain(&controls).copied().collect();
         let nodes = |entries: &[(BlockEntry, Node)]| entries.iter().map(|(_, node)| *node).collect::<Vec<_>>();
+        let state = Kernel::in_stages(&mut graph, parameters, &[&results, &nodes(&varying)])?;
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
         let kernels = Kernels {
-            first: kernel(&results)?,
+            state,
             components: of,
-            second: kernel(&nodes(&varying))?,
             fixed: kernel(&nodes(&fixed))?,
             at_zero: kernel(&at_zero)?,
             inputs: kernel(&by_inputs)?,

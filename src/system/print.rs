@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::block::{Block, BlockEntry};
 use super::element::Element;
-use super::formula::{Component, InputOf};
+use super::formula::{Component, InputOf, Kernels};
 use super::shape::Place;
 use crate::program::{Kernel, Program};
 
@@ -70,52 +70,49 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         return writeln!(text, "`{}` has no program: num-dual differentiates it at every point", element.name);
     };
     let names = |entries: &[BlockEntry]| entries.iter().map(BlockEntry::name).collect::<Vec<_>>();
-    let mut part = |what: &str, kernel: &Kernel, results: Vec<String>| -> fmt::Result {
+    let mut part = |what: &str, kernel: &Kernel, stage: usize, results: Vec<String>| -> fmt::Result {
         if results.is_empty() {
             return Ok(());
         }
-        writeln!(
-            text,
-            "{what} of `{}`: {} instructions, {} registers",
-            element.name,
-            kernel.instructions(),
-            kernel.main().registers()
-        )?;
-        write_kernel(text, kernel, |which| formula.shape.place(which).name(), &results)
+        let program = kernel.stage(stage);
+        writeln!(text, "{what} of `{}`: {} instructions, {} registers", element.name, program.len(), program.registers())?;
+        if stage == 0 {
+            write_arguments(text, kernel, |which| formula.shape.place(which).name())?;
+        } else {
+            writeln!(text, "  after those, in the registers as they left them:")?;
+        }
+        write_program(text, program, &results)
     };
-    part("constant second derivatives", &kernels.fixed, names(&formula.fixed))?;
+    part("constant second derivatives", &kernels.fixed, 0, names(&formula.fixed))?;
     if formula.is_varying() {
-        part("first derivatives", &kernels.first, kernels.components.iter().map(|of| of.name()).collect())?;
-        part("second derivatives", &kernels.second, names(&formula.varying))?;
+        part("first derivatives", &kernels.state, 0, kernels.components.iter().map(|of| of.name()).collect())?;
+        part("second derivatives", &kernels.state, Kernels::SECOND, names(&formula.varying))?;
     }
     let inputs = kernels.inputs_of.iter().map(|of| match of {
         InputOf::Control(k) => format!("by u{k}"),
         InputOf::Constant(p) => format!("by b{p}"),
         InputOf::Time => "by t".into(),
     });
-    part("derivatives by inputs", &kernels.inputs, inputs.collect())
+    part("derivatives by inputs", &kernels.inputs, 0, inputs.collect())
 }
 
-fn write_kernel(text: &mut String, kernel: &Kernel, name: impl Fn(usize) -> String, results: &[String]) -> fmt::Result {
-    if kernel.fixed() > 0 {
+/// What fills the first registers: the prelude, and the arguments.
+fn write_arguments(text: &mut String, kernel: &Kernel, name: impl Fn(usize) -> String) -> fmt::Result {
+    let fixed: Vec<String> = (0..kernel.fixed()).map(|k| format!("f{k}")).collect();
+    if !fixed.is_empty() {
         writeln!(text, "  once, of b and the formula's own numbers:")?;
-        let parameters = (0..kernel.prelude().arguments()).map(|p| format!("b{p}"));
-        write_program(
-            text,
-            kernel.prelude(),
-            parameters.collect(),
-            &(0..kernel.fixed()).map(|k| format!("f{k}")).collect::<Vec<_>>(),
-        )?;
+        write_registers(text, (0..kernel.prelude().arguments()).map(|p| format!("b{p}")))?;
+        write_program(text, kernel.prelude(), &fixed)?;
         writeln!(text, "  at every point:")?;
     }
-    let arguments = kernel.inputs().iter().map(|&which| name(which)).chain((0..kernel.fixed()).map(|k| format!("f{k}")));
-    write_program(text, kernel.main(), arguments.collect(), results)
+    write_registers(text, kernel.inputs().iter().map(|&which| name(which)).chain(fixed))
 }
 
-fn write_program(text: &mut String, program: &Program, arguments: Vec<String>, results: &[String]) -> fmt::Result {
-    for (register, name) in arguments.iter().enumerate() {
-        writeln!(text, "    r{register} = {name}")?;
-    }
+fn write_registers(text: &mut String, names: impl Iterator<Item = String>) -> fmt::Result {
+    names.enumerate().try_for_each(|(register, name)| writeln!(text, "    r{register} = {name}"))
+}
+
+fn write_program(text: &mut String, program: &Program, results: &[String]) -> fmt::Result {
     for line in program.to_string().lines() {
         writeln!(text, "    {line}")?;
     }

@@ -12,18 +12,18 @@ use super::second_order_kernels::SecondOrderKernels;
 use super::target::Target;
 use super::view::NodeView;
 use crate::System;
-use crate::program::{Kernel, Lanes, Registers};
+use crate::program::{Kernel, Lanes};
 
 /// Elements of one formula.
 struct Group {
     elements: Vec<usize>,
     /// Changes with the inputs, and of each element where they are added among all sums.
     changes: Lanes,
-    changes_fixed: Vec<f64>,
+    changes_registers: Vec<f64>,
     sums: Vec<usize>,
     /// The derivatives of D ψ, and with respect to what, by which factor.
     rows: Lanes,
-    rows_fixed: Vec<f64>,
+    rows_registers: Vec<f64>,
     of: Vec<(Target, f64)>,
 }
 
@@ -33,14 +33,13 @@ pub(crate) struct SecondOrderEquations {
     groups: Vec<Group>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
-    registers: Registers,
     point: Vec<f64>,
 }
 
 impl SecondOrderEquations {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut groups, mut dual, mut registers) = (Vec::new(), Vec::new(), Registers::default());
+        let (mut groups, mut dual) = (Vec::new(), Vec::new());
         for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
@@ -50,20 +49,16 @@ impl SecondOrderEquations {
                 None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
             }
         }
-        for group in &groups {
-            registers.fit(&group.changes);
-            registers.fit(&group.rows);
-        }
         let point = vec![0.0; layout.len() + system.parameters().len()];
-        SecondOrderEquations { layout, groups, dual, registers, point }
+        SecondOrderEquations { layout, groups, dual, point }
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
         let parameters = |e: usize| elements[e].with_factors(design);
-        for Group { elements: own, changes, changes_fixed, rows, rows_fixed, .. } in &mut self.groups {
-            changes.fix(|e| parameters(own[e]), changes_fixed);
-            rows.fix(|e| parameters(own[e]), rows_fixed);
+        for Group { elements: own, changes, changes_registers, rows, rows_registers, .. } in &mut self.groups {
+            changes.fix(|e| parameters(own[e]), changes_registers);
+            rows.fix(|e| parameters(own[e]), rows_registers);
         }
     }
 
@@ -74,16 +69,16 @@ impl SecondOrderEquations {
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         sums: &mut Sums<f64>,
     ) {
-        let SecondOrderEquations { layout, groups, dual, registers, point } = self;
+        let SecondOrderEquations { layout, groups, dual, point } = self;
         if groups.iter().any(|group| !group.sums.is_empty()) {
             layout.load(at, point);
             layout.load_direction(along, point);
         }
-        for Group { elements, changes, changes_fixed, sums: places, .. } in
-            groups.iter().filter(|group| !group.sums.is_empty())
+        for Group { elements, changes, changes_registers, sums: places, .. } in
+            groups.iter_mut().filter(|group| !group.sums.is_empty())
         {
             let count = elements.len();
-            changes.run(point, changes_fixed, registers, |e, k, values| {
+            changes.run(point, changes_registers, |e, k, values| {
                 places[k * count + e..].iter().zip(values).for_each(|(&place, value)| sums.all[place] += value);
             });
         }
@@ -98,15 +93,17 @@ impl SecondOrderEquations {
         with: &Covector,
         rows: &mut CostRows,
     ) {
-        let SecondOrderEquations { layout, groups, dual, registers, point } = self;
+        let SecondOrderEquations { layout, groups, dual, point } = self;
         if groups.iter().any(|group| !group.of.is_empty()) {
             layout.load(at, point);
             layout.load_covector(with, point);
             layout.load_direction(along, point);
         }
-        for Group { elements, rows: program, rows_fixed, of, .. } in groups.iter().filter(|group| !group.of.is_empty()) {
+        for Group { elements, rows: program, rows_registers, of, .. } in
+            groups.iter_mut().filter(|group| !group.of.is_empty())
+        {
             let count = elements.len();
-            program.run(point, rows_fixed, registers, |e, k, values| {
+            program.run(point, rows_registers, |e, k, values| {
                 for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
                     target.add(rows, factor * value);
                 }
@@ -129,7 +126,7 @@ impl Group {
         let (changes, rows) = (lanes(changes), lanes(rows));
         let sums = components.iter().flat_map(|of| own.iter().map(|element| layout.sum(element, *of))).collect();
         let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
-        let (changes_fixed, rows_fixed) = (vec![0.0; changes.fixed_len()], vec![0.0; rows.fixed_len()]);
-        Group { elements, changes, changes_fixed, sums, rows, rows_fixed, of }
+        let (changes_registers, rows_registers) = (changes.registers(), rows.registers());
+        Group { elements, changes, changes_registers, sums, rows, rows_registers, of }
     }
 }

@@ -95,7 +95,8 @@ impl PlacedElement {
         let all = BlockEntry::all(formula.kind, n, m);
         let mut program = vec![0.0; dual.len()];
         let mut own = vec![0.0; first.len()];
-        let varying = formula.varying.iter().zip(kernels.second.evaluate(&parameters, input));
+        let (components, entries) = kernels.at_state(&parameters, input);
+        let varying = formula.varying.iter().zip(entries);
         for (entry, value) in formula.fixed.iter().zip(kernels.fixed.evaluate(&parameters, input)).chain(varying) {
             for (k, place) in all.iter().enumerate().filter(|(_, place)| place.block == entry.block) {
                 let here = (place.row, place.col) == (entry.row, entry.col);
@@ -110,7 +111,7 @@ impl PlacedElement {
                 own[2 * n + entry.row] += value * at.v[entry.col];
             }
         }
-        for (of, value) in kernels.components.iter().zip(kernels.first.evaluate(&parameters, input)) {
+        for (of, value) in kernels.components.iter().zip(components) {
             own[place(*of)] += value;
         }
         program.extend(own);

@@ -201,7 +201,7 @@ fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) 
     let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());
     let mut constants = Constants::new(element.q.len());
     element.add_constants(&parameters, &mut constants);
-    let slopes = kernels.second.evaluate(&parameters, |which| if which < element.q.len() { angle } else { 0.0 });
+    let (_, slopes) = kernels.at_state(&parameters, |which| if which < element.q.len() { angle } else { 0.0 });
     let phi_q = element.formula.varying.iter().zip(slopes).filter(|(entry, _)| entry.block == Block::PhiQ);
     for ((entry, slope), wave) in phi_q.zip(&constants.waves) {
         let at = |e: &&Entry| (e.row, e.col) == (entry.row, entry.col);
@@ -259,9 +259,9 @@ fn angles_are_on_the_same_side_of_the_cut() {
     let record = || element.record(&at);
     let (formula, numbers) = Recordings::default().formula(super::jet::ElementKind::Applied, shape, &element.b, record);
     let parameters = element.element((0, 0), formula.clone(), numbers).parameters(&[]);
-    let program = &formula.kernels.as_ref().expect("programs").first;
+    let kernels = formula.kernels.as_ref().expect("programs");
     let plain = OnTheCut.force(&ForcePoint { q: q.into(), v: [0.0; 2].into(), u: SVector::zeros(), t: 0.0 }, &[0.7].into());
-    assert_eq!(program.evaluate(&parameters, |which| q[which]), plain.as_slice());
+    assert_eq!(kernels.at_state(&parameters, |which| q[which]).0, plain.as_slice());
 }
 
 #[test]
