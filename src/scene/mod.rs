@@ -2,19 +2,19 @@
 //!
 //! Adding never fails; [`Scene::compile`] checks everything and gives the [`System`] that can be simulated.
 
+mod checks;
 mod costs;
 pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
 
 use std::any::{Any, TypeId};
-use std::collections::HashSet;
 use std::ops::Range;
 
 use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
-use crate::model::{Control, Coordinate, Design, Drawn, Frame, Handle, Multiplier, Param, Point, SceneTag, Shape};
+use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, SceneTag, Shape};
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{AnyElement, Applied, Holonomic, Kinetic, Parts, PlacedElement, Potential, Restricted, Typed};
 use crate::{Error, System};
@@ -315,41 +315,6 @@ impl Scene {
         std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
     }
 
-    fn check(&mut self, element: &str, kind: &'static str, handles: impl IntoIterator<Item = Handle>) -> bool {
-        let foreign = handles.into_iter().any(|handle| !self.tag.owns(&handle));
-        if foreign {
-            self.report(Error::Foreign { element: element.to_string(), kind });
-        }
-        !foreign
-    }
-
-    fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
-        let known = params.iter().all(|p| p.belongs_to(&self.tag));
-        if !known {
-            self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
-        }
-        let bad = params.iter().enumerate().find_map(|(i, p)| p.constant().filter(|x| !x.is_finite()).map(|x| (i, x)));
-        if let Some((i, value)) = bad {
-            self.report(Error::NotFinite { what: format!("parameter {i} of `{element}`"), value });
-        }
-        known
-    }
-
-    fn check_distinct(&mut self, element: &str, q: &[Coordinate]) -> bool {
-        let mut seen = HashSet::new();
-        let Some(twice) = q.iter().find(|q| !seen.insert(q.index())) else { return true };
-        let coordinate = self.parts.coordinates[twice.index()].clone();
-        self.report(Error::RepeatedCoordinate { element: element.to_string(), coordinate });
-        false
-    }
-
-    /// Reports a value that a scene cannot be built with.
-    pub(crate) fn require(&mut self, holds: bool, what: &str, value: f64, must_be: &'static str) {
-        if !holds {
-            self.report(Error::Parameter { what: what.to_string(), value, must_be });
-        }
-    }
-
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
         self.parts.positive.push((param, what));
@@ -375,33 +340,8 @@ impl Scene {
     pub(crate) fn no_multipliers<const M: usize>(&self) -> [Multiplier; M] {
         std::array::from_fn(|_| Multiplier(self.tag.handle(0)))
     }
-
-    /// Keeps the first problem.
-    pub(crate) fn report(&mut self, error: Error) {
-        self.problem.get_or_insert(error);
-    }
-
-    fn check_names(&self) -> Result<(), Error> {
-        let designs: Vec<&String> = self.parts.designs.iter().map(|(name, _)| name).collect();
-        let groups: Vec<&String> = self.parts.groups.iter().map(|(name, _)| name).collect();
-        unique("body or coordinate group", groups)?;
-        unique("coordinate", self.parts.coordinates.iter().collect())?;
-        unique("element", self.elements.iter().collect())?;
-        unique("output", self.parts.outputs.iter().collect())?;
-        unique("cost", self.costs_named.iter().collect())?;
-        unique("control", self.parts.controls.iter().collect())?;
-        unique("design variable", designs)
-    }
 }
 
 fn as_mut<T: Any>(any: &mut dyn Any) -> Option<&mut T> {
     any.downcast_mut()
-}
-
-fn unique(kind: &'static str, names: Vec<&String>) -> Result<(), Error> {
-    let mut seen = HashSet::new();
-    match names.into_iter().find(|name| !seen.insert(*name)) {
-        Some(name) => Err(Error::DuplicateName { kind, name: name.clone() }),
-        None => Ok(()),
-    }
 }

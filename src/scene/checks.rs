@@ -1,0 +1,69 @@
+//! What a scene refuses: the first thing found wrong is kept, and told by [`Scene::compile`].
+
+use std::collections::HashSet;
+
+use super::Scene;
+use crate::Error;
+use crate::model::{Coordinate, Handle, Param};
+
+impl Scene {
+    pub(super) fn check(&mut self, element: &str, kind: &'static str, handles: impl IntoIterator<Item = Handle>) -> bool {
+        let foreign = handles.into_iter().any(|handle| !self.tag.owns(&handle));
+        if foreign {
+            self.report(Error::Foreign { element: element.to_string(), kind });
+        }
+        !foreign
+    }
+
+    pub(super) fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
+        let known = params.iter().all(|p| p.belongs_to(&self.tag));
+        if !known {
+            self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
+        }
+        let bad = params.iter().enumerate().find_map(|(i, p)| p.constant().filter(|x| !x.is_finite()).map(|x| (i, x)));
+        if let Some((i, value)) = bad {
+            self.report(Error::NotFinite { what: format!("parameter {i} of `{element}`"), value });
+        }
+        known
+    }
+
+    pub(super) fn check_distinct(&mut self, element: &str, q: &[Coordinate]) -> bool {
+        let mut seen = HashSet::new();
+        let Some(twice) = q.iter().find(|q| !seen.insert(q.index())) else { return true };
+        let coordinate = self.parts.coordinates[twice.index()].clone();
+        self.report(Error::RepeatedCoordinate { element: element.to_string(), coordinate });
+        false
+    }
+
+    /// Reports a value that a scene cannot be built with.
+    pub(crate) fn require(&mut self, holds: bool, what: &str, value: f64, must_be: &'static str) {
+        if !holds {
+            self.report(Error::Parameter { what: what.to_string(), value, must_be });
+        }
+    }
+
+    /// Keeps the first problem.
+    pub(crate) fn report(&mut self, error: Error) {
+        self.problem.get_or_insert(error);
+    }
+
+    pub(super) fn check_names(&self) -> Result<(), Error> {
+        let designs: Vec<&String> = self.parts.designs.iter().map(|(name, _)| name).collect();
+        let groups: Vec<&String> = self.parts.groups.iter().map(|(name, _)| name).collect();
+        unique("body or coordinate group", groups)?;
+        unique("coordinate", self.parts.coordinates.iter().collect())?;
+        unique("element", self.elements.iter().collect())?;
+        unique("output", self.parts.outputs.iter().collect())?;
+        unique("cost", self.costs_named.iter().collect())?;
+        unique("control", self.parts.controls.iter().collect())?;
+        unique("design variable", designs)
+    }
+}
+
+fn unique(kind: &'static str, names: Vec<&String>) -> Result<(), Error> {
+    let mut seen = HashSet::new();
+    match names.into_iter().find(|name| !seen.insert(*name)) {
+        Some(name) => Err(Error::DuplicateName { kind, name: name.clone() }),
+        None => Ok(()),
+    }
+}
