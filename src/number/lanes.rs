@@ -31,6 +31,20 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
     lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|x| x.is_finite())
 }
 
+/// Goes through two lists side by side, four entries at a time: half of a short loop is the loop itself.
+#[inline(always)]
+pub(crate) fn by_fours<X, Y>(x: &[X], y: &[Y], mut each: impl FnMut(&X, &Y)) {
+    debug_assert_eq!(x.len(), y.len());
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
+    for ([x0, x1, x2, x3], [y0, y1, y2, y3]) in x.iter().zip(y) {
+        each(x0, y0);
+        each(x1, y1);
+        each(x2, y2);
+        each(x3, y3);
+    }
+    x_rest.iter().zip(y_rest).for_each(|(x, y)| each(x, y));
+}
+
 /// x += y; that the two do not overlap is known from here on.
 #[inline]
 pub(crate) fn add(x: &mut [f64], y: &[f64]) {
@@ -53,7 +67,7 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{all_finite, dot, largest};
+    use super::{all_finite, by_fours, dot, largest};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
@@ -63,6 +77,9 @@ mod tests {
             assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
             assert_eq!(dot(&x, &y), x.iter().zip(&y).map(|(x, y)| x * y).sum::<f64>());
             assert!(all_finite(&x));
+            let mut pairs = Vec::new();
+            by_fours(&x, &y, |x, y| pairs.push((*x, *y)));
+            assert!(pairs.into_iter().eq(x.iter().copied().zip(y.iter().copied())));
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!((0..x.len()).all(|k| {
                     let mut x = x.clone();

@@ -14,7 +14,7 @@ pub use complex::Cx;
 pub(crate) use fingerprint::Fingerprint;
 pub use hyper::Hyper;
 pub(crate) use hyper::{Slope, hyper, hyper_parts, slope};
-pub(crate) use lanes::{add, all_finite, dot, larger, largest};
+pub(crate) use lanes::{add, all_finite, by_fours, dot, larger, largest};
 pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};

@@ -9,34 +9,27 @@
 //! since λ does not depend on σ: what σ adds to 𝓛_q is what it adds to D 𝓛_v. For an adjoint (c, e) of these equations the derivatives of
 //! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
 
-use std::sync::Arc;
-
 use super::acceleration_kernels::{AccelerationKernels, rows_along};
 use super::assembly::by_formula;
 use super::batch::{Batch, Covector, Pair, Sums};
 use super::branches::Branches;
 use super::cost::CostRows;
 use super::element::Element;
+use super::element_programs::ElementPrograms;
 use super::formula::{Component, Formula};
 use super::plain::{HyperPoint, add_sums};
 use super::point::Layout;
 use super::target::Target;
 use super::view::NodeView;
 use crate::number::{Hyper, hyper, hyper_parts};
-use crate::program::{Kernel, Lanes};
 use crate::{Error, System};
 
 /// Elements of one formula.
 struct Group {
-    elements: Vec<usize>,
-    /// r, and of each element where its components are added: n momenta, then m equations.
-    right: Lanes,
-    right_registers: Vec<f64>,
-    sums: Vec<usize>,
-    /// The derivatives of c·f + e·g, and with respect to what, by which factor.
-    rows: Lanes,
-    rows_registers: Vec<f64>,
-    of: Vec<(Target, f64)>,
+    /// r: n momenta, then m equations.
+    right: ElementPrograms<usize>,
+    /// The derivatives of c·f + e·g, with respect to what, by which factor.
+    rows: ElementPrograms<(Target, f64)>,
 }
 
 /// The equations of accelerations and reactions of a scene.
@@ -57,7 +50,7 @@ impl AccelerationEquations {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
             match AccelerationKernels::new(&formula, &bound) {
-                Some(kernels) => groups.push(Group::new(&layout, &formula, kernels, (members, &own))),
+                Some(kernels) => groups.push(Group::new(&layout, &formula, kernels, (&members, &own))),
                 None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
             }
         }
@@ -66,9 +59,10 @@ impl AccelerationEquations {
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        for Group { elements: own, right, right_registers, rows, rows_registers, .. } in &mut self.groups {
-            right.fix(|e| elements[own[e]].parameters(design), right_registers);
-            rows.fix(|e| elements[own[e]].parameters(design), rows_registers);
+        let parameters = |e: usize| elements[e].parameters(design);
+        for Group { right, rows } in &mut self.groups {
+            right.fix(parameters);
+            rows.fix(parameters);
         }
     }
 
@@ -79,12 +73,9 @@ impl AccelerationEquations {
         right.v.fill(0.0);
         right.sigma.fill(0.0);
         layout.load(at, point);
-        for Group { elements, right: program, right_registers, sums, .. } in groups {
-            let count = elements.len();
-            program.run(point, right_registers, |e, k, values| {
-                for (&place, value) in sums[k * count + e..].iter().zip(values) {
-                    *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
-                }
+        for Group { right: programs, .. } in groups {
+            programs.run(point, |&place, value| {
+                *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
             });
         }
         dual.iter().for_each(|&(batch, item)| batches[batch].items[item].add_acceleration(at, right));
@@ -96,52 +87,31 @@ impl AccelerationEquations {
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_accelerations(at, point);
-        for Group { elements, rows: program, rows_registers, of, .. } in groups {
-            let count = elements.len();
-            program.run(point, rows_registers, |e, k, values| {
-                for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
-                    target.add(rows, factor * value);
-                }
-            });
+        for Group { rows: programs, .. } in groups {
+            programs.run(point, |(target, factor), value| target.add(rows, factor * value));
         }
         dual.iter().for_each(|&(batch, item)| batches[batch].items[item].pull_back_acceleration(at, with, rows));
     }
 }
 
 impl Group {
-    fn new(
-        layout: &Layout,
-        formula: &Arc<Formula>,
-        kernels: AccelerationKernels,
-        (elements, own): (Vec<usize>, &[&Element]),
-    ) -> Self {
-        let AccelerationKernels { right, components, rows, of } = kernels;
-        let source = |e: usize, which: usize| layout.source(own[e], formula.shape.place(which));
-        let lanes = |kernel: Kernel| Lanes::new(kernel, own.len(), source);
-        let (right, rows) = (lanes(right), lanes(rows));
-        let sum = |of: &Component, element: &Element| match *of {
+    fn new(layout: &Layout, formula: &Formula, kernels: AccelerationKernels, of: (&[usize], &[&Element])) -> Self {
+        let AccelerationKernels { right, components, rows, of: arguments } = kernels;
+        let sum = |element: &Element, of| match of {
             Component::Momentum(i) | Component::Force(i) => element.q[i],
             Component::Equation(j) => layout.n + element.sigma[j],
         };
-        let sums = components.iter().flat_map(|of| own.iter().map(move |element| sum(of, element))).collect();
-        let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
-        let (right_registers, rows_registers) = (right.registers(), rows.registers());
-        Group { elements, right, right_registers, sums, rows, rows_registers, of }
+        Group {
+            right: ElementPrograms::new(layout, formula, (right, &components), of, sum),
+            rows: ElementPrograms::new(layout, formula, (rows, &arguments), of, Target::of),
+        }
     }
-}
-
-/// Elements of one formula.
-struct AlongGroup {
-    elements: Vec<usize>,
-    rows: Lanes,
-    registers: Vec<f64>,
-    of: Vec<(Target, f64)>,
 }
 
 /// What the derivatives of c·f + e·g change by along a direction, of all elements.
 pub(crate) struct AccelerationSecondOrder {
     layout: Layout,
-    groups: Vec<AlongGroup>,
+    rows: Vec<ElementPrograms<(Target, f64)>>,
     /// Elements without a program.
     branching: Vec<Branches>,
     point: Vec<f64>,
@@ -150,7 +120,7 @@ pub(crate) struct AccelerationSecondOrder {
 impl AccelerationSecondOrder {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut groups, mut branching) = (Vec::new(), Vec::new());
+        let (mut rows, mut branching) = (Vec::new(), Vec::new());
         for (formula, members) in by_formula(elements) {
             let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
             let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
@@ -158,20 +128,15 @@ impl AccelerationSecondOrder {
                 branching.extend(members.iter().map(|&e| Branches::new(e, &bound)));
                 continue;
             };
-            let rows = Lanes::new(kernel, own.len(), |e, which| layout.source(own[e], formula.shape.place(which)));
-            let of = of.iter().flat_map(|of| own.iter().map(|element| Target::of(element, *of))).collect();
-            let registers = rows.registers();
-            groups.push(AlongGroup { elements: members, rows, registers, of });
+            rows.push(ElementPrograms::new(&layout, &formula, (kernel, &of), (&members, &own), Target::of));
         }
         let point = vec![0.0; layout.len() + system.parameters().len()];
-        AccelerationSecondOrder { layout, groups, branching, point }
+        AccelerationSecondOrder { layout, rows, branching, point }
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        for AlongGroup { elements: own, rows, registers, .. } in &mut self.groups {
-            rows.fix(|e| elements[own[e]].with_factors(design), registers);
-        }
+        self.rows.iter_mut().for_each(|programs| programs.fix(|e| elements[e].with_factors(design)));
     }
 
     /// Adds those changes at a state with σ = 0 and its v̇ and λ, which stay as they are.
@@ -185,18 +150,13 @@ impl AccelerationSecondOrder {
         with: &Pair,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let AccelerationSecondOrder { layout, groups, branching, point } = self;
+        let AccelerationSecondOrder { layout, rows: programs, branching, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_direction_beside_accelerations(along, point);
         layout.load_accelerations(at, point);
-        for AlongGroup { elements, rows: program, registers, of } in groups {
-            let count = elements.len();
-            program.run(point, registers, |e, k, values| {
-                for (&(target, factor), value) in of[k * count + e..].iter().zip(values) {
-                    target.add(rows, factor * value);
-                }
-            });
+        for programs in programs {
+            programs.run(point, |(target, factor), value| target.add(rows, factor * value));
         }
         branching.iter_mut().try_for_each(|branches| {
             let element = &elements[branches.element];

@@ -14,6 +14,7 @@ use std::ops::Range;
 use super::batch::{Covector, StateRows, Sums};
 use super::jet::ElementKind;
 use super::view::NodeView;
+use crate::number::by_fours;
 
 /// One kind of second derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -183,13 +184,9 @@ impl BlockRun {
             return;
         }
         let [here, there] = self.like.in_tangent(h);
-        for (x, slots) in x.iter().zip(slots) {
-            values[slots[0] as usize] += here * x;
-        }
+        by_fours(x, slots, |x, slots| values[slots[0] as usize] += here * x);
         if there != 0.0 {
-            for (x, slots) in x.iter().zip(slots) {
-                values[slots[1] as usize] += there * x;
-            }
+            by_fours(x, slots, |x, slots| values[slots[1] as usize] += there * x);
         }
     }
 
@@ -215,10 +212,10 @@ impl BlockRun {
     #[inline(always)]
     fn add_product(&self, (x, places): (&[f64], &[[u32; 2]]), transposed: bool, of: &[f64], to: &mut [f64]) {
         if transposed || self.like.mirrored {
-            x.iter().zip(places).for_each(|(x, [row, col])| to[*col as usize] += x * of[*row as usize]);
+            by_fours(x, places, |x, [row, col]| to[*col as usize] += x * of[*row as usize]);
         }
         if !transposed || self.like.mirrored {
-            x.iter().zip(places).for_each(|(x, [row, col])| to[*row as usize] += x * of[*col as usize]);
+            by_fours(x, places, |x, [row, col]| to[*row as usize] += x * of[*col as usize]);
         }
     }
 

@@ -18,6 +18,7 @@ mod cost_second_order;
 mod cost_shape;
 mod derivatives;
 mod element;
+mod element_programs;
 mod energy;
 mod formula;
 mod groups;
