@@ -22,14 +22,15 @@ pub(crate) struct Lanes {
     sources: Vec<u32>,
 }
 
-/// Groups of eight, of four for what is left, and one by itself.
+/// Groups of sixteen, of eight or four for what is left, and one by itself: to read an instruction takes as long as to do it for eight.
 fn chunks(elements: usize) -> Vec<Chunk> {
     let (mut chunks, mut first, mut offset) = (Vec::new(), 0, 0);
     while first < elements {
         let lanes = match elements - first {
             1 => 1,
             2..=4 => 4,
-            _ => 8,
+            5..=12 => 8,
+            _ => 16,
         };
         chunks.push(Chunk { first, elements: lanes.min(elements - first), lanes, offset });
         first += lanes;
@@ -87,7 +88,8 @@ impl Lanes {
             match chunk.lanes {
                 1 => self.run_chunk::<1>(chunk, point, registers, &mut put),
                 4 => self.run_chunk::<4>(chunk, point, registers, &mut put),
-                _ => self.run_chunk::<8>(chunk, point, registers, &mut put),
+                8 => self.run_chunk::<8>(chunk, point, registers, &mut put),
+                _ => self.run_chunk::<16>(chunk, point, registers, &mut put),
             }
         }
     }
@@ -98,7 +100,8 @@ impl Lanes {
             match chunk.lanes {
                 1 => self.run_stage::<1>(chunk, stage, registers, &mut put),
                 4 => self.run_stage::<4>(chunk, stage, registers, &mut put),
-                _ => self.run_stage::<8>(chunk, stage, registers, &mut put),
+                8 => self.run_stage::<8>(chunk, stage, registers, &mut put),
+                _ => self.run_stage::<16>(chunk, stage, registers, &mut put),
             }
         }
     }
@@ -163,26 +166,34 @@ mod tests {
         let text = kernel.stage(1).to_string();
         assert!(!text.contains("exp") && !text.contains("sin") && !text.contains("cos"), "{text}");
 
+        [1, 3, 11, 14, 37].into_iter().for_each(|elements| run_stages(&kernel, elements));
+    }
+
+    /// Holds every element to the formulas, at two points.
+    fn run_stages(kernel: &Kernel, elements: usize) {
         let number = |k: usize| (0.7 * k as f64).sin();
-        let lanes = Lanes::new(kernel, 11, |element, which| 2 * element + which);
+        let lanes = Lanes::new(kernel.clone(), elements, |element, which| 2 * element + which);
         let mut registers = lanes.registers();
         lanes.fix(|element| vec![1.0 + number(element)], &mut registers);
         for round in 0..2 {
-            let point: Vec<f64> = (0..22).map(|k| number(k + 5 * round)).collect();
+            let point: Vec<f64> = (0..2 * elements).map(|k| number(k + 5 * round)).collect();
             let expected = |e: usize| {
                 let (sin, cos) = point[2 * e].sin_cos();
                 let (y, f) = (point[2 * e + 1], (1.0 + number(e)) * (point[2 * e + 1] * sin).exp());
                 [f, f * y * cos, f * (y * cos * y * cos - y * sin)]
             };
-            let holds = |first: usize, which: usize, values: &[f64]| {
+            let mut count = 0;
+            let mut holds = |first: usize, which: usize, values: &[f64]| {
                 for (k, value) in values.iter().enumerate() {
                     let expected = expected(first + k)[which];
                     assert!((value - expected).abs() < 1e-14, "{value} {expected}");
                 }
+                count += values.len();
             };
             lanes.run(&point, &mut registers, |first, _, values| holds(first, 0, values));
             lanes.go_on(1, &mut registers, |first, k, values| holds(first, 1 + k, values));
             lanes.go_on(1, &mut registers, |first, k, values| holds(first, 1 + k, values));
+            assert_eq!(count, 5 * elements);
         }
     }
 }
