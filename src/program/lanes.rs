@@ -83,15 +83,14 @@ impl Lanes {
 
     /// Runs the kernel, or its first stage, for all elements at a point; `put` gets the first of some elements, the number of the result and
     /// their values.
-    pub(crate) fn run(&self, point: &[f64], registers: &mut [f64], mut put: impl FnMut(usize, usize, &[f64])) {
+    pub(crate) fn run(&self, point: &[f64], registers: &mut [f64], put: impl FnMut(usize, usize, &[f64])) {
+        let inputs = self.kernel.inputs().len();
         for chunk in &self.chunks {
-            match chunk.lanes {
-                1 => self.run_chunk::<1>(chunk, point, registers, &mut put),
-                4 => self.run_chunk::<4>(chunk, point, registers, &mut put),
-                8 => self.run_chunk::<8>(chunk, point, registers, &mut put),
-                _ => self.run_chunk::<16>(chunk, point, registers, &mut put),
-            }
+            let sources = &self.sources[chunk.offset * inputs..][..chunk.lanes * inputs];
+            let given = &mut self.own(chunk, registers)[..sources.len()];
+            given.iter_mut().zip(sources).for_each(|(register, &place)| *register = point[place as usize]);
         }
+        self.go_on(0, registers, put);
     }
 
     /// Goes on with a later stage, at the point of the last `run`.
@@ -104,22 +103,6 @@ impl Lanes {
                 _ => self.run_stage::<16>(chunk, stage, registers, &mut put),
             }
         }
-    }
-
-    #[inline]
-    fn run_chunk<const L: usize>(
-        &self,
-        chunk: &Chunk,
-        point: &[f64],
-        registers: &mut [f64],
-        put: &mut impl FnMut(usize, usize, &[f64]),
-    ) {
-        let inputs = self.kernel.inputs().len();
-        let sources = self.sources[chunk.offset * inputs..][..L * inputs].as_chunks::<L>().0;
-        for (register, source) in self.own(chunk, registers).as_chunks_mut::<L>().0.iter_mut().zip(sources) {
-            *register = source.map(|place| point[place as usize]);
-        }
-        self.run_stage::<L>(chunk, 0, registers, put);
     }
 
     #[inline]
