@@ -9,6 +9,7 @@ mod look;
 mod real;
 mod scalar;
 mod sincos;
+mod strided;
 
 pub use complex::Cx;
 pub(crate) use fingerprint::Fingerprint;
@@ -19,3 +20,4 @@ pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
 pub(crate) use sincos::{Known, sin_cos_lanes};
+pub(crate) use strided::Strided;

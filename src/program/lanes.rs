@@ -1,15 +1,21 @@
 //! [`Lanes`]: a kernel for many elements of one shape, in groups that are computed side by side.
 
-use super::kernel::Kernel;
+use std::ops::Range;
 
-/// Elements that are computed side by side, as many as there are lanes; the last ones repeat the last element.
-#[derive(Clone, Copy, Debug)]
+use super::kernel::Kernel;
+use super::places::Places;
+
+/// Elements that are computed side by side. Where there are fewer than lanes, the last lanes repeat the last element; where there are more, those
+/// before are computed once more.
+#[derive(Clone, Debug)]
 struct Chunk {
     first: usize,
-    elements: usize,
+    /// The lanes whose results count.
+    own: Range<usize>,
     lanes: usize,
     /// The number of lanes before it.
     offset: usize,
+    sources: Places,
 }
 
 /// A kernel and where each element takes its inputs from.
@@ -18,40 +24,99 @@ pub(crate) struct Lanes {
     kernel: Kernel,
     chunks: Vec<Chunk>,
     lanes: usize,
-    /// Of each chunk, the places of the inputs, lane by lane.
-    sources: Vec<u32>,
 }
 
 /// Groups of sixteen, of eight or four for what is left, and one by itself: to read an instruction takes as long as to do it for eight.
 fn chunks(elements: usize) -> Vec<Chunk> {
-    let (mut chunks, mut first, mut offset) = (Vec::new(), 0, 0);
-    while first < elements {
-        let lanes = match elements - first {
+    let (mut chunks, mut done, mut offset) = (Vec::new(), 0, 0);
+    while done < elements {
+        let lanes = match elements - done {
             1 => 1,
             2..=4 => 4,
             5..=12 => 8,
             _ => 16,
         };
-        chunks.push(Chunk { first, elements: lanes.min(elements - first), lanes, offset });
-        first += lanes;
-        offset += lanes;
+        let first = done.min(elements.saturating_sub(lanes));
+        let end = (done + lanes).min(elements);
+        chunks.push(Chunk { first, own: done - first..end - first, lanes, offset, sources: Places::default() });
+        (done, offset) = (end, offset + lanes);
     }
     chunks
+}
+
+impl Chunk {
+    /// The element of a lane.
+    fn element(&self, lane: usize) -> usize {
+        self.first + lane.min(self.own.end - 1)
+    }
+
+    /// Where numbers of its elements stand.
+    fn places(&self, numbers: usize, place: impl Fn(usize, usize) -> usize) -> Places {
+        let of = |number| (0..self.lanes).map(move |lane| (self.element(lane), number));
+        Places::new((0..numbers).flat_map(of).map(|(element, number)| place(element, number) as u32).collect(), self.lanes)
+    }
+}
+
+/// What becomes of the results.
+trait Sink {
+    /// Takes those of chunk number `which`.
+    fn take<'a, const L: usize>(&mut self, which: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>);
+}
+
+/// Gets the first of some elements, the number of the result and their values.
+struct Put<F>(F);
+
+impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
+    #[inline]
+    fn take<'a, const L: usize>(&mut self, _: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
+        if chunk.own.len() == L {
+            // Of a length that the compiler knows.
+            results.enumerate().for_each(|(k, values)| self.0(chunk.first, k, values));
+        } else {
+            let (first, own) = (chunk.first + chunk.own.start, chunk.own.clone());
+            results.enumerate().for_each(|(k, values)| self.0(first, k, &values[own.clone()]));
+        }
+    }
+}
+
+/// Adds them to sums.
+struct Add<'a> {
+    targets: &'a [Places],
+    sums: &'a mut [f64],
+}
+
+impl Sink for Add<'_> {
+    #[inline]
+    fn take<'a, const L: usize>(&mut self, which: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
+        let targets = &self.targets[which];
+        if chunk.own.len() == L {
+            targets.add(results.copied(), self.sums);
+        } else {
+            let counted = |values: &[f64; L]| {
+                let mut counted = [0.0; L];
+                counted[chunk.own.clone()].copy_from_slice(&values[chunk.own.clone()]);
+                counted
+            };
+            targets.add(results.map(counted), self.sums);
+        }
+    }
 }
 
 impl Lanes {
     /// Places a kernel: `source` says where input number `which` of an element stands among all of a point.
     pub(crate) fn new(kernel: Kernel, elements: usize, source: impl Fn(usize, usize) -> usize) -> Self {
-        let chunks = chunks(elements);
-        let mut sources = Vec::new();
-        for chunk in &chunks {
-            for &which in kernel.inputs() {
-                let element = |lane: usize| chunk.first + lane.min(chunk.elements - 1);
-                sources.extend((0..chunk.lanes).map(|lane| source(element(lane), which) as u32));
-            }
+        let mut chunks = chunks(elements);
+        for chunk in &mut chunks {
+            chunk.sources = chunk.places(kernel.inputs().len(), |element, k| source(element, kernel.inputs()[k]));
         }
         let lanes = chunks.iter().map(|chunk| chunk.lanes).sum();
-        Lanes { kernel, chunks, lanes, sources }
+        Lanes { kernel, chunks, lanes }
+    }
+
+    /// Where the results of the first stage are added: `target` says it of an element and the number of a result.
+    pub(crate) fn targets(&self, target: impl Fn(usize, usize) -> usize) -> Vec<Places> {
+        let results = self.kernel.main().results().len();
+        self.chunks.iter().map(|chunk| chunk.places(results, &target)).collect()
     }
 
     pub(crate) fn kernel(&self) -> &Kernel {
@@ -69,7 +134,7 @@ impl Lanes {
         for chunk in &self.chunks {
             let own = self.own(chunk, registers);
             for lane in 0..chunk.lanes {
-                let parameters = parameters(chunk.first + lane.min(chunk.elements - 1));
+                let parameters = parameters(chunk.element(lane));
                 self.kernel.run_prelude(&parameters, |k, value| own[(inputs + k) * chunk.lanes + lane] = value);
             }
         }
@@ -84,46 +149,46 @@ impl Lanes {
     /// Runs the kernel, or its first stage, for all elements at a point; `put` gets the first of some elements, the number of the result and
     /// their values.
     pub(crate) fn run(&self, point: &[f64], registers: &mut [f64], put: impl FnMut(usize, usize, &[f64])) {
-        let inputs = self.kernel.inputs().len();
-        for chunk in &self.chunks {
-            let sources = &self.sources[chunk.offset * inputs..][..chunk.lanes * inputs];
-            let given = &mut self.own(chunk, registers)[..sources.len()];
-            given.iter_mut().zip(sources).for_each(|(register, &place)| *register = point[place as usize]);
-        }
-        self.go_on(0, registers, put);
+        self.each(0, Some(point), registers, &mut Put(put));
+    }
+
+    /// Runs the kernel, or its first stage, for all elements at a point, and adds its results to sums.
+    pub(crate) fn run_and_add(&self, point: &[f64], registers: &mut [f64], targets: &[Places], sums: &mut [f64]) {
+        self.each(0, Some(point), registers, &mut Add { targets, sums });
     }
 
     /// Goes on with a later stage, at the point of the last `run`.
-    pub(crate) fn go_on(&self, stage: usize, registers: &mut [f64], mut put: impl FnMut(usize, usize, &[f64])) {
-        for chunk in &self.chunks {
-            match chunk.lanes {
-                1 => self.run_stage::<1>(chunk, stage, registers, &mut put),
-                4 => self.run_stage::<4>(chunk, stage, registers, &mut put),
-                8 => self.run_stage::<8>(chunk, stage, registers, &mut put),
-                _ => self.run_stage::<16>(chunk, stage, registers, &mut put),
+    pub(crate) fn go_on(&self, stage: usize, registers: &mut [f64], put: impl FnMut(usize, usize, &[f64])) {
+        self.each(stage, None, registers, &mut Put(put));
+    }
+
+    fn each(&self, stage: usize, point: Option<&[f64]>, registers: &mut [f64], sink: &mut impl Sink) {
+        for which in 0..self.chunks.len() {
+            match self.chunks[which].lanes {
+                1 => self.run_chunk::<1>(which, stage, point, registers, sink),
+                4 => self.run_chunk::<4>(which, stage, point, registers, sink),
+                8 => self.run_chunk::<8>(which, stage, point, registers, sink),
+                _ => self.run_chunk::<16>(which, stage, point, registers, sink),
             }
         }
     }
 
     #[inline]
-    fn run_stage<const L: usize>(
+    fn run_chunk<const L: usize>(
         &self,
-        chunk: &Chunk,
+        which: usize,
         stage: usize,
+        point: Option<&[f64]>,
         registers: &mut [f64],
-        put: &mut impl FnMut(usize, usize, &[f64]),
+        sink: &mut impl Sink,
     ) {
-        let (program, registers) = (self.kernel.stage(stage), self.own(chunk, registers).as_chunks_mut::<L>().0);
-        program.run(registers);
-        if chunk.elements == L {
-            // Of a length that the compiler knows.
-            program.results().enumerate().for_each(|(k, register)| put(chunk.first, k, &registers[register]));
-        } else {
-            program
-                .results()
-                .enumerate()
-                .for_each(|(k, register)| put(chunk.first, k, &registers[register][..chunk.elements]));
+        let (program, chunk) = (self.kernel.stage(stage), &self.chunks[which]);
+        let registers = self.own(chunk, registers).as_chunks_mut::<L>().0;
+        if let Some(point) = point {
+            chunk.sources.gather(point, registers);
         }
+        program.run(registers);
+        sink.take(which, chunk, program.results().map(|register| &registers[register]));
     }
 }
 

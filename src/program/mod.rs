@@ -15,6 +15,7 @@ mod function;
 mod graph;
 mod kernel;
 mod lanes;
+mod places;
 #[expect(clippy::module_inception, reason = "the result has the name of the room")]
 mod program;
 mod registers;
@@ -27,6 +28,7 @@ pub(crate) use function::Function;
 pub(crate) use graph::Graph;
 pub(crate) use kernel::Kernel;
 pub(crate) use lanes::Lanes;
+pub(crate) use places::Places;
 pub(crate) use program::Program;
 pub(crate) use symbol::{Obstacle, Symbol, record, record_branch};
 pub(crate) use template::Template;

@@ -6,20 +6,21 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::batch::{Batch, Covector, InputRows, StateRows, Sums, Within};
-use super::block::{BlockRun, Wanted};
+use super::block::BlockRun;
 use super::element::{Element, Formulas};
 use super::formula::{Formula, InputOf, Kernels};
 use super::point::Layout;
+use super::products::{Products, Wanted};
 use super::view::NodeView;
-use crate::program::{Kernel, Lanes};
+use crate::program::{Kernel, Lanes, Places};
 
 /// Elements of one formula whose derivatives vary along a motion.
 #[derive(Debug)]
 struct Group {
     elements: Vec<usize>,
     state: Lanes,
-    /// Of each element, where its components are added to all sums.
-    sums: Vec<u32>,
+    /// Where components are added to all sums.
+    sums: Vec<Places>,
 }
 
 /// Elements of one formula with derivatives with respect to inputs.
@@ -65,8 +66,8 @@ pub(crate) struct Assembly {
     /// Elements whose second derivatives are stored, and where these stand: entry by entry, and of each entry element by element.
     varying: Vec<usize>,
     stored: Vec<(BlockRun, Range<usize>)>,
-    /// Of each of them, row and column, and where it is added to K: at (row, column) and at (column, row).
-    places: Vec<[u32; 2]>,
+    products: Vec<Products>,
+    /// Of each of them, row and column in K, and where it is added: at (row, column) and at (column, row).
     unknowns: Vec<[usize; 2]>,
     slots: Vec<[u32; 2]>,
 }
@@ -106,10 +107,9 @@ impl Assembly {
                 assembly.input_groups.push(InputGroup { elements: members.clone(), inputs, of });
             }
             if formula.is_varying() {
-                let sums =
-                    kernels.components.iter().flat_map(|of| own.iter().map(|element| layout.sum(element, *of) as u32));
-                let sums = sums.collect();
-                assembly.groups.push(Group { elements: members, state: lanes(&kernels.state), sums });
+                let state = lanes(&kernels.state);
+                let sums = state.targets(|e, k| layout.sum(own[e], kernels.components[k]));
+                assembly.groups.push(Group { elements: members, state, sums });
             }
         }
         assembly.bending = (0..elements.len()).filter(|&e| elements[e].formula.may_bend()).collect();
@@ -126,13 +126,16 @@ impl Assembly {
 
     /// Makes room for the second derivatives of elements of one formula.
     fn store(&mut self, elements: &[Element], members: Vec<usize>) {
-        let (entries, begin, count) = (&elements[members[0]].formula.varying, self.places.len(), members.len());
+        let (entries, begin, count) = (&elements[members[0]].formula.varying, self.block_len(), members.len());
+        let place = |entry, e: usize| elements[e].place(entry).map(|place| place as u32);
         for run in BlockRun::all(entries) {
+            let own = &entries[run.entries.clone()];
+            let places: Vec<_> = own.iter().flat_map(|entry| members.iter().map(move |&e| place(entry, e))).collect();
             let range = begin + count * run.entries.start..begin + count * run.entries.end;
+            self.products.extend(Products::all(&run, range.start, &places));
             self.stored.push((run, range));
         }
         for entry in entries {
-            self.places.extend(members.iter().map(|&e| elements[e].place(entry).map(|place| place as u32)));
             self.unknowns.extend(members.iter().map(|&e| elements[e].unknowns(entry, self.layout.n)));
         }
         self.varying.extend(members);
@@ -146,7 +149,7 @@ impl Assembly {
 
     /// The number of second derivatives at a point.
     pub(crate) fn block_len(&self) -> usize {
-        self.places.len()
+        self.unknowns.len()
     }
 
     /// Whether any element is evaluated at every point.
@@ -206,16 +209,12 @@ impl Assembly {
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
     pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
-        for (run, range) in &self.stored {
-            run.pull_back(&blocks[range.clone()], &self.places[range.clone()], with, wanted, rows);
-        }
+        self.products.iter().for_each(|products| products.pull_back(blocks, with, wanted, rows));
     }
 
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, made from blocks.
     pub(crate) fn push_forward(&self, blocks: &[f64], along: (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
-        for (run, range) in &self.stored {
-            run.push_forward(&blocks[range.clone()], &self.places[range.clone()], along, sums);
-        }
+        self.products.iter().for_each(|products| products.push_forward(blocks, along, sums));
     }
 
     /// Whether any element may bend within a step.
@@ -242,13 +241,9 @@ impl Formulas {
         let Workspace { point, state, .. } = workspace;
         assembly.layout.load(at, point);
         for (group, registers) in assembly.groups.iter().zip(state) {
-            let count = group.elements.len();
-            group.state.run(point, registers, |e, k, values| {
-                let places = &group.sums[k * count + e..];
-                places.iter().zip(values).for_each(|(&place, value)| sums.all[place as usize] += value);
-            });
+            group.state.run_and_add(point, registers, &group.sums, &mut sums.all);
         }
-        let mut rest = &mut blocks[assembly.places.len() - assembly.dual_len..];
+        let mut rest = &mut blocks[assembly.block_len() - assembly.dual_len..];
         for &e in &assembly.dual {
             let (own, after) = rest.split_at_mut(elements[e].formula.varying.len());
             batches[elements[e].batch].items[elements[e].item].evaluate(at, sums, own);

@@ -11,9 +11,7 @@
 
 use std::ops::Range;
 
-use super::batch::{Covector, StateRows, Sums};
 use super::jet::ElementKind;
-use super::view::NodeView;
 use crate::number::by_fours;
 
 /// One kind of second derivatives.
@@ -97,66 +95,6 @@ impl BlockEntry {
     }
 }
 
-/// A part of the adjoint rows, and of the adjoint variables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
-    V,
-    Q,
-    Sigma,
-}
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variable {
-    C,
-    D,
-    E,
-}
-
-/// Which parts of the adjoint rows are wanted, and which variables are not zero.
-#[derive(Clone, Copy)]
-pub struct Wanted(pub fn(Row, Variable) -> bool);
-
-impl Wanted {
-    pub const ALL: Wanted = Wanted(|_, _| true);
-    /// What d alone contributes.
-    pub const OF_FORCE: Wanted = Wanted(|_, variable| matches!(variable, Variable::D));
-    /// The row ∂q.
-    pub const ROW_Q: Wanted = Wanted(|row, _| matches!(row, Row::Q));
-}
-
-/// Adds Bᵀ x, or B x, of a block B to a part of the adjoint rows.
-struct Term {
-    to: Row,
-    of: Variable,
-    transposed: bool,
-}
-
-impl Block {
-    /// What a block contributes to the adjoint equations ∂v, ∂q and ∂σ:
-    ///
-    /// ```text
-    ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
-    /// ```
-    const fn terms(self) -> &'static [Term] {
-        use Row::{Q, Sigma, V};
-        use Variable::{C, D, E};
-        const fn transposed(to: Row, of: Variable) -> Term {
-            Term { to, of, transposed: true }
-        }
-        const fn plain(to: Row, of: Variable) -> Term {
-            Term { to, of, transposed: false }
-        }
-        match self {
-            Block::Vv => const { &[transposed(V, C)] },
-            Block::Vq => const { &[plain(V, D), transposed(Q, C)] },
-            Block::Qq | Block::PhiDotQq | Block::ForceQ => const { &[transposed(Q, D)] },
-            Block::ForceV => const { &[transposed(V, D)] },
-            Block::PhiQq => const { &[transposed(V, D), transposed(Q, C)] },
-            Block::PhiQ => const { &[transposed(V, E), plain(Sigma, C)] },
-            Block::PhiDotQ => const { &[transposed(Q, E), plain(Sigma, D)] },
-        }
-    }
-}
-
 /// Entries of one block that follow each other, mirrored ones or others.
 #[derive(Clone, Debug)]
 pub struct BlockRun {
@@ -184,64 +122,13 @@ impl BlockRun {
             return;
         }
         let [here, there] = self.like.in_tangent(h);
+        if here == there {
+            by_fours(x, slots, |x, slots| slots.iter().for_each(|&slot| values[slot as usize] += here * x));
+            return;
+        }
         by_fours(x, slots, |x, slots| values[slots[0] as usize] += here * x);
         if there != 0.0 {
             by_fours(x, slots, |x, slots| values[slots[1] as usize] += there * x);
-        }
-    }
-
-    /// Adds to the adjoint rows what values at some places, in the scene's numbering, contribute.
-    #[inline]
-    pub fn pull_back(&self, x: &[f64], places: &[[u32; 2]], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
-        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
-            let to = match term.to {
-                Row::V => &mut rows.v,
-                Row::Q => &mut rows.q,
-                Row::Sigma => &mut rows.sigma,
-            };
-            let of = match term.of {
-                Variable::C => with.c,
-                Variable::D => with.d,
-                Variable::E => with.e,
-            };
-            self.add_product((x, places), term.transposed, of, to);
-        }
-    }
-
-    /// Adds B of, or Bᵀ of.
-    #[inline(always)]
-    fn add_product(&self, (x, places): (&[f64], &[[u32; 2]]), transposed: bool, of: &[f64], to: &mut [f64]) {
-        if transposed || self.like.mirrored {
-            by_fours(x, places, |x, [row, col]| to[*col as usize] += x * of[*row as usize]);
-        }
-        if !transposed || self.like.mirrored {
-            by_fours(x, places, |x, [row, col]| to[*row as usize] += x * of[*col as usize]);
-        }
-    }
-
-    /// Adds to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state what values at some places contribute: the transpose of
-    /// [`pull_back`](Self::pull_back).
-    #[inline]
-    pub fn push_forward(
-        &self,
-        x: &[f64],
-        places: &[[u32; 2]],
-        (along, wanted): (&NodeView<f64>, Wanted),
-        sums: &mut Sums<f64>,
-    ) {
-        let [l_v, force, phi_dot] = sums.parts_mut();
-        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
-            let of = match term.to {
-                Row::V => along.v,
-                Row::Q => along.q,
-                Row::Sigma => along.sigma,
-            };
-            let to: &mut [f64] = match term.of {
-                Variable::C => l_v,
-                Variable::D => force,
-                Variable::E => phi_dot,
-            };
-            self.add_product((x, places), !term.transposed, of, to);
         }
     }
 }
