@@ -4,6 +4,8 @@ mod common;
 #[path = "scenes/elements.rs"]
 #[allow(dead_code)]
 mod elements;
+#[path = "scenes/pieces.rs"]
+mod pieces;
 #[path = "scenes/ready_parts.rs"]
 #[allow(dead_code)]
 mod ready_parts;
@@ -13,10 +15,11 @@ use common::bench::{Bench, Part, from_velocity, lively, number};
 use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, Real, Scalar, Scheme, Settings, Solver,
-    Start, Sum, System, simulate,
+    Composition, Cost, CostPoint, Force, ForcePoint, Gradient, Grid, Hyper, Inputs, KineticEnergy, LiftedSolver, Real,
+    Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System, simulate,
 };
 use nalgebra::SVector;
+use pieces::Piece;
 
 /// A direction in which every input moves, as far as it is large.
 fn direction(inputs: &Inputs, seed: usize) -> Inputs {
@@ -424,4 +427,64 @@ fn products_of_ones_own_are_checked() {
     design[2] *= 1.0 + 1e-6;
     let report = check(design);
     assert!(!report.passed() && report.to_string().contains("`b3`"), "{report}");
+}
+
+/// T = ½ b v², and the force b u: linear in the state, in the control and in the constant.
+struct Motor;
+
+impl KineticEnergy<1, 1> for Motor {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, b: &SVector<S, 1>) -> S {
+        b[0] * v[0] * v[0] * 0.5
+    }
+}
+
+impl Force<1, 1, 1> for Motor {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([at.u[0] * b[0] - at.v[0] * b[0] * 0.1])
+    }
+}
+
+#[test]
+fn products_are_exact_where_nothing_bends_and_where_it_bends_in_pieces() {
+    for with_programs in [true, false] {
+        let compile = |scene: Scene| if with_programs { scene.compile() } else { scene.compile_without_programs() };
+        for (name, factor) in [("constant", None), ("bound", Some(1.7)), ("bound by a factor", Some(-0.6))] {
+            let mut scene = Scene::new();
+            let [q] = scene.coordinates("motor", ["angle"]);
+            let (u, mass) = (scene.control("u"), scene.design("mass", 2.0));
+            let b = factor.map_or(0.8.into(), |factor| scene.design("motor constant", 0.8) * factor);
+            scene.kinetic_energy("mass", Motor, [q], [mass.into()]);
+            scene.force("motor", Motor, [q], [u], [b]);
+            scene.cost("angle", AngleError, Sum::Trapezoidal, [q], [], [], [0.2.into()]);
+            let system = compile(scene).expect("a scene");
+            for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK5] {
+                let settings = Settings { scheme, ..Settings::default() };
+                let what = format!("motor, {name}, programs: {with_programs}, {}", scheme.name);
+                error(&what, &system, &lively(&system, 8, 0.02), settings);
+            }
+        }
+        for piece in Piece::ALL.into_iter().filter(|piece| !matches!(piece, Piece::Root)) {
+            let system = compile(pieces::scene(piece)).expect("a scene");
+            let what = format!("{piece:?}, programs: {with_programs}");
+            error(&what, &system, &lively(&system, 8, 0.01), Settings::default());
+        }
+    }
+}
+
+/// Hyper-dual numbers take 0 · ∞ there.
+#[test]
+fn products_are_there_where_slopes_of_what_is_cut_off_are_infinite() {
+    let products = [true, false].map(|with_programs| {
+        let scene = pieces::scene(Piece::Root);
+        let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+        let inputs = lively(&system, 8, 0.01);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let product = solver.hessian_product(&direction(&inputs, 1)).expect("a product");
+        Input::all(&inputs).iter().map(|input| input.in_gradient(product)).collect::<Vec<f64>>()
+    });
+    let size = products[1].iter().fold(0.0f64, |size, x| size.max(x.abs()));
+    for (ours, plain) in products[0].iter().zip(&products[1]) {
+        assert!((ours - plain).abs() <= 1e-11 * size, "{ours} and {plain}");
+    }
 }

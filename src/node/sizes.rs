@@ -27,65 +27,102 @@ impl Sizes {
     }
 }
 
-/// What makes unknowns of different units comparable, and the residuals of their equations, in the solver's order: (weight, 0) for a velocity and
-/// its equation, (0, weight) for a multiplier and its.
+/// The weights of all unknowns, or of all equations, in the solver's order: those of velocities, zero for multipliers, and those of multipliers.
+struct Weights {
+    v: Vec<f64>,
+    sigma: Vec<f64>,
+}
+
+impl Weights {
+    fn new(len: usize) -> Self {
+        Weights { v: vec![0.0; len], sigma: vec![0.0; len] }
+    }
+
+    /// The largest weighted entries that belong to velocities and to multipliers, from a position on.
+    #[inline]
+    fn sizes(&self, x: &[f64], from: usize) -> Sizes {
+        let x = &x[from..];
+        let (of_v, of_sigma) = (&self.v[from..][..x.len()], &self.sigma[from..][..x.len()]);
+        let (mut v, mut sigma) = ([0.0; 4], [0.0; 4]);
+        let ((xs, x), (of_vs, of_v), (of_sigmas, of_sigma)) =
+            (x.as_chunks::<4>(), of_v.as_chunks::<4>(), of_sigma.as_chunks::<4>());
+        for ((xs, of_v), of_sigma) in xs.iter().zip(of_vs).zip(of_sigmas) {
+            raise(&mut v, xs, of_v);
+            raise(&mut sigma, xs, of_sigma);
+        }
+        raise(&mut v, x, of_v);
+        raise(&mut sigma, x, of_sigma);
+        let largest = |[a, b, c, d]: [f64; 4]| larger(larger(a, c), larger(b, d));
+        Sizes { v: largest(v), sigma: largest(sigma) }
+    }
+}
+
+/// Makes each of four numbers at least |x| times its weight.
+#[inline(always)]
+fn raise(to: &mut [f64; 4], x: &[f64], weights: &[f64]) {
+    to.iter_mut().zip(x).zip(weights).for_each(|((to, x), weight)| *to = larger(*to, x.abs() * weight));
+}
+
+/// What makes unknowns of different units comparable, and the residuals of their equations.
 pub(crate) struct UnitWeights {
-    of_unknowns: Vec<[f64; 2]>,
-    of_equations: Vec<[f64; 2]>,
+    of_unknowns: Weights,
+    of_equations: Weights,
     condensed: usize,
 }
 
 impl UnitWeights {
     pub(crate) fn new(len: usize, condensed: usize) -> Self {
-        UnitWeights { of_unknowns: vec![[0.0; 2]; len], of_equations: vec![[0.0; 2]; len], condensed }
+        UnitWeights { of_unknowns: Weights::new(len), of_equations: Weights::new(len), condensed }
     }
 
     /// Takes the roots of pivots p: √p v, σ/√p and so on have one unit, √J, whatever the units of the coordinates are.
     pub(crate) fn set(&mut self, positions: &Positions, reciprocal_pivots: impl Iterator<Item = f64>) {
+        let UnitWeights { of_unknowns, of_equations, .. } = self;
+        of_equations.v.fill(0.0);
         let roots = reciprocal_pivots.map(|reciprocal| reciprocal.abs().sqrt());
-        self.of_equations.iter_mut().zip(roots).for_each(|(weights, root)| *weights = [0.0, root]);
+        of_equations.sigma.iter_mut().zip(roots).for_each(|(weight, root)| *weight = root);
         for &position in &positions.v {
-            self.of_equations[position].swap(0, 1);
+            std::mem::swap(&mut of_equations.v[position], &mut of_equations.sigma[position]);
         }
-        let inverse = |x: f64| if x > 0.0 { x.recip() } else { 0.0 };
-        let weights = self.of_unknowns.iter_mut().zip(&self.of_equations);
-        weights.for_each(|(of_unknown, of_equation)| *of_unknown = of_equation.map(inverse));
+        let inverse = |x: &f64| if *x > 0.0 { x.recip() } else { 0.0 };
+        of_unknowns.v.iter_mut().zip(of_equations.v.iter().map(inverse)).for_each(|(weight, x)| *weight = x);
+        of_unknowns.sigma.iter_mut().zip(of_equations.sigma.iter().map(inverse)).for_each(|(weight, x)| *weight = x);
     }
 
     /// The sizes of all unknowns.
     pub(crate) fn of_all(&self, x: &[f64]) -> Sizes {
-        sizes(&self.of_unknowns, x)
+        self.of_unknowns.sizes(x, 0)
     }
 
     /// The sizes of unknowns, condensed ones left out.
     pub(crate) fn of(&self, x: &[f64]) -> Sizes {
-        sizes(&self.of_unknowns[self.condensed..], &x[self.condensed..])
+        self.of_unknowns.sizes(x, self.condensed)
     }
 
     /// The sizes of residuals of the same equations.
     pub(crate) fn of_residual(&self, r: &[f64]) -> Sizes {
-        sizes(&self.of_equations[self.condensed..], &r[self.condensed..])
+        self.of_equations.sizes(r, self.condensed)
     }
 
     /// The weight of a velocity's equation.
     pub(crate) fn of_equation(&self, position: usize) -> f64 {
-        self.of_equations[position][0]
+        self.of_equations.v[position]
     }
 
     /// The weight of a multiplier; of its equation, one unit.
     pub(crate) fn of_multiplier(&self, position: usize) -> f64 {
-        self.of_unknowns[position][1]
+        self.of_unknowns.sigma[position]
     }
 
     /// The largest velocity, of those in the scene's order.
     pub(crate) fn of_velocities(&self, positions: &Positions, v: impl Iterator<Item = f64>) -> f64 {
-        positions.v.iter().zip(v).fold(0.0, |size, (&position, v)| larger(size, v.abs() * self.of_unknowns[position][0]))
+        positions.v.iter().zip(v).fold(0.0, |size, (&position, v)| larger(size, v.abs() * self.of_unknowns.v[position]))
     }
 
     /// The largest multiplier, of those in the scene's order.
     pub(crate) fn of_multipliers(&self, positions: &Positions, sigma: impl Iterator<Item = f64>) -> f64 {
         let terms = positions.sigma.iter().zip(sigma);
-        terms.fold(0.0, |size, (&position, sigma)| larger(size, sigma.abs() * self.of_unknowns[position][1]))
+        terms.fold(0.0, |size, (&position, sigma)| larger(size, sigma.abs() * self.of_unknowns.sigma[position]))
     }
 
     /// The largest multiplier's equation, of those in the scene's order.
@@ -94,34 +131,12 @@ impl UnitWeights {
             .sigma
             .iter()
             .zip(r)
-            .fold(0.0, |size, (&position, r)| larger(size, r.abs() * self.of_equations[position][1]))
+            .fold(0.0, |size, (&position, r)| larger(size, r.abs() * self.of_equations.sigma[position]))
     }
 
     /// The largest momentum, of those in the scene's order.
     pub(crate) fn of_momenta(&self, positions: &Positions, p_star: &[f64]) -> f64 {
         let terms = positions.v.iter().zip(p_star);
-        terms.fold(0.0, |size, (&position, p)| larger(size, p.abs() * self.of_equations[position][0]))
+        terms.fold(0.0, |size, (&position, p)| larger(size, p.abs() * self.of_equations.v[position]))
     }
-}
-
-/// The largest weighted entries that belong to velocities and to multipliers.
-#[inline]
-fn sizes(weights: &[[f64; 2]], x: &[f64]) -> Sizes {
-    let (chunks, rest) = x.as_chunks::<4>();
-    let (weights, rest_weights) = weights.as_chunks::<4>();
-    let update = |[v, sigma]: &mut [f64; 2], x: f64, [of_v, of_sigma]: &[f64; 2]| {
-        *v = larger(*v, x.abs() * of_v);
-        *sigma = larger(*sigma, x.abs() * of_sigma);
-    };
-    let mut lanes = [[0.0; 2]; 4];
-    for (x, weights) in chunks.iter().zip(weights) {
-        for k in 0..4 {
-            update(&mut lanes[k], x[k], &weights[k]);
-        }
-    }
-    for ((x, weight), lane) in rest.iter().zip(rest_weights).zip(&mut lanes) {
-        update(lane, *x, weight);
-    }
-    let size = |k: usize| larger(larger(lanes[0][k], lanes[1][k]), larger(lanes[2][k], lanes[3][k]));
-    Sizes { v: size(0), sigma: size(1) }
 }

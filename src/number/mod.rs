@@ -2,6 +2,7 @@
 
 mod boundary;
 mod complex;
+mod exp;
 mod fingerprint;
 mod hyper;
 mod lanes;
@@ -12,6 +13,7 @@ mod sincos;
 mod strided;
 
 pub use complex::Cx;
+pub(crate) use exp::exp_lanes;
 pub(crate) use fingerprint::Fingerprint;
 pub use hyper::Hyper;
 pub(crate) use hyper::{Slope, hyper, hyper_parts, slope};

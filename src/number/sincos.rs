@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_2_PI;
 const FRAC_PI_2_HIGH: f64 = 1.570_796_326_734_125_614_17;
 const FRAC_PI_2_LOW: f64 = 6.077_100_506_506_192_249_32e-11;
 /// Adding and subtracting it rounds to an integer, which then stands in the lowest bits of the sum.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(super) const ROUND: f64 = 6_755_399_441_055_744.0;
 const MOST: f64 = 1e5;
 
 /// (sin x, cos x).

@@ -6,7 +6,32 @@ use super::graph::Graph;
 
 impl Graph {
     /// ∂y/∂x w of a node y and its `k`-th argument x; none where it vanishes everywhere.
+    ///
+    /// What a condition cuts off is cut off behind the slope, which may be infinite there: that of √max(x, 0) for x < 0.
     fn partial_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
+        match self.condition_of(w) {
+            None => self.slope_times(y, k, w),
+            Some((condition, w)) => self.partial_times(y, k, w).map(|part| self.keep_where(condition, part)),
+        }
+    }
+
+    /// The condition of a fixed multiple of what is kept where one holds, and that multiple without it.
+    fn condition_of(&mut self, w: Node) -> Option<(Node, Node)> {
+        match self.expression(w) {
+            Expression::Where(condition, w) => Some((condition, w)),
+            Expression::Of(Function::Negative, w) => {
+                let (condition, w) = self.condition_of(w)?;
+                Some((condition, self.function(Function::Negative, w)))
+            }
+            Expression::Multiply(factor, w) if self.is_fixed(factor) => {
+                let (condition, w) = self.condition_of(w)?;
+                Some((condition, self.multiply(factor, w)))
+            }
+            _ => None,
+        }
+    }
+
+    fn slope_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
         use Expression::*;
         Some(match (self.expression(y), k) {
             (Constant(_) | Parameter(_) | Input(_) | Less(..), _) => return None,

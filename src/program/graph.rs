@@ -91,6 +91,12 @@ impl Graph {
         (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
     }
 
+    /// Whether any of these depends on inputs by a sign or a comparison, of which derivatives show nothing.
+    pub(crate) fn is_piecewise(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
+        let is_step = |node| matches!(self.expression(node), Expression::Of(Function::Sign, _) | Expression::Less(..));
+        self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
+    }
+
     /// The inputs that a node depends on.
     pub(crate) fn inputs_of(&self, node: Node) -> Vec<usize> {
         let nodes = self.reachable([node]);

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::expression::Expression;
 use super::function::Function;
-use crate::number::sin_cos_lanes;
+use crate::number::{exp_lanes, sin_cos_lanes};
 
 /// What an instruction does with its arguments x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -133,6 +133,7 @@ impl Program {
                 Operation::Where => binary(instructions, registers, |condition, x| if condition == 0.0 { 0.0 } else { x }),
                 Operation::Of(Function::Sin) => lanes(instructions, registers, |x| sin_cos_lanes(x).0),
                 Operation::Of(Function::Cos) => lanes(instructions, registers, |x| sin_cos_lanes(x).1),
+                Operation::Of(Function::Exp) => lanes(instructions, registers, exp_lanes),
                 Operation::Of(Function::Negative) => unary(instructions, registers, |x| -x),
                 Operation::Of(Function::Reciprocal) => unary(instructions, registers, f64::recip),
                 Operation::Of(Function::Sqrt) => unary(instructions, registers, f64::sqrt),

@@ -148,6 +148,7 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], slopes: &[Node], parameter
         second.extend(graph.forward(slopes, &[(x, one)]));
     }
     let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
+    let is_quadratic = is_quadratic && !graph.is_piecewise(slopes.iter().copied());
     is_quadratic.then(|| Kernel::new(graph, parameters, &second)).flatten()
 }
 

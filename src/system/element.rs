@@ -104,7 +104,10 @@ impl Element {
 
     /// Whether another formula has derivatives in the same places.
     pub fn has_places_of(&self, other: &Element) -> bool {
-        let flags = |formula: &Formula| (formula.constant, formula.sinusoidal, formula.timed, formula.kernels.is_some());
+        let flags = |formula: &Formula| {
+            let Formula { constant, piecewise, sinusoidal, timed, ref kernels, .. } = *formula;
+            (constant, piecewise, sinusoidal, timed, kernels.is_some())
+        };
         let (own, other) = (&*self.formula, &*other.formula);
         flags(own) == flags(other) && own.varying == other.varying && own.fixed == other.fixed
     }

@@ -78,8 +78,10 @@ pub struct Formula {
     /// What was recorded; nothing where that failed, and then everything is taken to vary.
     pub template: Option<Template>,
     pub obstacle: Option<Obstacle>,
-    /// All second derivatives are constant, and nothing depends on time.
+    /// All second derivatives are constant, and nothing depends on time or is piecewise.
     pub constant: bool,
+    /// First derivatives depend on signs or comparisons, of which second ones show nothing: those of |x| or max(x, y).
+    pub piecewise: bool,
     /// A constraint that is a sum of q_i, sin q_i, cos q_i.
     pub sinusoidal: bool,
     pub timed: bool,
@@ -98,6 +100,7 @@ impl Formula {
             template: None,
             obstacle,
             constant: false,
+            piecewise: false,
             sinusoidal: false,
             timed: true,
             varying: BlockEntry::all(kind, shape.n, shape.m),
@@ -121,7 +124,10 @@ impl Formula {
         let controls = derivatives.by_controls(&mut graph, shape, &values);
         let linear_in_controls = controls.iter().all(|slope| graph.is_fixed(*slope));
         let all_fixed = derivatives.entries.iter().all(|(_, node)| graph.is_fixed(*node));
-        let constant = all_fixed && !timed && (linear_in_controls || !(0..depends.len()).any(is_control));
+        let sums = [&derivatives.l_v, &derivatives.force, &derivatives.phi_dot].into_iter().flatten();
+        let piecewise = graph.is_piecewise(sums.copied());
+        let is_free = !(0..depends.len()).any(is_control);
+        let constant = all_fixed && !timed && !piecewise && (linear_in_controls || is_free);
         let is_sum = kind == ElementKind::Holonomic && values.iter().all(|phi| is_sinusoidal(&graph, *phi));
         let sinusoidal = is_sum && !timed && !constant;
 
@@ -154,6 +160,7 @@ impl Formula {
             template: Some(template),
             obstacle: None,
             constant,
+            piecewise,
             sinusoidal,
             timed,
             varying: entries(varying),

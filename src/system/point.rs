@@ -99,9 +99,13 @@ impl Layout {
     /// A point and its rates.
     pub(crate) fn load_rates(&self, at: &NodeView<Dual64>, point: &mut [f64]) {
         let (values, rates) = point.split_at_mut(self.rates());
-        let all = [at.q, at.v, at.sigma, at.u].into_iter().flatten().chain([&at.t]);
-        for ((x, rate), dual) in values.iter_mut().zip(rates).zip(all) {
-            (*x, *rate) = (dual.re, dual.eps);
+        let mut begin = 0;
+        for duals in [at.q, at.v, at.sigma, at.u, &[at.t]] {
+            let (values, rates) = (&mut values[begin..], &mut rates[begin..]);
+            for ((x, rate), dual) in values.iter_mut().zip(rates).zip(duals) {
+                (*x, *rate) = (dual.re, dual.eps);
+            }
+            begin += duals.len();
         }
     }
 

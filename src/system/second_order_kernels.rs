@@ -7,7 +7,7 @@
 //!   rows      the derivatives of D ψ with respect to every argument and constant
 //! ```
 //!
-//! What is done without a program is left out: controls of an element that is constant, states of one that is sinusoidal.
+//! What is done without a program is left out: changes along controls of an element that is constant, rows of the states of one that is sinusoidal.
 
 use super::derivatives::{Derivatives, input_node, sum_of_products};
 use super::formula::{ArgumentOf, Component, Formula, InputOf};
@@ -31,9 +31,8 @@ impl SecondOrderKernels {
         let derivatives = Derivatives::new(&mut graph, formula.kind, shape, &values);
         let (one, zero) = (graph.constant(1.0), graph.constant(0.0));
         let of_constants = constants(&mut graph, (shape, bound), template.parameters);
-        let controls = if formula.constant { 0..0 } else { 0..shape.k };
-        let mut of_inputs: Vec<(InputOf, Tangent)> =
-            Vec::from_iter(controls.map(|k| (InputOf::Control(k), moving(&mut graph, shape, shape.u() + k))));
+        let controls = (0..shape.k).map(|k| (InputOf::Control(k), moving(&mut graph, shape, shape.u() + k)));
+        let mut of_inputs: Vec<(InputOf, Tangent)> = Vec::from_iter(controls);
         of_inputs.extend(of_constants.iter().copied());
         if formula.timed {
             of_inputs.push((InputOf::Time, moving(&mut graph, shape, shape.t())));
@@ -47,7 +46,8 @@ impl SecondOrderKernels {
         all.extend(numbered(Component::Force, &derivatives.force));
         all.extend(numbered(Component::Equation, &derivatives.phi_dot));
         let (components, nodes): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-        let changes = graph.forward(&nodes, &tangents(&of_inputs));
+        let without_program = if formula.constant { shape.k } else { 0 };
+        let changes = graph.forward(&nodes, &tangents(&of_inputs[without_program..]));
         let (components, changes): (Vec<_>, Vec<_>) =
             components.into_iter().zip(changes).filter(|(_, change)| !graph.is_zero(*change)).unzip();
 

@@ -70,7 +70,7 @@ pub(super) fn analyse(
     Analysis { symbolic, sines, loop_equations }
 }
 
-/// Structural nonzeros of K, and which unknowns have only constant entries in row and column.
+/// Structural nonzeros of K, and which unknowns have only constant entries in row and column, and equations that are linear in the state.
 fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>, Vec<bool>) {
     let (mut entries, mut constant) = (Vec::new(), vec![true; n + m]);
     for element in elements {
@@ -80,6 +80,10 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
         }
         for entry in &element.formula.varying {
             element.unknowns(entry, n).iter().for_each(|&unknown| constant[unknown] = false);
+        }
+        if element.formula.piecewise {
+            element.q.iter().for_each(|&i| constant[i] = false);
+            element.sigma.iter().for_each(|&j| constant[n + j] = false);
         }
     }
     (entries, constant)

@@ -1,9 +1,10 @@
 //! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
 
 use super::batch::Covector;
-use super::block::BlockEntry;
-use super::formula::{Component, Formula, InputOf};
+use super::block::{Block, BlockEntry};
+use super::formula::{Component, Formula, InputOf, Kernels};
 use super::item::PlacedElement;
+use super::jet::ElementKind;
 use super::shape::Place;
 use super::typed::{OnNumbers, Slot};
 use super::view::NodeView;
@@ -62,6 +63,31 @@ fn weight(of: Component, with: &Covector) -> f64 {
     }
 }
 
+/// 𝓛_v and 𝓛_q + Q of an element of which constants are kept: from their values at zero, linearly.
+fn as_kept(formula: &Formula, kernels: &Kernels, parameters: &[f64], at: &OwnPoint) -> Vec<f64> {
+    let (n, none) = (formula.shape.n, |_| 0.0);
+    let mut sums = kernels.at_zero.evaluate(parameters, none);
+    let controls = sums.split_off(2 * n);
+    for (row, slopes) in controls.chunks_exact(at.u.len().max(1)).enumerate() {
+        sums[n + row] += slopes.iter().zip(&at.u).map(|(slope, u)| slope * u).sum::<f64>();
+    }
+    for (entry, value) in formula.fixed.iter().zip(kernels.fixed.evaluate(parameters, none)) {
+        let (row, col) = (entry.row, entry.col);
+        let [here, there] = match entry.block {
+            Block::Vv => [(row, at.v[col]), (col, at.v[row])],
+            Block::Vq => [(row, at.q[col]), (n + col, at.v[row])],
+            Block::Qq => [(n + row, at.q[col]), (n + col, at.q[row])],
+            Block::ForceV => [(n + row, at.v[col]); 2],
+            _ => [(n + row, at.q[col]); 2],
+        };
+        sums[here.0] += value * here.1;
+        if entry.mirrored || entry.block == Block::Vq {
+            sums[there.0] += value * there.1;
+        }
+    }
+    sums
+}
+
 impl PlacedElement {
     /// All that a formula's programs compute, beside the same by dual numbers, at a point of the element's own.
     pub(super) fn compare(&self, formula: &Formula, numbers: &[f64], at: &OwnPoint, with: &Covector) -> Vec<Pair> {
@@ -115,7 +141,11 @@ impl PlacedElement {
             own[place(*of)] += value;
         }
         program.extend(own);
-        dual.extend(first);
+        dual.extend(&first);
+        if formula.constant && formula.kind != ElementKind::Holonomic {
+            program.extend(as_kept(formula, kernels, &parameters, at));
+            dual.extend(&first[..2 * n]);
+        }
         for (of, value) in kernels.inputs_of.iter().zip(kernels.inputs.evaluate(&parameters, input)) {
             program.push(value);
             dual.push(self.by_input(at, *of, with));
