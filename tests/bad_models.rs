@@ -214,7 +214,27 @@ fn a_cost_that_is_not_finite_is_blamed_instead_of_handed_on() {
     assert_blames(&error, "`effort`", 5);
 }
 
-/// The same cost, summed only from where it is finite: at the last node of a rectangle rule it counts for nothing.
+/// b ln q, whose derivative by q is finite where ln q is no number.
+struct Weighted;
+impl Cost<1, 0, 0, 1> for Weighted {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+        at.q[0].ln() * b[0]
+    }
+}
+
+#[test]
+fn a_constant_alone_is_not_blamed_for_what_it_multiplies() {
+    let system = sled(1.0, |scene, x| {
+        let weight = scene.design("weight", 1.1);
+        scene.place(x, -0.3);
+        scene.cost("effort", Weighted, Sum::Rectangle, [x], [], [], [weight.into()]);
+    });
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let error = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
+    assert_says(&error, &["`effort`", "`sled.x` = -0.3", "`weight` = 1.1"]);
+}
+
+/// 1/(1 − t) + q: at the last node of a rectangle rule, where it is infinite, it counts for nothing.
 struct SingularAtTheEnd;
 impl Formula for SingularAtTheEnd {
     fn at<S: Scalar>(&self, q: S, _v: S, t: S) -> S {

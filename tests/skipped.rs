@@ -256,6 +256,9 @@ fn like_elements_may_be_any_number_and_stand_anywhere() {
 
 #[test]
 fn what_is_linear_in_pieces_is_not_taken_for_linear() {
+    // Of two coordinates K is constant; but their equations are not linear, so that they are not eliminated once for all.
+    let beside = pieces::scene(Piece::Beside).compile().expect("a scene");
+    assert_eq!(beside.elimination().iter().map(|[size, _]| size).sum::<usize>(), 3);
     for piece in Piece::ALL {
         // A single dual number takes 0 · ∞ for the slope of a root that is cut off.
         if !matches!(piece, Piece::Root) {

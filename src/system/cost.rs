@@ -142,8 +142,14 @@ impl CostRows {
         all_finite(&numbers) && self.lists().into_iter().all(|list| all_finite(list))
     }
 
-    /// The arguments by which the derivatives are not finite.
+    /// The arguments by which the derivatives are not finite; where these are constants alone, which only multiply what is not, all others too.
     pub fn bad_arguments(&self) -> Vec<Argument> {
+        let bad = self.arguments_where(|slope| !slope.is_finite());
+        let is_constant = |argument: &Argument| matches!(argument, Argument::Design(_));
+        if bad.iter().all(is_constant) { self.arguments_where(|slope| slope != 0.0) } else { bad }
+    }
+
+    fn arguments_where(&self, is: fn(f64) -> bool) -> Vec<Argument> {
         let lists = self.lists();
         let kinds: [fn(usize) -> Argument; 10] = [
             Argument::Coordinate,
@@ -157,9 +163,9 @@ impl CostRows {
             Argument::ControlRate,
             Argument::Design,
         ];
-        let bad = |list: &[f64]| (0..list.len()).filter(|&i| !list[i].is_finite()).collect::<Vec<_>>();
-        let time = (!self.time.is_finite()).then_some(Argument::Time);
-        lists.into_iter().zip(kinds).flat_map(|(list, of)| bad(list).into_iter().map(of)).chain(time).collect()
+        let of_list = |list: &[f64]| (0..list.len()).filter(|&i| is(list[i])).collect::<Vec<_>>();
+        let time = is(self.time).then_some(Argument::Time);
+        lists.into_iter().zip(kinds).flat_map(|(list, of)| of_list(list).into_iter().map(of)).chain(time).collect()
     }
 
     /// Memory for programs, and where derivatives are added.
