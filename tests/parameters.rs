@@ -112,6 +112,15 @@ fn what_is_made_of_numbers_is_a_number() {
     assert_eq!(scene.parameter("mixed", Mixed, [2.0.into(), 1.0.into()]), Param::from(2.0 * 1f64.tanh() + 2.0));
 }
 
+/// A formula that panics.
+struct Panics;
+
+impl ParameterFormula<1> for Panics {
+    fn value<S: Scalar>(&self, _x: &SVector<S, 1>) -> S {
+        panic!("on purpose")
+    }
+}
+
 /// A formula that branches.
 struct Branch;
 
@@ -157,4 +166,12 @@ fn what_is_wrong_is_named() {
     let mass = scene.parameter("branching", Branch, [a.into()]);
     body(&mut scene, mass);
     assert_says(&scene.compile().expect_err("a branch"), &["branching", "branches"]);
+
+    for bound in [true, false] {
+        let mut scene = Scene::new();
+        let of: Param = if bound { scene.design("alpha", 0.5).into() } else { 0.5.into() };
+        let mass = scene.parameter("panicking", Panics, [of]);
+        body(&mut scene, mass);
+        assert_says(&scene.compile().expect_err("a panic"), &["panicking", "panics"]);
+    }
 }

@@ -13,12 +13,14 @@ pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
     factors: Vec<f64>,
     accelerations: Option<Box<Accelerations>>,
+    /// Why v̇ and λ are missing, where a cost may not need them.
+    missing: Option<Error>,
 }
 
 impl<'a> CostSum<'a> {
     /// With the factor of J, then those of the outputs.
     pub(crate) fn new(refinement: &'a Refinement, factors: Vec<f64>) -> Self {
-        CostSum { refinement, factors, accelerations: None }
+        CostSum { refinement, factors, accelerations: None, missing: None }
     }
 
     /// Adds all costs at a node, or at a stage of the step into it, to the sums of J and of the outputs.
@@ -40,7 +42,10 @@ impl<'a> CostSum<'a> {
         let [v_dot, lambda] = match self.lift(system, at, node) {
             Ok(lifted) => lifted,
             // Whether it matters, the value will tell.
-            Err(_) if uses == Depends::Perhaps => [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]),
+            Err(error) if uses == Depends::Perhaps => {
+                self.missing = Some(error);
+                [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len])
+            }
             Err(error) => return Err(error),
         };
         system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, sums);
@@ -92,7 +97,8 @@ impl<R: Real> Trajectory<R> {
         for i in first..self.computed {
             self.costs_of_step(system, (inputs, &design), (&mut costs, i), &mut values)?;
             if !values.iter().all(|value| is_finite(*value)) {
-                return Err(self.bad_cost(system, (inputs, &design), &costs, i));
+                let missing = costs.missing.take();
+                return Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, &design), &costs, i)));
             }
             sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += *value);
         }
@@ -119,6 +125,7 @@ impl<R: Real> Trajectory<R> {
     ) -> Result<(), Error> {
         let mut u_dot = Vec::new();
         values.fill(R::zero());
+        costs.missing = None;
         if system.has_control_rates() {
             u_dot.resize(system.k(), R::zero());
             control_rates(inputs, i, &mut u_dot);

@@ -15,6 +15,7 @@ use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
 use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, SceneTag, Shape};
+use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{AnyElement, Applied, Holonomic, Kinetic, Parts, PlacedElement, Potential, Restricted, Typed};
 use crate::{Error, System};
@@ -146,7 +147,8 @@ impl Scene {
         }
         let numbers = of.map(|param| param.constant());
         if numbers.iter().all(Option::is_some) {
-            return formula.value(&SVector::from_fn(|i, _| numbers[i].unwrap_or_default())).into();
+            let value = guarded(|| formula.value(&SVector::from_fn(|i, _| numbers[i].unwrap_or_default())));
+            return value.map_or_else(|| self.refuse_parameter(name, false), Param::from);
         }
         let symbol = |i: usize| numbers[i].map_or_else(|| Symbol::input(i, 1.0), Symbol::from);
         match record(|result| result(formula.value(&SVector::from_fn(|i, _| symbol(i))))) {
@@ -154,14 +156,13 @@ impl Scene {
                 let nodes = into.import(&graph, of);
                 nodes[results[0].index()]
             }),
-            Err(obstacle) => {
-                self.report(Error::ParameterFormula {
-                    parameter: name.to_string(),
-                    branches: obstacle == Obstacle::Branches,
-                });
-                f64::NAN.into()
-            }
+            Err(obstacle) => self.refuse_parameter(name, obstacle == Obstacle::Branches),
         }
+    }
+
+    fn refuse_parameter(&mut self, name: &str, branches: bool) -> Param {
+        self.report(Error::ParameterFormula { parameter: name.to_string(), branches });
+        f64::NAN.into()
     }
 
     /// Adds a kinetic energy T(q, v; b).

@@ -2,7 +2,7 @@
 
 use super::{elements, error, list, ready_parts, seven_bodies, varying};
 use crate::common::{assert_says, largest};
-use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start,
@@ -190,6 +190,15 @@ fn they_go_with_schemes_restarts_and_projections() {
             assert!(error < 1e-11, "{name} by {}: {error:e}", settings.scheme.name);
         }
     }
+}
+
+#[test]
+fn hyper_dual_numbers_say_that_they_know_none_of_them() {
+    let (mut scene, [x, y]) = varying::bead();
+    scene.cost("looking", Looking, Sum::Trapezoidal, [x, y], [], [], []);
+    let system = scene.compile().expect("a scene");
+    let refused = check::hessian(&system, &lively(&system), Settings::default()).run().expect_err("no such numbers");
+    assert_says(&refused, &["accelerations or reactions"]);
 }
 
 #[test]
