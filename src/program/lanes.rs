@@ -15,7 +15,6 @@ struct Chunk {
     lanes: usize,
     /// The number of lanes before it.
     offset: usize,
-    sources: Places,
 }
 
 /// A kernel and where each element takes its inputs from.
@@ -24,6 +23,8 @@ pub(crate) struct Lanes {
     kernel: Kernel,
     chunks: Vec<Chunk>,
     lanes: usize,
+    /// Of each chunk, where its inputs are taken from.
+    sources: Vec<Places>,
 }
 
 /// Groups of sixteen, of eight or four for what is left, and one by itself: to read an instruction takes as long as to do it for eight.
@@ -38,7 +39,7 @@ fn chunks(elements: usize) -> Vec<Chunk> {
         };
         let first = done.min(elements.saturating_sub(lanes));
         let end = (done + lanes).min(elements);
-        chunks.push(Chunk { first, own: done - first..end - first, lanes, offset, sources: Places::default() });
+        chunks.push(Chunk { first, own: done - first..end - first, lanes, offset });
         (done, offset) = (end, offset + lanes);
     }
     chunks
@@ -105,12 +106,10 @@ impl Sink for Add<'_> {
 impl Lanes {
     /// Places a kernel: `source` says where input number `which` of an element stands among all of a point.
     pub(crate) fn new(kernel: Kernel, elements: usize, source: impl Fn(usize, usize) -> usize) -> Self {
-        let mut chunks = chunks(elements);
-        for chunk in &mut chunks {
-            chunk.sources = chunk.places(kernel.inputs().len(), |element, k| source(element, kernel.inputs()[k]));
-        }
-        let lanes = chunks.iter().map(|chunk| chunk.lanes).sum();
-        Lanes { kernel, chunks, lanes }
+        let (chunks, inputs) = (chunks(elements), kernel.inputs());
+        let sources = chunks.iter().map(|chunk| chunk.places(inputs.len(), |element, k| source(element, inputs[k])));
+        let (sources, lanes) = (sources.collect(), chunks.iter().map(|chunk| chunk.lanes).sum());
+        Lanes { kernel, chunks, lanes, sources }
     }
 
     /// Where the results of the first stage are added: `target` says it of an element and the number of a result.
@@ -185,7 +184,7 @@ impl Lanes {
         let (program, chunk) = (self.kernel.stage(stage), &self.chunks[which]);
         let registers = self.own(chunk, registers).as_chunks_mut::<L>().0;
         if let Some(point) = point {
-            chunk.sources.gather(point, registers);
+            self.sources[which].gather(point, registers);
         }
         program.run(registers);
         sink.take(which, chunk, program.results().map(|register| &registers[register]));

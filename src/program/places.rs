@@ -11,12 +11,6 @@ pub(crate) enum Places {
     Any(Vec<u32>),
 }
 
-impl Default for Places {
-    fn default() -> Self {
-        Places::Any(Vec::new())
-    }
-}
-
 impl Places {
     /// What a list says, number by number and of each lane by lane.
     pub(super) fn new(places: Vec<u32>, lanes: usize) -> Self {
