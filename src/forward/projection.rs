@@ -18,8 +18,8 @@ use crate::node::{Newton, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::NodeView;
 
-/// A projection that has not converged after so many corrections does not.
-const MOST_CORRECTIONS: usize = 25;
+/// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then.
+const MOST_CORRECTIONS: usize = 90;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
 /// A correction below this fraction of the largest coordinate is rounding …
@@ -59,9 +59,12 @@ impl Projection<'_> {
                 return Ok(());
             }
             if corrections > 3 && correction >= 0.5 * last {
-                let is_rounding = correction <= STALLED * size || self.is_rounding_of_phi(at, correction);
-                let failed = StepFailure::Projection { iterations: corrections, correction };
-                return if is_rounding { Ok(()) } else { Err(failed) };
+                if correction <= STALLED * size || self.is_rounding_of_phi(at, correction) {
+                    return Ok(());
+                }
+                if correction >= last {
+                    return Err(StepFailure::Projection { iterations: corrections, correction });
+                }
             }
             last = correction;
             let before = self.motion.at(self.node).q;
