@@ -9,6 +9,7 @@ use resolved::Exact;
 use common::bench::{Bench, number};
 use common::{assert_gradient_is_exact_to, assert_says};
 use hamiltonian_adjoint::element::ForcePoint;
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Composition, Error, Force, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start,
     Sum, System, scenes::CartPendulum,
@@ -93,6 +94,36 @@ fn the_gradient_on_the_grid_is_exact_and_given_bends_of_controls_are_nodes_of_it
             assert_gradient_is_exact_to(1e-11, scheme.name, &system, &adapted, settings);
         }
     }
+}
+
+/// A jump is a short step, beside whose slope all others are small.
+#[test]
+fn bends_beside_a_jump_are_kept() {
+    let mut scene = Scene::new();
+    let cart = scene.body("cart", 1.0, 0.1, [0.0; 3]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    let system = scene.compile().expect("scene");
+    for jump in [1e-3, 1e-6, 1e-9, 1e-12] {
+        // 0, 1, 0 in two seconds, then 3: x(3) = 3.5, less what the jump takes.
+        let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, vec![1.0, 1.0, jump, 1.0 - jump]));
+        [0.0, 1.0, 0.0, 3.0, 3.0].into_iter().enumerate().for_each(|(i, u)| inputs.controls[(0, i)] = u);
+        for scheme in Scheme::ALL {
+            let mut solver = Solver::new(&system, with(scheme));
+            let adapted = solver.adapt(&inputs, 1e-7).expect("grid");
+            let motion = solver.simulate(&adapted).expect("motion");
+            let error = motion.q[(0, motion.computed - 1)] - 3.5 + 1.5 * jump;
+            println!("{jump:e}, {}: {} steps, error {error:.1e}", scheme.name, adapted.grid.steps.len());
+            assert!(error.abs() < 1e-5 + jump * jump, "{jump:e}, {}: {error:e}", scheme.name);
+        }
+    }
+    // What lies on a line is no bend.
+    let steps: Vec<f64> = (0..30).map(|k| 0.01 + 1e-3 * f64::from(k)).collect();
+    let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, steps));
+    let times = inputs.grid.times();
+    inputs.controls.iter_mut().zip(&times).for_each(|(u, t)| *u = 1e3 + 0.1 * t);
+    let adapted = Solver::new(&system, with(Scheme::ESDIRK4)).adapt(&inputs, 1e-3).expect("grid");
+    assert!(adapted.grid.steps.len() < 15, "{}", adapted.grid.steps.len());
 }
 
 #[test]

@@ -9,7 +9,7 @@ mod structures;
 use common::assert_says;
 use hamiltonian_adjoint::{
     Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LongSolver, Scalar,
-    Scene, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
+    Scene, Scheme, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
 };
 use nalgebra::SVector;
 
@@ -58,6 +58,28 @@ fn restarts_and_halved_steps_are_the_same_from_checkpoints() {
     let settings = Settings { max_iterations: 4, ..settings };
     assert!(!simulate(&system, &inputs, settings).expect("motion").inserted.is_empty());
     assert_same(&system, &inputs, settings, 160_000);
+}
+
+/// A long step may be followed from zero in its first stage and fail in another: nothing of that remains when its halves are computed again.
+#[test]
+fn halved_steps_of_several_stages_are_the_same_from_checkpoints() {
+    let mut compared = 0;
+    for scheme in Scheme::ALL {
+        for (max_iterations, dt) in [(4, 0.1), (6, 0.1), (6, 0.2), (10, 0.2), (10, 0.25), (25, 0.25)] {
+            let (system, mut inputs) = cart(20, dt);
+            for force in [5.0, 10.0, 20.0, 40.0] {
+                inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = force * (1.3 * i as f64).sin());
+                let settings = Settings { scheme, max_iterations, ..Settings::default() };
+                let Ok(motion) = simulate(&system, &inputs, settings) else { continue };
+                if !motion.inserted.is_empty() {
+                    assert_same(&system, &inputs, settings, 10_000_000);
+                    compared += 1;
+                }
+            }
+        }
+    }
+    println!("{compared} motions compared");
+    assert!(compared > 20, "{compared}");
 }
 
 #[test]

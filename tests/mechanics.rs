@@ -13,7 +13,7 @@ mod varying;
 use common::{assert_says, largest};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Grid, Inputs, Mechanics, Scene, Scheme, Settings, Solver, Start, simulate};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Scene, Scheme, Settings, Solver, Start, simulate};
 use nalgebra::{DMatrix, DVector};
 
 #[test]
@@ -132,6 +132,10 @@ fn a_start_is_assembled_or_follows_from_momenta() {
     inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
     let at = Mechanics::at_start(&system, &inputs).expect("a start");
     assert!(largest(at.phi_dot().as_slice()) < 1e-14 && at.kinetic_energy() > 1e-4);
+    // What no motion starts from is refused.
+    let mut apart = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
+    apart.start.q_mut()[1] += 0.2;
+    assert!(matches!(Mechanics::at_start(&system, &apart), Err(Error::InitialPosition { .. })));
     inputs.start = Start::assembled(&system);
     inputs.start.q_mut()[2] += 0.3;
     let at = Mechanics::at_start(&system, &inputs).expect("a start");

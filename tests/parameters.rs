@@ -32,7 +32,7 @@ fn rods() -> (Scene, [Design; 3]) {
     scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), upper.at(-0.5, 0.0));
     let elbow = scene.at_world(lower, 1.0, 0.0);
     scene.revolute("elbow", upper.at(0.5, 0.0), elbow);
-    scene.torsional_spring_damper("spring", upper, lower, (l / a).powf(1.5), a.exp(), (l - a).atan2(m));
+    scene.torsional_spring_damper("spring", upper, lower, (l / a).powf(1.5), a.exp() * l.atan2(a), (l - a).atan2(m));
     let u = scene.control("torque");
     scene.torque_actuator("motor", Body::GROUND, upper, u);
     let [.., angle] = lower.coordinates;
@@ -151,6 +151,12 @@ fn what_is_wrong_is_named() {
     let a = scene.design("alpha", 0.5);
     body(&mut scene, (a - 1.0).ln() + 2.0);
     assert_says(&scene.compile().expect_err("the logarithm of a negative number"), &["`alpha`", "NaN"]);
+
+    let mut scene = Scene::new();
+    let a = scene.design("alpha", 0.5);
+    let arm = scene.body("arm", 1.0, 1.0, [0.0; 3]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), arm.at(a * f64::NAN, 0.0));
+    assert_says(&scene.compile().expect_err("no multiple"), &["`pivot`", "NaN"]);
 
     let mut scene = Scene::new();
     let a = scene.design("alpha", 0.5);

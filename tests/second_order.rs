@@ -10,8 +10,8 @@ mod pieces;
 #[allow(dead_code)]
 mod ready_parts;
 
-use common::assert_says;
 use common::bench::{Bench, Part, from_velocity, lively, number};
+use common::{assert_gradient_is_exact_with, assert_says};
 use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
@@ -58,6 +58,7 @@ fn by_hyper(system: &System, inputs: &Inputs, settings: Settings, [first, second
             input.of(&mut lifted).add_to_part(part, d);
         }
     }
+    lifted.grid.start.add_to_part(1, first.grid.start);
     solver.simulate(&lifted).expect("the same motion");
     let cost = solver.cost().expect("a cost");
     [cost.part(3), cost.part(1)]
@@ -227,6 +228,66 @@ fn products_go_through_the_assembly_of_a_start() {
             let settings = Settings { scheme, ..Settings::default() };
             error(&format!("assembled, {}, held: {held}", scheme.name), &system, &inputs, settings);
         }
+    }
+}
+
+/// T = ½ b (1 + q²) q̇².
+struct Growing;
+impl KineticEnergy<1, 1> for Growing {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 1>, v: &SVector<S, 1>, b: &SVector<S, 1>) -> S {
+        b[0] * (q[0] * q[0] + 1.0) * v[0] * v[0] * 0.5
+    }
+}
+
+/// p*₀ = T_v(q₀, v₀) is that of the given velocities, whatever v is at node 0.
+#[test]
+fn velocities_that_violate_constraints_within_the_tolerance_have_exact_derivatives() {
+    for (name, build) in [("four bar", Bench::four_bar as fn(&mut Bench)), ("five bar", Bench::five_bar)] {
+        let mut bench = Bench::new();
+        build(&mut bench);
+        let [x, _, angle] = bench.parts[1].body.coordinates().expect("a body");
+        for (of, q) in [("x", x), ("the angle", angle)] {
+            let b = bench.bound(0.3);
+            bench.scene.kinetic_energy(&format!("growing with {of}"), Growing, [q], [b.into()]);
+        }
+        let system = bench.compile(Sum::Trapezoidal);
+        let mut inputs = from_velocity(&system, &lively(&system, 8, 0.02));
+        let Start::Velocity { v, .. } = &mut inputs.start else { panic!("velocities") };
+        v.iter_mut().enumerate().for_each(|(i, v)| *v += 0.1 * number(i));
+        for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+            let settings = Settings { scheme, velocity_tolerance: 1.0, ..Settings::default() };
+            let mut solver = Solver::new(&system, settings);
+            let motion = solver.simulate(&inputs).expect("a motion");
+            assert!(motion.sigma.column(0).amax() > 1e-3);
+            let what = format!("{name}, {}", scheme.name);
+            assert_gradient_is_exact_with(&what, &system, &inputs, settings);
+            error(&what, &system, &inputs, settings);
+        }
+    }
+}
+
+#[test]
+fn the_time_at_which_an_assembled_start_is_assembled_is_a_direction_too() {
+    let mut bench = Bench::new();
+    bench.five_bar();
+    let system = bench.compile(Sum::Trapezoidal);
+    let mut inputs = lively(&system, 8, 0.02);
+    inputs.grid.start = 0.4;
+    inputs.start = Start::assembled(&system);
+    let (mut a, b) = (direction(&inputs, 1), direction(&inputs, 1001));
+    let mut solver = Solver::new(&system, Settings::default());
+    for alone in [false, true] {
+        if alone {
+            a = inputs.no_change();
+        }
+        a.grid.start = 0.7;
+        solver.simulate(&inputs).expect("a motion");
+        let of_a = solver.hessian_product(&a).expect("a product").clone();
+        let [reference, slope] = by_hyper(&system, &inputs, Settings::default(), [&a, &b]);
+        let (of_both, size) = (along(&of_a, &b), size_along(&of_a, &b));
+        println!("{} {slope}, {of_both} {reference}", of_a.value);
+        assert!((of_a.value - slope).abs() < 1e-11 * slope.abs());
+        assert!((of_both - reference).abs() < 1e-11 * size);
     }
 }
 

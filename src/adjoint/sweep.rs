@@ -270,8 +270,7 @@ impl AdjointSweep {
             let zeros = vec![0.0; system.n()];
             let none = vec![0.0; system.m()];
             let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
-            let at = motion.at(0);
-            let blocks = motion.node_blocks(0);
+            let (at, blocks) = motion.given_start();
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);

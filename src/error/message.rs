@@ -146,8 +146,8 @@ impl fmt::Display for Error {
             ),
             Error::Overflow { what, value } => write!(
                 f,
-                "{what} is {value}: a sum is beyond the range of numbers; take other units, scale the cost, or shorten a motion that \
-                 amplifies every change"
+                "{what} is {value}: a sum is beyond the range of numbers, or a formula has an infinite derivative there (a root of zero); \
+                 take other units, scale the cost, shorten a motion that amplifies every change, or move the input away from there"
             ),
             Error::NotInSegments { what, why } => write!(f, "multiple shooting cannot do with {what}: {why}"),
             Error::NoSuchInput { input } => {

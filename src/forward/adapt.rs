@@ -32,21 +32,21 @@ const AFTER_FAILURE: f64 = 0.25;
 const WINDOW: usize = 64;
 /// Steps shorter than this part of the motion, or of the time, are lost in its rounding.
 const SHORTEST: f64 = 1e-14;
-/// Slopes of controls differ by rounding below this part of the largest.
+/// Slopes of controls differ by rounding below this part of them, or if controls do below this part of themselves.
 const STRAIGHT: f64 = 1e-9;
+const SAME: f64 = 8.0 * f64::EPSILON;
 
 /// The given nodes at which controls bend or the motion ends, which a grid by tolerance keeps: a method has its order between them.
 fn kinks(inputs: &Inputs) -> Vec<usize> {
     let (steps, u) = (&inputs.grid.steps, &inputs.controls);
-    let slope = |channel: usize, step: usize| (u[(channel, step + 1)] - u[(channel, step)]) / steps[step];
-    let mut steepest = vec![0.0f64; u.nrows()];
-    (0..steps.len()).for_each(|step| {
-        steepest.iter_mut().enumerate().for_each(|(channel, most)| *most = most.max(slope(channel, step).abs()));
-    });
-    let bends = |node: &usize| {
-        let change = |channel: usize| (slope(channel, *node) - slope(channel, *node - 1)).abs();
-        (0..u.nrows()).any(|channel| change(channel) > STRAIGHT * steepest[channel])
+    let bends_in = |channel: usize, node: usize| {
+        let [u0, u1, u2] = [node - 1, node, node + 1].map(|node| u[(channel, node)]);
+        let (before, after) = ((u1 - u0) / steps[node - 1], (u2 - u1) / steps[node]);
+        let rounding = SAME * u0.abs().max(u1.abs()).max(u2.abs()) / steps[node - 1].abs().min(steps[node].abs());
+        // Beside a jump, which is a short step, other slopes are small.
+        (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };
+    let bends = |node: &usize| (0..u.nrows()).any(|channel| bends_in(channel, *node));
     (1..steps.len()).filter(bends).chain([steps.len()]).collect()
 }
 

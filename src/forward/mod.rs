@@ -158,7 +158,10 @@ impl ForwardSweep {
         let mut node = self.motion.first + self.motion.trajectory.computed;
         while node < self.motion.nodes().min(end) {
             self.motion.take(node);
+            let smooth_from = self.stepper.smooth_from;
             while let Err(failure) = self.step(system, node, settings) {
+                // What was learned of the long step is not known when its halves are computed again.
+                self.stepper.smooth_from = smooth_from;
                 if !self.shorten(system, node, failure, settings)? {
                     return Ok(false);
                 }

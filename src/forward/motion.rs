@@ -23,6 +23,9 @@ pub(crate) struct Motion {
     pub(crate) trajectory: Trajectory,
     /// The second derivatives of all varying elements, one column a stage.
     pub(crate) blocks: DMatrix<f64>,
+    /// Those at the start as it was given, and σ = 0 there.
+    pub(crate) start_blocks: Vec<f64>,
+    pub(crate) no_sigma: Vec<f64>,
     pub(crate) restarts: Restarts,
     /// Whether the step into a column is worth a look, if elements may bend within it.
     pub(crate) surprising: Vec<bool>,
@@ -44,6 +47,8 @@ impl Motion {
             first: 0,
             trajectory: Trajectory::zeros(system, 0, scheme),
             blocks: DMatrix::zeros(0, 0),
+            start_blocks: Vec::new(),
+            no_sigma: vec![0.0; system.m()],
             restarts: Restarts::default(),
             surprising: Vec::new(),
         }
@@ -52,6 +57,11 @@ impl Motion {
     /// What equations and costs of a node depend on.
     pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
         self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
+    }
+
+    /// (q₀, v₀, σ = 0) as given, which p*₀ = T_v was taken from, and the second derivatives there; v₀ may violate dΦ/dt = 0 within a tolerance.
+    pub(crate) fn given_start(&self) -> (NodeView<'_, f64>, &[f64]) {
+        (NodeView { v: self.inputs.start.rate().as_slice(), sigma: &self.no_sigma, ..self.at(0) }, &self.start_blocks)
     }
 
     /// What they depend on at a stage of the step into a node; the last one is the node itself.

@@ -31,6 +31,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         let sigma = column(&forward.motion.trajectory.sigma, 0);
         let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.motion.trajectory.times[0], design));
         forward.stepper.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
+        forward.motion.start_blocks.clone_from(&forward.stepper.newton.evaluation.blocks);
         check_velocity(forward, system, &q, &left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
         p_star = left.v;

@@ -138,10 +138,22 @@ functions! {
     powf(n: f64) |x| x.powf(n), |graph, x| { let n = graph.constant(n); graph.power(x, n) };
 }
 
+impl Design {
+    /// The angle of the point (x, y), where `self` is y.
+    pub fn atan2(self, x: impl Into<Param>) -> Param {
+        Param::from(self).atan2(x)
+    }
+}
+
 impl Param {
     /// The angle of the point (x, y), where `self` is y.
     pub fn atan2(self, x: impl Into<Param>) -> Param {
         self.combine(x.into(), f64::atan2, Graph::atan2)
+    }
+
+    /// The number that it is, or that what it is bound to is multiplied by.
+    pub(crate) fn factor(&self) -> f64 {
+        self.factor
     }
 
     fn sum(self, other: Param) -> Param {

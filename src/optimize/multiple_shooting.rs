@@ -14,7 +14,8 @@ use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System}
 /// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
-/// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output.
+/// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output. Where there are
+/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment.
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
@@ -67,7 +68,8 @@ impl<'s> MultipleShooting<'s> {
     ///
     /// # Errors
     /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; costs that are
-    /// no sums over time, outputs at single nodes; a free duration where anything depends on time itself.
+    /// no sums over time, outputs at single nodes; costs on σ, p\* or ṗ\* where there are
+    /// constraints; a free duration where anything depends on time itself.
     pub fn new(
         system: &'s System,
         settings: Settings,
@@ -302,6 +304,10 @@ fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], s
     if segments == 0 || segments > steps {
         let (what, value) = ("the number of segments".to_string(), segments as f64);
         return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
+    }
+    if let (Some(name), true) = (system.cost_of_multipliers(), segments > 1) {
+        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
+        return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
     if states.len() + system.m() < system.n() {
         let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);

@@ -20,7 +20,7 @@ impl Scene {
         if !known {
             self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
         }
-        let bad = params.iter().enumerate().find_map(|(i, p)| p.constant().filter(|x| !x.is_finite()).map(|x| (i, x)));
+        let bad = params.iter().enumerate().find_map(|(i, p)| Some((i, p.factor())).filter(|(_, x)| !x.is_finite()));
         if let Some((i, value)) = bad {
             self.report(Error::NotFinite { what: format!("parameter {i} of `{element}`"), value });
         }

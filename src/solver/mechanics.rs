@@ -7,7 +7,7 @@ use crate::forward::rank::mass_matrix;
 use crate::motion::column;
 use crate::scene::planar::Point;
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Inputs, Param, Settings, Solver, Start, System, Trajectory};
+use crate::{Error, Grid, Inputs, Param, Settings, Solver, System, Trajectory};
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -58,16 +58,10 @@ impl<'s> Mechanics<'s> {
     pub fn at_start(system: &'s System, inputs: &Inputs) -> Result<Self, Error> {
         let mut solver = Solver::new(system, Settings::default());
         let inputs = solver.assemble(inputs)?;
-        let (q, v) = match &inputs.start {
-            Start::Velocity { q, v } => (q.clone(), v.clone()),
-            _ => {
-                let first = Inputs { grid: crate::Grid::new(inputs.grid.start, Vec::new()), ..inputs.clone() };
-                let first = Inputs { controls: inputs.controls.columns(0, 1).into_owned(), ..first };
-                let motion = solver.simulate(&first)?;
-                (motion.q.column(0).into_owned(), motion.v.column(0).into_owned())
-            }
-        };
-        let here = Self::new(system, q.as_slice(), v.as_slice())?.at_time(inputs.grid.start)?;
+        let first = Inputs { grid: Grid::new(inputs.grid.start, Vec::new()), ..inputs.clone() };
+        let first = Inputs { controls: inputs.controls.columns(0, 1).into_owned(), ..first };
+        let motion = solver.simulate(&first)?;
+        let here = Self::new(system, column(&motion.q, 0), column(&motion.v, 0))?.at_time(inputs.grid.start)?;
         here.with_controls(inputs.controls_at(0))?.with_design(inputs.design.as_slice())
     }
 

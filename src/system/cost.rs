@@ -205,12 +205,17 @@ pub struct CostUse {
     pub control_rates: Depends,
     /// t.
     pub time: Depends,
+    /// σ, or p* or ṗ*, in which it is.
+    pub multipliers: Depends,
 }
 
 impl CostUse {
-    pub const NONE: Self = CostUse { accelerations: Depends::Never, control_rates: Depends::Never, time: Depends::Never };
-    pub const UNKNOWN: Self =
-        CostUse { accelerations: Depends::Perhaps, control_rates: Depends::Perhaps, time: Depends::Perhaps };
+    pub const NONE: Self = CostUse::all(Depends::Never);
+    pub const UNKNOWN: Self = CostUse::all(Depends::Perhaps);
+
+    const fn all(depends: Depends) -> Self {
+        CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
+    }
 
     /// Of a cost that depends on such arguments.
     pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
@@ -218,6 +223,7 @@ impl CostUse {
             Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
             Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
             Of::Time => CostUse { time: Depends::Always, ..uses },
+            Of::Sigma | Of::PStar | Of::PStarDot => CostUse { multipliers: Depends::Always, ..uses },
             _ => uses,
         })
     }
@@ -228,6 +234,7 @@ impl CostUse {
             accelerations: self.accelerations.max(other.accelerations),
             control_rates: self.control_rates.max(other.control_rates),
             time: self.time.max(other.time),
+            multipliers: self.multipliers.max(other.multipliers),
         }
     }
 }
@@ -273,6 +280,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn has_integral(&self) -> bool;
     /// The last single node at which a cost counts, and the name of the cost.
     fn last_node(&self) -> Option<(usize, &str)>;
+    /// The name of a cost that depends on multipliers.
+    fn of_multipliers(&self) -> Option<&str>;
     /// The programs for second derivatives, of all costs that can be recorded.
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
     /// Takes over design variables.

@@ -241,6 +241,11 @@ impl System {
         self.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
     }
 
+    /// The name of a cost that depends on σ, or on p* or ṗ* of constrained coordinates.
+    pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
+        self.costs.iter().filter(|_| self.m > 0).find_map(|costs| costs.of_multipliers())
+    }
+
     /// The last single node at which a cost counts, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
         self.last_cost_node.as_ref().map(|(node, name)| (*node, name.as_str()))

@@ -8,8 +8,8 @@ use hamiltonian_adjoint::optimize::{
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Composition, Control, Coordinate, Cost, CostPoint, Design, EndState, Error, Grid, Inputs, Output, Scalar, Scene, Scheme,
-    Settings, Start, Sum, System,
+    Composition, Constraint, Control, Coordinate, Cost, CostPoint, Design, EndState, Error, Grid, Inputs, Output, Scalar,
+    Scene, Scheme, Settings, Start, Sum, System,
 };
 use nalgebra::{DMatrix, SVector};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -19,6 +19,22 @@ struct Late;
 impl Cost<0, 0, 0, 0> for Late {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _: &SVector<S, 0>) -> S {
         at.t
+    }
+}
+
+/// p*².
+struct Momentum;
+impl Cost<1> for Momentum {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.p_star[0] * at.p_star[0]
+    }
+}
+
+/// q.
+struct Level;
+impl Constraint<1, 1> for Level {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
+        *q
     }
 }
 
@@ -249,6 +265,19 @@ fn what_segments_cannot_do_with_is_named() {
     let (system, _, states) = build(&timed);
     let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
     MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::duration()], &states, 1).expect("one motion");
+    // Of no constraints either.
+    let momentum = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
+        scene.cost("momentum", Momentum, Sum::Integral, [q[0]], [], [], []);
+    };
+    let (system, force, states) = build(&momentum);
+    let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+    let problem = MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 2);
+    problem.expect("p* = M v");
+    let held = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
+        scene.constraint("level", Level, [q[1]], []);
+        scene.cost("momentum", Momentum, Sum::Integral, [q[0]], [], [], []);
+    };
+    assert_says(&wrong(&held, &Free::control, 2, 2), &["`momentum`", "σ", "segment"]);
     let coarse = |force| Free::new(Quantity::LinearControl(force, 4));
     assert_says(&wrong(&nothing, &coarse, 3, 2), &["LinearControl", "all nodes"]);
     assert_says(&wrong(&nothing, &Free::control, 2, 2), &["states", "2", "degrees of freedom"]);

@@ -7,6 +7,7 @@
 //! ```
 
 use nalgebra::DVector;
+use num_dual::Dual64;
 
 use super::{SecondOrderSweep, dual};
 use crate::adjoint::AdjointSweep;
@@ -46,7 +47,8 @@ impl SecondOrderSweep {
         let lifted = [dual(motion.inputs.start.q().as_slice(), q.as_slice()), dual(&motion.design, &self.change.design)];
         let (here, none) = (motion.at(0), dual(&zeros.v, &zeros.v));
         let u: Vec<_> = here.u.iter().map(|u| (*u).into()).collect();
-        let given = Given { u: &u, t: here.t.into(), design: &lifted[1] };
+        let t = Dual64::new(here.t, direction.grid.start);
+        let given = Given { u: &u, t, design: &lifted[1] };
         let (no_sigma, mut phi) = (dual(&zeros.sigma, &zeros.sigma), dual(&zeros.sigma, &zeros.sigma));
         system.phi(&given.at(&lifted[0], &none, &no_sigma), &mut phi);
         right.sigma.iter_mut().zip(&phi).for_each(|(right, phi)| *right = -phi.eps);
@@ -63,10 +65,11 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// −D of the equations along q, v and the design variables; of Φ it is that of dΦ/dt.
+    /// −D of the equations along q, v, the time of the start and the design variables; of Φ it is that of dΦ/dt.
     fn change_of_residual(&mut self, system: &System, newton: &Newton, side: &Side, [q, v]: [&[f64]; 2]) -> Pair {
         let SecondOrderSweep { change, programs, zeros, no_controls, sums, .. } = self;
-        let along = NodeView::of_equations([q, v, &zeros.sigma], (no_controls, 0.0, &change.design));
+        let t = change.inputs.grid.start;
+        let along = NodeView::of_equations([q, v, &zeros.sigma], (no_controls, t, &change.design));
         let mut right = Pair::new(q.len(), zeros.sigma.len());
         for (blocks, at, sign) in [(&side.tangent.moved, &side.moved, -1.0), (&side.tangent.unmoved, &side.unmoved, 1.0)] {
             newton.evaluation.push_forward(system, blocks, &along, sums);
@@ -148,7 +151,7 @@ impl SecondOrderSweep {
     ) -> Change {
         let [of_moved, of_unmoved] = side.covectors(x);
         let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), [v, sigma]: &[Vec<f64>; 2], with: &Covector| {
-            self.rows_along(system, newton, (None, at, blocks), [q, v, sigma], with);
+            self.rows_along(system, newton, (0, at, blocks), [q, v, sigma], with);
             let CostRows { q, v, sigma, design, .. } = &self.first_rows;
             Rows { state: StateRows { v: v.clone(), q: q.clone(), sigma: sigma.clone() }, design: design.clone() }
         };
@@ -191,7 +194,7 @@ fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &Adjoin
     let [a, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
     let of_p: Vec<f64> = b.iter().map(|b| -b).collect();
     let with = Covector { c: &of_p, d: &zeros.v, e: &zeros.sigma };
-    newton.evaluation.pull_back(system, motion.node_blocks(0), &with, &mut rows);
+    newton.evaluation.pull_back(system, motion.given_start().1, &with, &mut rows);
     subtract(&mut rows.q, a);
     [rows.q.into(), rows.v.into()]
 }

@@ -149,10 +149,10 @@ impl SecondOrderSweep {
         let Start::Velocity { q, v } = &mut sweep.gradient.start else { return };
         right.v.iter_mut().zip(b).for_each(|(c, b)| *c = -b);
         let (with, rows) = (Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma }, &mut sweep.cost);
-        let along = along_start(change, (&zeros.sigma, no_controls));
+        let ((at, blocks), along) = (motion.given_start(), along_start(change, (&zeros.sigma, no_controls)));
         rows.clear();
-        newton.evaluation.pull_back_along(motion.node_blocks(0), &along, &with, rows);
-        programs.equations.pull_back(system.batches(), (&motion.at(0), &along), &with, rows);
+        newton.evaluation.pull_back_along(blocks, &along, &with, rows);
+        programs.equations.pull_back(system.batches(), (&at, &along), &with, rows);
         q.iter_mut().zip(&rows.q).for_each(|(sum, row)| *sum += row);
         v.iter_mut().zip(&rows.v).for_each(|(sum, row)| *sum += row);
         sweep.design.iter_mut().zip(&rows.design).for_each(|(sum, row)| *sum += row);

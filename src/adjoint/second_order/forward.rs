@@ -42,10 +42,11 @@ impl SecondOrderSweep {
             self.known_p.copy_from_slice(p_star.as_slice());
             return;
         }
-        let along = along_start(&self.change, (&self.zeros.sigma, &self.no_controls));
-        newton.evaluation.push_forward(system, motion.node_blocks(0), &along, &mut self.sums);
+        let ((at, blocks), along) =
+            (motion.given_start(), along_start(&self.change, (&self.zeros.sigma, &self.no_controls)));
+        newton.evaluation.push_forward(system, blocks, &along, &mut self.sums);
         if let Some(programs) = &mut self.programs {
-            programs.equations.add_changes(system.batches(), (&motion.at(0), &along), &mut self.sums);
+            programs.equations.add_changes(system.batches(), (&at, &along), &mut self.sums);
         }
         self.known_p.copy_from_slice(self.sums.l_v());
     }

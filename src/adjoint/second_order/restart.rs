@@ -166,7 +166,7 @@ impl SecondOrderSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(*node) };
         let with = Covector { c: &pi, d: &zeros.v, e: &zeros.sigma };
         let states = [&q[..], &change.v, &change.begin];
-        self.rows_along(system, newton, (Some(*node), &at, restart.momentum_blocks), states, &with);
+        self.rows_along(system, newton, (*node, &at, restart.momentum_blocks), states, &with);
         let SecondOrderSweep { sweep, first_rows: rows, .. } = self;
         add(&mut sweep.cost.q, &rows.q, 1.0);
         add(&mut sweep.cost.v, &rows.v, 1.0);
@@ -192,10 +192,10 @@ impl SecondOrderSweep {
         let states = [&q[..], &change.projection.v, &change.projection.sigma];
         let Pair { v: c, sigma: e } = &crossed.projection;
         let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
-        self.rows_along(system, newton, (Some(*node), &at, blocks), states, &of_e);
+        self.rows_along(system, newton, (*node, &at, blocks), states, &of_e);
         let mut less = Pair { v: self.first_rows.v.clone(), sigma: zeros.sigma.clone() };
         let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
-        self.rows_along(system, newton, (Some(*node), &at, blocks), states, &of_c);
+        self.rows_along(system, newton, (*node, &at, blocks), states, &of_c);
         let rows = &self.first_rows;
         add(&mut less.v, &rows.v, 1.0);
         add(&mut less.v, &rows.q, 1.0);

@@ -153,18 +153,18 @@ impl SecondOrderSweep {
         }
     }
 
-    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction of the state, and of the inputs of a node or of the parameters alone.
+    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction of the state, and of the inputs of a node.
     pub(super) fn rows_along(
         &mut self,
         system: &System,
         newton: &Newton,
-        (node, at, blocks): (Option<usize>, &NodeView<f64>, &[f64]),
+        (node, at, blocks): (usize, &NodeView<f64>, &[f64]),
         state: [&[f64]; 3],
         with: &Covector,
     ) {
-        let SecondOrderSweep { change, programs, no_controls, first_rows: rows, .. } = self;
-        let inputs = node.map_or((&no_controls[..], 0.0), |node| (change.inputs.controls_at(node), change.at(node).t));
-        let along = NodeView::of_equations(state, (inputs.0, inputs.1, &change.design));
+        let SecondOrderSweep { change, programs, first_rows: rows, .. } = self;
+        let NodeView { u, t, design, .. } = change.at(node);
+        let along = NodeView::of_equations(state, (u, t, design));
         rows.clear();
         newton.evaluation.pull_back_along(blocks, &along, with, rows);
         if let Some(programs) = programs {
