@@ -3,8 +3,8 @@
 use hamiltonian_adjoint::check::{self, Mistake, Part, Verdict};
 use hamiltonian_adjoint::element::CostPoint;
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Cost, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, System, gradient};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Cost, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, System, gradient, simulate};
 use nalgebra::SVector;
 
 fn cart(links: usize) -> (System, Inputs) {
@@ -141,4 +141,84 @@ fn a_derivative_that_is_zero_is_no_reason_for_alarm() {
         .run()
         .expect("motion")
         .assert_passed();
+}
+
+/// A rod on a hinge, started at rest at an angle, and its end angle aimed at: ½ b₁ (φ − b₀)².
+fn aimed(at: f64, aim: impl Fn(f64) -> f64) -> (System, Inputs) {
+    struct Aim;
+    impl Cost<1, 0, 0, 2> for Aim {
+        fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 2>) -> S {
+            b[1] * (at.q[0] - b[0]).powi(2) * 0.5
+        }
+    }
+    let build = |aim: f64| {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let (mass, torque) = (scene.design("mass", 1.3), scene.control("torque"));
+        let rod = scene.body("rod", mass, 0.1, [0.5 * at.cos(), 0.5 * at.sin(), at]);
+        scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+        scene.torque_actuator("motor", Body::GROUND, rod, torque);
+        scene.cost("aim", Aim, Sum::Terminal, [rod.coordinates[2]], [], [], [aim.into(), 1.0.into()]);
+        scene.compile().expect("scene")
+    };
+    let inputs = Inputs::at_rest(&build(0.0), Grid::uniform(40, 0.02));
+    let end = simulate(&build(0.0), &inputs, Settings::default()).expect("motion").q[(2, 40)];
+    (build(aim(end)), inputs)
+}
+
+#[test]
+fn a_motion_at_rest_has_a_right_gradient() {
+    for links in 1..=3 {
+        let system = CartPendulum::with_links(links).scene().compile().expect("scene");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+        let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
+        println!("{report}");
+        report.assert_passed();
+    }
+    // Hanging, with its target reached or not.
+    for aim in [0.0, 1.0] {
+        let (system, inputs) = aimed(-std::f64::consts::FRAC_PI_2, |end| end + aim);
+        let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
+        println!("{report}");
+        assert!(matches!((report.verdict(), aim), (Verdict::Right, 1.0) | (Verdict::NothingCompared, 0.0)), "{aim}");
+    }
+}
+
+#[test]
+fn a_gradient_that_vanishes_at_an_optimum_is_right() {
+    for off in [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3] {
+        let (system, inputs) = aimed(-1.0, |end| end + off);
+        let report = check::gradient(&system, &inputs, Settings::default()).complete().run().expect("motion");
+        println!("{off:e}: {report}");
+        assert_eq!(report.verdict(), Verdict::Right, "{off:e}");
+    }
+}
+
+/// In kg, µN m and nN m.
+#[test]
+fn a_wrong_derivative_by_a_design_variable_is_found_in_any_units() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let [mass, coarse, fine] = [("mass", 1.2), ("µN m", 2e6), ("nN m", 3e9)].map(|(name, x)| scene.design(name, x));
+    let rod = scene.body("rod", mass, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.torsional_spring_damper("coarse", Body::GROUND, rod, coarse * 1e-6, 0.0, 0.0);
+    scene.torsional_spring_damper("fine", Body::GROUND, rod, fine * 1e-9, 0.1, 0.0);
+    scene.cost("angle", AngleError, Sum::Terminal, [rod.coordinates[2]], [], [], [0.3.into()]);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.02));
+    let right = gradient(&system, &inputs, Settings::default()).expect("gradient").design;
+    let verdict = |wrong: usize, factor: f64| {
+        let mut own = right.clone();
+        own[wrong] *= factor;
+        let check = check::gradient(&system, &inputs, Settings::default());
+        let report = check.own("mine", Part::Design, own.iter().copied()).run().expect("motion");
+        println!("{}", report.own[0]);
+        report.own[0].verdict
+    };
+    for wrong in 0..3 {
+        assert_eq!(verdict(wrong, 1.0), Verdict::Right);
+        assert_eq!(verdict(wrong, -1.0), Verdict::Wrong);
+        assert_eq!(verdict(wrong, 1.0 + 1e-6), Verdict::Wrong);
+    }
 }

@@ -33,6 +33,23 @@ macro_rules! one {
         }
     };
 }
+/// f = (a b, 10¹² b + a).
+struct Steep;
+impl Function for Steep {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![x[0] * x[1], x[1] * 1e12 + x[0]]
+    }
+}
+
+#[test]
+fn an_order_that_is_the_given_one_is_no_other() {
+    let hand = |x: &[f64]| [[x[1] + 1e-9, x[0]], [1.0, 1e12]];
+    let report = check::function(&Steep, ["a", "b"], ["p", "q"]).jacobian(hand).run();
+    println!("{report}");
+    assert_eq!(report.verdict(), Verdict::Wrong);
+    assert!(!report.to_string().contains("order"));
+}
+
 one!(Diode, x, (x * 20.0).exp());
 one!(Bump, x, (-((x - 0.3) / 1e-4).powi(2)).exp() + x);
 one!(Abs, x, x.abs());

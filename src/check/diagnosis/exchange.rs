@@ -56,7 +56,8 @@ fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
     let column = |j: usize, k: usize| evidence.holds(&line(evidence, j, false), |p, i, _| evidence.truth[p][(i, k)]);
     let found = |count: usize, is: &dyn Fn(usize, usize) -> bool| -> Option<Vec<usize>> {
         let order: Option<Vec<usize>> = (0..count).map(|i| (0..count).find(|&k| is(i, k))).collect();
-        order.filter(|order| (0..count).all(|k| order.contains(&k)))
+        let is_another = |order: &Vec<usize>| (0..count).all(|k| order.contains(&k)) && (0..count).any(|k| order[k] != k);
+        order.filter(is_another)
     };
     let (word, names, order) = match found(evidence.rows(), &row) {
         Some(order) => ("rows", &evidence.block.rows, order),

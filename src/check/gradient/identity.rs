@@ -21,7 +21,7 @@ use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, S
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Identity {
-    /// The largest difference of both sides, relative to the largest of their terms.
+    /// The largest difference of both sides, relative to the largest of their terms or to what is rounding of them ([`DirectionReport::floor`](super::DirectionReport)).
     pub worst: f64,
     /// Where.
     pub node: usize,
@@ -36,7 +36,7 @@ pub(super) fn identity(
     (settings, which): (Settings, usize),
     direction: &Inputs,
     (gradient, adjoint): (&Gradient, &AdjointVariables),
-    tolerance: f64,
+    (floor, tolerance): (f64, f64),
 ) -> Result<Identity, Error> {
     let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
     let inserted = solver.real().trajectory().inserted.clone();
@@ -81,7 +81,7 @@ pub(super) fn identity(
         let size = terms.iter().fold(by_tangent.abs(), |m, x| m.max(x.abs()));
         sides.push((i, by_tangent, by_adjoint, size));
     }
-    let largest = sides.iter().fold(0.0f64, |m, side| m.max(side.3));
+    let largest = sides.iter().fold(floor, |m, side| m.max(side.3));
     let errors: Vec<(usize, f64)> =
         sides.iter().map(|(i, a, b, _)| (*i, if a == b { 0.0 } else { (a - b).abs() / largest })).collect();
     let (node, worst) = errors.iter().copied().fold((0, 0.0), |m, x| if x.1 > m.1 { x } else { m });
@@ -110,7 +110,7 @@ mod tests {
         let direction = random(&inputs, &[Part::Controls, Part::Coordinates, Part::Rates], &mut Random::new(1));
         let adjoint = solver.adjoint_variables().unwrap();
         let found = |adjoint: &AdjointVariables| {
-            identity(&system, &inputs, (settings, 0), &direction, (&gradient, adjoint), 1e-9).unwrap().first_wrong
+            identity(&system, &inputs, (settings, 0), &direction, (&gradient, adjoint), (0.0, 1e-9)).unwrap().first_wrong
         };
         assert_eq!(found(adjoint), None);
         let size = adjoint.a.amax();

@@ -136,10 +136,11 @@ impl GradientCheck<'_> {
         let varied = [Part::Controls, Part::Coordinates, Part::Rates];
         let direction = random(self.inputs, &varied, &mut random_source);
         let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
+        let floor = ways.floor(&direction, gradient.value);
         let identity = adjoint
             .map(|adjoint| {
                 let of = (self.settings, which);
-                identity::identity(self.system, self.inputs, of, &direction, adjoint, self.tolerance)
+                identity::identity(self.system, self.inputs, of, &direction, adjoint, (floor, self.tolerance))
             })
             .transpose()?;
         // Single inputs that hardly move anything leave rounding of nearly nothing.
@@ -171,7 +172,8 @@ impl GradientCheck<'_> {
         let (adjoint, size) = product(gradient, direction);
         let (direct, complex_step) = (ways.direct(direction)?, ways.complex_step(direction)?);
         let (differences, error) = ways.differences(direction);
-        Ok(DirectionReport::new(name, [adjoint, direct, complex_step, differences], error, size, self.tolerance))
+        let sizes = [size, ways.floor(direction, gradient.value)];
+        Ok(DirectionReport::new(name, [adjoint, direct, complex_step, differences], error, sizes, self.tolerance))
     }
 
     /// Every input alone: how many, and the worst.

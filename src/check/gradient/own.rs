@@ -30,19 +30,22 @@ pub(super) fn compare(
         report.notes.push("there are no such inputs: nothing was compared".into());
         return report;
     }
-    let size = truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let units: Vec<f64> = all.iter().map(|input| unit(inputs, input)).collect();
+    let size = truth.iter().zip(&units).fold(0.0f64, |m, (x, unit)| m.max((x * unit).abs()));
     // NaN is infinitely wrong.
     let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > tolerance * size).collect();
+    let within: Vec<f64> = units.iter().map(|unit| tolerance * size / unit).collect();
+    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
     report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
-    report.relative_error = if report.absolute_error == 0.0 { 0.0 } else { report.absolute_error / size };
+    let relative = (0..truth.len()).map(|j| error(j) * units[j]).fold(0.0, f64::max);
+    report.relative_error = if relative == 0.0 { 0.0 } else { relative / size };
     report.wrong_entries = wrong.len();
     report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
     if !wrong.is_empty() {
         let steps = &inputs.grid.steps;
         let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
-        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, steps, tolerance * size));
-        wrong.sort_by(|&a, &b| error(b).total_cmp(&error(a)));
+        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, steps, (&within, tolerance)));
+        wrong.sort_by(|&a, &b| (error(b) * units[b]).total_cmp(&(error(a) * units[a])));
         let entry =
             |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
         report.entries = wrong.iter().take(LISTED).map(entry).collect();
@@ -50,9 +53,24 @@ pub(super) fn compare(
     report
 }
 
-fn diagnose(hand: &[f64], truth: &[f64], wrong: &[usize], names: &[String], steps: &[f64], within: f64) -> Diagnosis {
+/// What an entry is multiplied by to be compared with the others: design variables are of many kinds, and count by what they are themselves.
+fn unit(inputs: &Inputs, input: &Input) -> f64 {
+    match input {
+        Input::Design(p) if inputs.design[*p] != 0.0 => inputs.design[*p].abs(),
+        _ => 1.0,
+    }
+}
+
+fn diagnose(
+    hand: &[f64],
+    truth: &[f64],
+    wrong: &[usize],
+    names: &[String],
+    steps: &[f64],
+    (within, tolerance): (&[f64], f64),
+) -> Diagnosis {
     let count = truth.len();
-    let is = |expected: &dyn Fn(usize) -> f64| (0..count).all(|j| (hand[j] - expected(j)).abs() <= 8.0 * within);
+    let is = |expected: &dyn Fn(usize) -> f64| (0..count).all(|j| (hand[j] - expected(j)).abs() <= 8.0 * within[j]);
     let says = |mistake, text: String| Diagnosis { mistake, text };
     let dt = steps.first().copied().unwrap_or(1.0);
     if hand.iter().any(|x| !x.is_finite()) {
@@ -76,7 +94,7 @@ fn diagnose(hand: &[f64], truth: &[f64], wrong: &[usize], names: &[String], step
     }
     let shifted = |by: usize, back: bool| {
         let from = |j: usize| if back { j.checked_sub(by) } else { Some(j + by).filter(|&k| k < count) };
-        (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within)
+        (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within[j])
     };
     if count > 2 && shifted(1, true) {
         return says(Mistake::OtherArgument, "moved by one: entry j holds the derivative of input j − 1".into());
@@ -96,8 +114,7 @@ fn diagnose(hand: &[f64], truth: &[f64], wrong: &[usize], names: &[String], step
     if ends {
         return says(Mistake::Unexplained, "only the first and last are wrong: how the sweep starts and ends".into());
     }
-    let worst = wrong.iter().map(|&j| (hand[j] - truth[j]).abs()).fold(0.0, f64::max)
-        / truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let worst = wrong.iter().map(|&j| tolerance * (hand[j] - truth[j]).abs() / within[j]).fold(0.0, f64::max);
     if worst < 1e-3 {
         return says(
             Mistake::FewDigits,

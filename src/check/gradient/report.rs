@@ -5,8 +5,8 @@ use std::fmt;
 use super::super::report::{BlockReport, Verdict};
 use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
-/// What is left to rounding by an ordinary motion is less.
-const ROUGH: f64 = 1e-12;
+/// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
+const ROUGH: [f64; 2] = [1e-12, 1e-3];
 /// Where all terms are zero, complex step leaves the square of its step, 1e-60.
 const NOTHING: f64 = 1e-40;
 
@@ -26,8 +26,11 @@ pub struct DirectionReport {
     pub differences: f64,
     /// Their error by their own estimate.
     pub differences_error: f64,
-    /// √Σ (g_j d_j)²: what the errors are relative to.
+    /// √Σ (g_j d_j)²: what the errors are relative to …
     pub size: f64,
+    /// … unless dJ is rounding: 1e-6 |J| + 1e-4 |d²J|, since no dJ is known better than to the rounding of J, nor at an optimum than to what the
+    /// rounding of the motion changes it by.
+    pub floor: f64,
     /// The outcome.
     pub verdict: Verdict,
 }
@@ -58,20 +61,20 @@ pub struct GradientReport {
 }
 
 impl DirectionReport {
-    pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, size: f64, tolerance: f64) -> Self {
-        let [adjoint, direct, complex_step, differences] = values;
-        let verdict = Verdict::NothingCompared;
+    pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, sizes: [f64; 2], tolerance: f64) -> Self {
+        let ([adjoint, direct, complex_step, differences], [size, floor]) = (values, sizes);
+        let (size, verdict) = (size.max(direct.abs()), Verdict::NothingCompared);
         let mut report =
-            DirectionReport { name, adjoint, direct, complex_step, differences, differences_error, size, verdict };
+            DirectionReport { name, adjoint, direct, complex_step, differences, differences_error, size, floor, verdict };
         report.judge(0.0, tolerance);
         report
     }
 
     /// Judges again, with errors relative to at least `floor`.
     pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
-        self.size = self.size.max(self.direct.abs()).max(floor);
-        let exact = tolerance * self.size.max(NOTHING);
-        let seen = DIFFERENCED * self.size + CAUTION * self.differences_error;
+        self.floor = self.floor.max(floor);
+        let exact = tolerance * self.scale().max(NOTHING);
+        let seen = DIFFERENCED * self.scale() + CAUTION * self.differences_error;
         let near = |a: f64, b: f64, within: f64| (a - b).abs() <= within;
         let oracles = near(self.direct, self.complex_step, exact);
         let differences = !self.differences.is_finite() || near(self.direct, self.differences, seen);
@@ -86,7 +89,12 @@ impl DirectionReport {
 
     /// |adjoint − direct|, relative.
     pub fn error(&self) -> f64 {
-        relative(self.adjoint - self.direct, self.size)
+        relative(self.adjoint - self.direct, self.scale())
+    }
+
+    /// What errors are relative to.
+    fn scale(&self) -> f64 {
+        self.size.max(self.floor)
     }
 }
 
@@ -179,7 +187,8 @@ impl fmt::Display for GradientReport {
                 None => writeln!(f)?,
             }
         }
-        if self.rounding > ROUGH && matches!(self.verdict(), Verdict::Wrong | Verdict::OraclesDisagree) {
+        let is_rough = self.rounding > ROUGH[0] && self.rounding < ROUGH[1];
+        if is_rough && matches!(self.verdict(), Verdict::Wrong | Verdict::OraclesDisagree) {
             writeln!(
                 f,
                 "  direct differentiation and complex step left corrections of {:.1e} to rounding, because tangent matrices are nearly \
@@ -201,9 +210,9 @@ fn own_line(own: &BlockReport, f: &mut fmt::Formatter, width: usize) -> fmt::Res
 
 impl DirectionReport {
     fn line(&self, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
-        let off = |x: f64| relative(x - self.direct, self.size);
+        let off = |x: f64| relative(x - self.direct, self.scale());
         let (adjoint, complex, differences) = (off(self.adjoint), off(self.complex_step), off(self.differences));
-        let (name, estimate) = (&self.name, relative(self.differences_error, self.size));
+        let (name, estimate) = (&self.name, relative(self.differences_error, self.scale()));
         writeln!(
             f,
             "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>9.1e} ({estimate:.0e})  {}",
@@ -218,7 +227,7 @@ mod tests {
 
     /// dJ = 1 by all ways, but for these errors of adjoint, direct differentiation, complex step and differences.
     fn row(errors: [f64; 4]) -> DirectionReport {
-        DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, 1.0, 1e-9)
+        DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, [1.0, 0.0], 1e-9)
     }
 
     fn report(rows: Vec<DirectionReport>, slope: f64, first_wrong: Option<usize>) -> GradientReport {

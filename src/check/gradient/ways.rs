@@ -13,6 +13,12 @@ use crate::{Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
 const HALVINGS: usize = 12;
 /// The differences need not be better than this: simulations cost.
 const ENOUGH: f64 = 1e-8;
+/// The step of second differences, relative to the direction.
+const BENT_STEP: f64 = 1e-4;
+/// A tenth of a tolerance of 1e-9 of these parts of |J| and |d²J| is some units in the last place of J, and what a relative change of the motion by
+/// 1e-14 makes of dJ.
+const OF_VALUE: f64 = 1e-6;
+const OF_CURVATURE: f64 = 1e-4;
 
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
@@ -55,12 +61,22 @@ impl<'a> Ways<'a> {
 
     /// Ridders' differences, with their error estimate; a step without a motion is left out.
     pub(super) fn differences(&mut self, direction: &Inputs) -> (f64, f64) {
-        let cost = |s: f64| {
-            let mut solver = self.real.borrow_mut();
-            let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
-            (s, vec![if moved { solver.value_of(self.which).unwrap_or(f64::NAN) } else { f64::NAN }])
-        };
-        let (derivative, error) = ridders(cost, (FIRST_STEP, HALVINGS), ENOUGH, 1);
+        let (derivative, error) = ridders(|s| (s, vec![self.value_along(direction, s)]), (FIRST_STEP, HALVINGS), ENOUGH, 1);
         (derivative[0], error[0])
+    }
+
+    /// The size below which dJ along a direction is rounding of J, or of the motion where dJ passes zero, as at an optimum.
+    pub(super) fn floor(&self, direction: &Inputs, value: f64) -> f64 {
+        let [above, below] = [BENT_STEP, -BENT_STEP].map(|s| self.value_along(direction, s));
+        let curvature = (above - 2.0 * value + below).abs() / (BENT_STEP * BENT_STEP);
+        // Without a motion there, nothing is known of it.
+        OF_VALUE * value.abs() + if curvature.is_finite() { OF_CURVATURE * curvature } else { 0.0 }
+    }
+
+    /// J(x + s d); NaN where there is no motion.
+    fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
+        let mut solver = self.real.borrow_mut();
+        let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
+        if moved { solver.value_of(self.which).unwrap_or(f64::NAN) } else { f64::NAN }
     }
 }
