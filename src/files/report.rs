@@ -93,6 +93,7 @@ impl Trajectory {
             return Err(Error::Size { what, expected, found });
         }
         let computed = self.computed.min(self.times.len());
+        let written = |nodes: &[usize]| nodes.iter().copied().filter(|node| *node < computed).collect();
         let inner = (computed * self.scheme.inner()).min(self.stages.times.len());
         let states = |count: usize, times: &[f64], parts: [&DMatrix<f64>; 5], u: Option<&DMatrix<f64>>| {
             let rows = |part: &DMatrix<f64>| -> Vec<Vec<f64>> {
@@ -123,8 +124,8 @@ impl Trajectory {
                 Some(&stages.u),
             ),
             compliance: self.compliance.clone(),
-            inserted: self.inserted.clone(),
-            restarted: self.restarted.clone(),
+            inserted: written(&self.inserted),
+            restarted: written(&self.restarted),
         };
         serde_json::to_string(&file).map_err(|error| wrong("the whole", &error.to_string()))
     }

@@ -21,7 +21,7 @@ const VERSION: u32 = 1;
 pub struct Finished {
     /// Its number.
     pub start: usize,
-    /// The best point; empty if there was an error.
+    /// The best point, finite; empty if there was an error.
     pub x: Vec<f64>,
     /// The value there, if it is a number.
     pub value: Option<f64>,
@@ -36,10 +36,20 @@ pub struct Finished {
 }
 
 impl Finished {
-    /// The outcome of a start.
+    /// The outcome of a start; a point that is not finite is an error.
     pub fn new(start: usize, outcome: &Result<Outcome, Error>) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
+        let failed = |reason: String| Finished {
+            start,
+            x: Vec::new(),
+            value: None,
+            violation: None,
+            converged: false,
+            reason,
+            counts: [0; 3],
+        };
         match outcome {
+            Ok(of) if of.x.iter().any(|x| !x.is_finite()) => failed("the best point has a number that is not finite".into()),
             Ok(of) => Finished {
                 start,
                 x: of.x.clone(),
@@ -49,15 +59,7 @@ impl Finished {
                 reason: format!("{:?}", of.reason),
                 counts: [of.evaluations, of.gradients, of.products],
             },
-            Err(error) => Finished {
-                start,
-                x: Vec::new(),
-                value: None,
-                violation: None,
-                converged: false,
-                reason: error.to_string(),
-                counts: [0; 3],
-            },
+            Err(error) => failed(error.to_string()),
         }
     }
 
@@ -133,8 +135,8 @@ impl Study {
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         file.try_lock()
             .map_err(|_| wrong(&place, "another process is at this study, or the file cannot be locked".into()))?;
-        let mut text = String::new();
-        file.read_to_string(&mut text).map_err(failed)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
         let head = Head {
             format: FORMAT.into(),
             version: VERSION,
@@ -143,14 +145,15 @@ impl Study {
             sum: format!("{:016x}", sum(starts)),
         };
         let first = serde_json::to_string(&head).expect("numbers and strings") + "\n";
-        // What a lost run did not write to its end.
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        if whole == 0 && !first.starts_with(&text) {
+        // What a lost run did not write to its end, which may be in the middle of a character.
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        if whole == 0 && !first.as_bytes().starts_with(&bytes) {
             return Err(wrong(&place, "line 1 is not that of a study".into()));
         }
         let mut finished = BTreeMap::new();
         if whole > 0 {
-            let mut lines = text[..whole].lines();
+            let text = std::str::from_utf8(&bytes[..whole]).map_err(|error| wrong(&place, error.to_string()))?;
+            let mut lines = text.lines();
             check(&place, lines.next().unwrap_or_default(), &head)?;
             for (number, line) in (2..).zip(lines) {
                 let of = Finished::from_json(line)
@@ -172,10 +175,13 @@ impl Study {
     /// Keeps what became of a start.
     ///
     /// # Errors
-    /// A file that cannot be written any more; a start that there is not.
+    /// A file that cannot be written any more; a start that there is not; numbers that are not finite, which no line can hold.
     pub fn add(&mut self, of: Finished) -> Result<(), Error> {
         if of.start >= self.starts.len() {
             return Err(wrong(&self.place, format!("there is no start {}", of.start)));
+        }
+        if let Some(x) = of.x.iter().chain(&of.value).chain(&of.violation).find(|x| !x.is_finite()) {
+            return Err(wrong(&self.place, format!("start {} ended with {x}, which is no finite number", of.start)));
         }
         if self.finished.contains_key(&of.start) {
             return Ok(());

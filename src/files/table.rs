@@ -90,19 +90,21 @@ impl Table {
     /// The number of a column, by its name with or without the unit.
     ///
     /// # Errors
-    /// A name that no column has; the error lists those there are.
+    /// A name that no column has, or without its unit several; the error lists those there are.
     pub fn column(&self, name: &str) -> Result<usize, Error> {
-        let bare = |full: &str| full.split_once('[').map_or(full, |(name, _)| name).trim().to_string();
-        let found = self.names.iter().position(|known| known == name);
-        let found = found.or_else(|| self.names.iter().position(|known| bare(known) == name));
-        found.ok_or_else(|| Error::File {
-            kind: "a table",
-            place: "the header".into(),
-            problem: format!("there is no column `{name}` among {}", self.names.join(", ")),
-        })
+        let bare = |full: &str| full.split_once('[').map_or(full, |(name, _)| name).trim() == name;
+        let exact = self.names.iter().position(|known| known == name);
+        let mut alike = (0..self.names.len()).filter(|k| bare(&self.names[*k]));
+        let what = match (exact, alike.next(), alike.next()) {
+            (Some(k), ..) | (None, Some(k), None) => return Ok(k),
+            (None, Some(_), Some(_)) => "more than one",
+            (None, None, _) => "no",
+        };
+        let problem = format!("there is {what} column `{name}` among {}", self.names.join(", "));
+        Err(Error::File { kind: "a table", place: "the header".into(), problem })
     }
 
-    /// The values of a column with the nodes that they belong to; gaps are left out.
+    /// The values of a column with the nodes that they belong to, of which one may have several; gaps are left out.
     ///
     /// # Errors
     /// A value at a time at which there is no node of the grid, to a thousandth of a step.
@@ -111,8 +113,8 @@ impl Table {
     /// If there is no such column.
     pub fn readings(&self, column: usize, grid: &Grid) -> Result<Vec<(usize, f64)>, Error> {
         let times = grid.times();
-        let steps = grid.steps.iter().map(|dt| dt.abs());
-        let tolerance = 1e-3 * steps.fold(f64::INFINITY, f64::min);
+        // Without steps there is but the time of the start.
+        let tolerance = 1e-3 * grid.steps.iter().map(|dt| dt.abs()).min_by(f64::total_cmp).unwrap_or(0.0);
         let known = self.times.iter().zip(&self.columns[column]).filter_map(|(t, value)| value.map(|value| (*t, value)));
         let at = |(t, value): (f64, f64)| {
             let distance = |node: &usize| (times[*node] - t).abs();
@@ -137,7 +139,11 @@ impl Table {
         let before = (0..next).rev().find_map(known);
         let after = (next..values.len()).find_map(known);
         match (before, after) {
-            (Some((t0, x0)), Some((t1, x1))) => x0 + (x1 - x0) * ((t - t0) / (t1 - t0)),
+            (Some((t0, x0)), Some((t1, x1))) => {
+                // Exact at both ends, and nothing is larger than they are.
+                let share = (t - t0) / (t1 - t0);
+                (1.0 - share) * x0 + share * x1
+            }
             (Some((_, x)), None) | (None, Some((_, x))) => x,
             (None, None) => f64::NAN,
         }

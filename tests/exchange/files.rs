@@ -116,6 +116,27 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     assert_says(&table.column("z").expect_err("no column"), &["`z`", "x [m]"]);
 }
 
+#[test]
+fn a_table_has_the_values_of_its_rows_and_nothing_beyond_them() {
+    let table = Table::from_csv("t,x\n0,1e17\n1,1\n2,-1.7e308\n3,1.7e308\n").expect("a table");
+    assert_eq!([0.0, 1.0, 2.0, 2.5, 3.0].map(|t| table.value(0, t)), [1e17, 1.0, -1.7e308, 0.0, 1.7e308]);
+}
+
+#[test]
+fn columns_that_differ_in_their_units_alone_are_told_apart() {
+    let table = Table::from_csv("t,a [m],a [N],b\n0,1,2,3\n").expect("a table");
+    assert_says(&table.column("a").expect_err("two"), &["more than one", "`a`", "a [m], a [N]"]);
+    assert_eq!(["a [m]", "a [N]", "b"].map(|name| table.column(name).expect("one")), [0, 1, 2]);
+}
+
+#[test]
+fn readings_belong_to_nodes_of_the_grid() {
+    let table = Table::from_csv("t,x\n0,1\n0.1,2\n").expect("a table");
+    let readings = |grid: &Grid| table.readings(0, grid);
+    assert_eq!(readings(&Grid::uniform(2, 0.05)).expect("readings"), [(0, 1.0), (2, 2.0)]);
+    assert_says(&readings(&Grid::uniform(0, 0.05)).expect_err("one node"), &["`x`", "0.1 s", "no node"]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -111,6 +111,19 @@ fn motions_come_back_to_the_last_bit() {
     assert_says(&read(&json[..200]), &["line 1", "column", "EOF"]);
 }
 
+#[test]
+fn motions_that_stopped_where_steps_were_halved_come_back() {
+    let system = everything().compile().expect("a system");
+    let whole = motion(&system);
+    for computed in [0, 1, 2] {
+        let stopped = Trajectory { computed, inserted: vec![1, 2], restarted: vec![1, 3], ..whole.clone() };
+        let read = Trajectory::from_json(&system, &stopped.to_json(&system).expect("a file")).expect("the motion");
+        assert_eq!((read.computed, &read.times[..]), (computed, &whole.times[..computed]));
+        let kept = if computed == 2 { vec![1] } else { vec![] };
+        assert_eq!((&read.inserted, &read.restarted), (&kept, &kept));
+    }
+}
+
 /// No ready part.
 struct Own;
 impl KineticEnergy<1, 0> for Own {

@@ -90,6 +90,38 @@ fn a_study_that_was_lost_goes_on_where_it_was() {
 }
 
 #[test]
+fn a_study_that_was_lost_inside_a_character_goes_on() {
+    let folder = Folder::new("character");
+    let path = folder.0.join("study.jsonl");
+    let open = || Study::open(&path, "vallées", &starts());
+    let of = Finished { reason: "½ of a µm".into(), ..Finished::new(3, &Err(Error::EmptyScene)) };
+    open().and_then(|mut study| study.add(of)).expect("written");
+    let bytes = fs::read(&path).expect("the file");
+    let inside: Vec<usize> = (0..bytes.len()).filter(|at| std::str::from_utf8(&bytes[..*at]).is_err()).collect();
+    assert_eq!(inside.len(), 3, "those of é, ½ and µ");
+    for at in inside {
+        fs::write(&path, &bytes[..at]).expect("written");
+        assert_eq!(open().expect("a study").missing().count(), 20, "cut at {at}");
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_no_line_of_a_study() {
+    let folder = Folder::new("finite");
+    let path = folder.0.join("study.jsonl");
+    let mut study = Study::open(&path, "valleys", &starts()).expect("a study");
+    let lost =
+        |problem: &mut Valleys, start: &[f64]| method(problem, start).map(|of| Outcome { x: vec![f64::NAN, of.x[1]], ..of });
+    study.run(|| Ok(Valleys(0.0, 0.0)), lost).expect("written");
+    let of = study.finished().find(|of| of.reason.contains("not finite")).expect("what was lost").clone();
+    assert!(of.x.is_empty() && of.value.is_none() && !of.converged);
+    drop(study);
+    assert_eq!(Study::open(&path, "valleys", &starts()).expect("a study").missing().count(), 0);
+    let mut study = Study::open(&folder.0.join("other.jsonl"), "valleys", &starts()).expect("a study");
+    assert_says(&study.add(Finished { x: vec![1.0, f64::NAN], ..of }).expect_err("no number"), &["other.jsonl", "NaN"]);
+}
+
+#[test]
 fn files_that_are_no_such_study_are_left_alone() {
     let folder = Folder::new("wrong");
     let path = folder.0.join("study.jsonl");
