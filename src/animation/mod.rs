@@ -109,9 +109,10 @@ impl Animation {
         page::html(self)
     }
 
-    /// A still at the node that is shown last before a time, as SVG.
+    /// A still at the node that is shown last before the motion comes to a time, as SVG.
     pub fn svg(&self, time: f64) -> String {
-        let frame = self.times.iter().rposition(|t| *t <= time).unwrap_or(0);
+        let goes_back = self.times.last() < self.times.first();
+        let frame = self.times.iter().rposition(|t| if goes_back { *t >= time } else { *t <= time }).unwrap_or(0);
         vector::still(&self.figure, frame, &self.title)
     }
 

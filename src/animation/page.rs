@@ -25,13 +25,15 @@ pub(super) fn html(animation: &Animation) -> String {
         "{{\"times\":{},\n\"poses\":[{poses}],\n\"bodies\":[{bodies}],\n\"colours\":[{colours}],\n\"plots\":[{plots}]}}",
         list(times)
     );
-    let places = [("{{title}}", escaped(title)), ("{{picture}}", picture), ("{{data}}", data)];
-    // Each place is filled once, from the end, so that what is put in is not looked through.
-    let mut page = TEMPLATE.to_string();
-    for (place, text) in places.iter().rev() {
-        if let Some(at) = page.rfind(place) {
-            page.replace_range(at..at + place.len(), text);
-        }
-    }
-    page
+    filled(&[("title", escaped(title)), ("picture", picture), ("data", data)])
+}
+
+/// The template with texts in its places; what is put in is not looked through.
+fn filled(texts: &[(&str, String)]) -> String {
+    let text = |place: &str| texts.iter().find(|(name, _)| *name == place).map_or("", |(_, text)| text);
+    let piece = |piece: &str| match piece.split_once("}}") {
+        Some((place, rest)) => format!("{}{rest}", text(place)),
+        None => piece.to_string(),
+    };
+    TEMPLATE.split("{{").map(piece).collect()
 }

@@ -48,10 +48,13 @@ pub(super) fn number(x: f64, digits: usize) -> String {
     if short == "-0" { "0".into() } else { short.to_string() }
 }
 
-/// A list of numbers as JSON; those that are not finite are null.
+/// A list of numbers as JSON, with the digits that show how they change; those that are not finite are null.
 pub(super) fn list(values: &[f64]) -> String {
-    let size = values.iter().filter(|x| x.is_finite()).fold(0.0f64, |size, x| size.max(x.abs()));
-    let digits = digits(size);
+    let finite = || values.iter().copied().filter(|x| x.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    let size = low.abs().max(high.abs());
+    // What changes less than this does so by rounding.
+    let digits = digits(if high > low { (high - low).max(1e-9 * size) } else { size });
     let item = |x: &f64| if x.is_finite() { number(*x, digits) } else { "null".into() };
     format!("[{}]", values.iter().map(item).collect::<Vec<_>>().join(","))
 }
@@ -92,6 +95,14 @@ mod tests {
         assert_eq!(number(120.0, 2), "120");
         assert_eq!(list(&[1.25, f64::NAN, -3.0]), "[1.25,null,-3]");
         assert_eq!((digits(1.0), digits(250.0), digits(0.0)), (4, 2, 4));
+        assert_eq!((list(&[]), list(&[0.0, 0.0]), list(&[1e-6])), ("[]".into(), "[0,0]".into(), "[0.000001]".into()));
+    }
+
+    #[test]
+    fn numbers_far_from_zero_keep_the_digits_in_which_they_differ() {
+        assert_eq!(list(&[10000.0, 10000.01, 10000.02]), "[10000,10000.01,10000.02]");
+        assert_eq!(list(&[-1e9, -1e9 + 0.25]), "[-1000000000,-999999999.75]");
+        assert_eq!(list(&[1.0, 1.0 + f64::EPSILON]), "[1,1]", "no digits of rounding");
     }
 
     #[test]

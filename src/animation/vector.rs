@@ -264,24 +264,34 @@ pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
     format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
 }
 
+/// How long it is since the first frame, also of motions that go back in time.
+fn passed(times: &[f64]) -> Vec<f64> {
+    let step = |passed: &mut f64, i: usize| {
+        *passed += (times[i] - times[i.saturating_sub(1)]).abs();
+        Some(*passed)
+    };
+    (0..times.len()).scan(0.0, step).collect()
+}
+
 /// All frames, one after the other for ever.
 pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
     let (under, groups, above) = groups(figure);
     let every = figure.frames.div_ceil(MOST_KEYS).max(1);
     let keys: Vec<usize> = (0..figure.frames).step_by(every).collect();
     let last = keys.last().copied().unwrap_or(0);
-    let duration = times[last] - times[0];
+    let passed = passed(times);
+    let duration = passed[last];
     if duration <= 0.0 {
         return still(figure, last, title);
     }
-    let key_times = keys.iter().map(|&frame| number((times[frame] - times[0]) / duration, 4)).collect::<Vec<_>>().join(";");
-    let digits = Pen::new(figure).digits;
+    let key_times = keys.iter().map(|&frame| number(passed[frame] / duration, 4)).collect::<Vec<_>>().join(";");
+    let (digits, short) = (Pen::new(figure).digits, digits(duration).max(3));
     let moved = groups.iter().map(|group| {
         let animate = |kind: &str, value: &dyn Fn([f64; 5]) -> String| {
             let values = keys.iter().map(|&frame| value(group.poses[frame])).collect::<Vec<_>>().join(";");
             format!(
                 "<animateTransform attributeName=\"transform\" type=\"{kind}\" values=\"{values}\" keyTimes=\"{key_times}\" dur=\"{}s\" repeatCount=\"indefinite\"/>",
-                number(duration, 3)
+                number(duration, short)
             )
         };
         let moved_to = |[x, y, ..]: [f64; 5]| format!("{} {}", number(x, digits), number(y, digits));

@@ -122,7 +122,7 @@ fn all_parts_are_drawn() {
 
 #[test]
 fn names_of_strangers_stay_names() {
-    let name = "</script><script>alert('\"1\"')</script>";
+    let name = "{{picture}}{{data}}</script><script>alert('\"1\"')</script>";
     let mut scene = Scene::new();
     let body = scene.body(name, 1.0, 0.1, [0.0; 3]);
     let force = scene.control(&format!("{name}!"));
@@ -134,7 +134,10 @@ fn names_of_strangers_stay_names() {
     assert_eq!(page.matches("<script").count(), 2, "those of the page");
     assert!(!page.contains("<script>alert"));
     assert_eq!(data(&page)["plots"][0]["name"], format!("{name}!"));
-    assert!(page.contains("<title>{{data}} &amp; &lt;b&gt;</title>"));
+    for tag in ["title", "h1"] {
+        assert!(page.contains(&format!("\n<{tag}>{{{{data}}}} &amp; &lt;b&gt;</{tag}>\n")), "{tag}");
+    }
+    assert_eq!(page.matches("id=\"picture\"").count(), 1);
     assert_balanced(&animation.svg(0.0));
 }
 
@@ -156,6 +159,51 @@ fn long_motions_are_thinned_and_short_ones_shown() {
     );
 }
 
+/// The cart in a hundred steps from a time on.
+fn page_of_cart(start: f64, step: f64) -> String {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::new(start, vec![step; 100]));
+    inputs.controls.fill(10.0);
+    let (inputs, motion) = moved(&system, &inputs);
+    Animation::new(&system, &inputs, &motion).expect("an animation").title("Cart").html()
+}
+
+#[test]
+fn motions_that_start_late_or_far_away_are_shown_as_they_are() {
+    let late = data(&page_of_cart(1e4, 0.01));
+    let times: Vec<f64> = late["times"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
+    assert!(times.windows(2).all(|of| (of[1] - of[0] - 0.01).abs() < 1e-6), "{times:?}");
+    let mut scene = Scene::new();
+    let body = scene.body("cart", 1.0, 0.1, [1e4, 0.0, 0.0]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.0), force);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+    inputs.controls.fill(2.0);
+    let (inputs, motion) = moved(&system, &inputs);
+    let far = data(&Animation::new(&system, &inputs, &motion).expect("an animation").html());
+    for node in [10, 100] {
+        let shown = far["poses"][0][0][node].as_f64().expect("a number");
+        assert!((shown - motion.q[(0, node)]).abs() < 1e-4, "{shown}");
+    }
+}
+
+#[test]
+fn pictures_of_motions_that_go_back_in_time_or_are_short_move() {
+    let system = CartPendulum::default().scene().compile().expect("a scene");
+    for (start, step, duration) in [(0.5, -0.05, "0.5"), (0.0, 1e-5, "0.0001")] {
+        let mut inputs = Inputs::at_rest(&system, Grid::new(start, vec![step; 10]));
+        inputs.controls.fill(10.0);
+        let (inputs, motion) = moved(&system, &inputs);
+        let animation = Animation::new(&system, &inputs, &motion).expect("an animation");
+        let svg = animation.animated_svg();
+        assert!(svg.contains(&format!("dur=\"{duration}s\"")) && !svg.contains("dur=\"0s\""));
+        assert!(svg.contains("keyTimes=\"0;0.1;0.2;0.3;0.4;0.5;0.6;0.7;0.8;0.9;1\""));
+        let stills = [0, 5, 10].map(|node| animation.svg(motion.times[node]));
+        assert!(step > 0.0 || stills[0] != stills[1] && stills[1] != stills[2]);
+    }
+}
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let (system, inputs, motion) = cart(10);
@@ -171,34 +219,61 @@ fn what_does_not_fit_is_refused() {
 #[test]
 #[ignore = "needs Chromium"]
 fn a_browser_plays_the_page_without_errors() {
-    let watch = "<head><script>window.problems = []; window.onerror = text => { window.problems.push(text); };</script>";
+    let pages = [
+        (page_of_everything(), "All parts", "t = 0.250 s"),
+        (page_of_cart(1e4, 0.01), "Cart", "t = 10000.500 s"),
+        (page_of_cart(2.0, -0.01), "Cart", "t = 1.500 s"),
+    ];
+    for (page, title, middle) in pages {
+        let told = played(&page);
+        assert_eq!(told["problems"], Value::Array(Vec::new()), "{told}");
+        assert_eq!((&told["moved"], &told["bad"]), (&Value::Bool(true), &Value::Bool(false)), "{told}");
+        assert_eq!((told["time"].as_str(), told["playing"].as_str()), (Some(middle), Some("Pause")), "{told}");
+        assert_eq!((told["title"].as_str(), told["went"].as_bool()), (Some(title), Some(true)), "{told}");
+    }
+}
+
+/// What a browser tells of a page that is moved to its middle and played.
+fn played(page: &str) -> Value {
+    // Without a window no frames are asked for.
+    let watch = "<head><script>
+        window.problems = []; window.onerror = text => { window.problems.push(text); };
+        window.requestAnimationFrame = tick => setTimeout(() => tick(performance.now()), 16);
+        </script>";
     let act = "<script>
         const seen = () => [...document.querySelectorAll('g.moving')].map(g => g.getAttribute('transform')).join();
-        const before = seen(), slider = document.getElementById('slider');
+        const before = seen(), slider = document.getElementById('slider'), title = document.title;
         slider.value = 500; slider.dispatchEvent(new Event('input'));
         const middle = seen(), time = document.getElementById('time').textContent;
         document.getElementById('play').click();
         const playing = document.getElementById('play').textContent;
-        document.title = JSON.stringify({ problems: window.problems, moved: before !== middle, time, playing, bad: middle.includes('NaN') });
+        setTimeout(() => {
+            const told = { problems: window.problems, moved: before !== middle, bad: middle.includes('NaN'), went: seen() !== middle };
+            document.title = JSON.stringify({ ...told, time, playing, title });
+        }, 200);
         </script></body>";
-    let page = page_of_everything().replacen("<head>", watch, 1).replacen("</body>", act, 1);
+    let page = page.replacen("<head>", watch, 1).replacen("</body>", act, 1);
     let folder = std::env::temp_dir().join(format!("browser-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     let file = folder.join("page.html");
     std::fs::write(&file, page).expect("a file");
-    let quiet =
-        ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--dump-dom"];
+    let quiet = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--virtual-time-budget=1000",
+        "--dump-dom",
+    ];
     let browser = Command::new("chromium")
         .args(quiet)
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
         .arg(format!("file://{}", file.display()))
         .output()
         .expect("Chromium");
+    std::fs::remove_dir_all(&folder).ok();
     let dom = String::from_utf8_lossy(&browser.stdout).into_owned();
     let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
-    let told: Value = serde_json::from_str(&title.replace("&quot;", "\"")).expect("JSON");
-    assert_eq!(told["problems"], Value::Array(Vec::new()), "{told}");
-    assert_eq!((&told["moved"], &told["bad"]), (&Value::Bool(true), &Value::Bool(false)), "{told}");
-    assert_eq!((told["time"].as_str(), told["playing"].as_str()), (Some("t = 0.250 s"), Some("Pause")), "{told}");
-    std::fs::remove_dir_all(&folder).ok();
+    serde_json::from_str(&title.replace("&quot;", "\"")).expect("JSON")
 }
