@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::names::Unique;
 use crate::model::{Frame, Owner, Param, Point};
 use crate::planar::{Body, KINDS, MOTIONS};
 use crate::scene::ready::{Added, Kind, Part};
@@ -14,7 +15,8 @@ const VERSION: u64 = 1;
 pub struct SceneFile {
     /// The scene with its ready parts; handles are found by name.
     pub scene: Scene,
-    /// Names of elements, costs and outputs that were the writer's own: without them it is another mechanism.
+    /// Names of elements, costs and outputs that were the writer's own, and of parts whose parameters no text can say, with all that is joined to
+    /// such bodies: without them it is another mechanism.
     pub left_out: Vec<String>,
 }
 
@@ -28,7 +30,9 @@ impl SceneFile {
             None => Ok(self.scene),
             Some(name) => Err(wrong(
                 "`left_out`",
-                &format!("`{name}` is no ready part, so the file has its name alone: add it to `SceneFile::scene`"),
+                &format!(
+                    "`{name}` is no ready part that a file can hold, so it has its name alone: add it to `SceneFile::scene`"
+                ),
             )),
         }
     }
@@ -38,7 +42,7 @@ impl SceneFile {
     /// # Errors
     /// What is no such file, with line and column; parts that are not what their kind wants, with their names.
     pub fn from_json(json: &str) -> Result<Self, Error> {
-        let file: Value = super::read_json("scene", json)?;
+        let Unique(file) = super::read_json("scene", json)?;
         let mut file = Fields::of("the file", &file)?;
         let (format, version) = (file.text("format")?, file.get("version")?.as_u64());
         if format != FORMAT || version != Some(VERSION) {
@@ -87,10 +91,17 @@ impl Scene {
         let mut left_out: Vec<String> = self.own().map(str::to_string).collect();
         let mut parts = Vec::new();
         let designs = self.design_names();
+        let mut missing: Vec<Frame> = Vec::new();
         for (name, added) in self.added() {
-            match self.write(name, added, &designs) {
+            match self.write(name, added, &designs).filter(|_| !is_joined(added, &missing)) {
                 Some(part) => parts.push(part),
-                None => left_out.push(name.clone()),
+                None => {
+                    if let Added::Body(..) | Added::Particle(..) = added {
+                        missing.extend(self.frame_named(name));
+                    }
+                    let name = if let Added::Place(of, _) = added { self.coordinate_name(*of) } else { name };
+                    left_out.push(name.to_string());
+                }
             }
         }
         let file = json!({ "format": FORMAT, "version": VERSION, "parts": parts, "left_out": left_out });
@@ -305,6 +316,19 @@ impl Scene {
     /// The name of a body that was added to it.
     fn frame_name(&self, frame: Frame) -> Option<&str> {
         self.sketched().find(|(_, known)| *known == frame).map(|(name, _)| name)
+    }
+}
+
+/// Whether one of these bodies has it, or is joined by it.
+fn is_joined(added: &Added, bodies: &[Frame]) -> bool {
+    match added {
+        Added::Place(of, _) => bodies.iter().any(|body| match body.owner() {
+            Owner::Ground => false,
+            Owner::Body(q) => q.contains(of),
+            Owner::Particle(q) => q.contains(of),
+        }),
+        Added::Part(part) => part.points.iter().any(|point| bodies.contains(&point.frame)),
+        _ => false,
     }
 }
 

@@ -150,6 +150,38 @@ fn what_a_file_cannot_hold_is_named() {
 }
 
 #[test]
+fn what_is_written_can_be_read_and_the_rest_is_named() {
+    let mut scene = Scene::new();
+    let (l, odd) = (scene.design("l", 1.0), scene.design("it's `l`", 1.0));
+    let deep = (0..70).fold(l * 1.0, |deep, _| (deep + 1.0).sin());
+    let bodies = [("deep", deep), ("odd", odd * 2.0), ("infinite", l * 1e308 * 1e10), ("more", (l + f64::INFINITY) * 2.0)];
+    for (name, mass) in bodies {
+        let body = scene.body(name, mass, 0.1, [0.0; 3]);
+        scene.place(body.coordinates[0], 0.5);
+        scene.revolute(&format!("hinge of {name}"), Body::GROUND.at(0.0, 0.0), body.at(0.0, 0.0));
+    }
+    let whole = scene.body("whole (((", (l + 1.0) * 2.0, 0.1, [0.0; 3]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), whole.at(0.0, 0.0));
+    let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
+    let names = bodies.iter().flat_map(|(name, _)| [name.to_string(), format!("{name}.x"), format!("hinge of {name}")]);
+    assert_eq!(file.left_out, names.collect::<Vec<_>>());
+    let system = file.scene.compile().expect("a system");
+    assert_eq!((system.n(), system.m()), (3, 2), "the whole body and its hinge");
+}
+
+#[test]
+fn a_long_sum_is_written_or_named() {
+    for (terms, is_written) in [(900, true), (8000, false)] {
+        let mut scene = Scene::new();
+        let l = scene.design("l", 1.0);
+        let sum = (0..terms).fold(l * 1.0, |sum, k| sum + (l * f64::from(k)).sin());
+        scene.body("body", sum, 0.1, [0.0; 3]);
+        let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
+        assert_eq!((file.left_out.is_empty(), file.scene.frame_named("body").is_some()), (is_written, is_written));
+    }
+}
+
+#[test]
 fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     let json = everything().to_json().expect("a file");
     let read = |json: &str| SceneFile::from_json(json).err().expect("a wrong file");
@@ -159,6 +191,9 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     };
     assert_says(&read(&json[..300]), &["line", "column"]);
     assert_says(&change("\"version\": 1", "\"version\": 7"), &["version 1"]);
+    assert_says(&change("\"version\": 1", "\"version\": 2, \"version\": 1"), &["line", "`version` stands here twice"]);
+    let twice = "\"at\": [0.0, 0.0], \"body\": \"bob\", \"body\": \"bob\"";
+    assert_says(&change("\"body\": \"bob\"", twice), &["line", "column", "stands here twice"]);
     assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "no such kind", "weld"]);
     assert_says(&change("\"body\": \"bob\"", "\"body\": \"bib\""), &["no body `bib`"]);
     assert_says(

@@ -8,6 +8,8 @@ use crate::program::{Expression, Function, Graph, Node};
 const DEEPEST: usize = 60;
 /// Shared parts are written out wherever they stand.
 const LONGEST: usize = 20_000;
+/// Sums of more terms are not written, which would take a stack as high as the sum is long.
+const MOST_TERMS: usize = 1000;
 
 const FUNCTIONS: [(&str, Function); 16] = [
     ("sqrt", Function::Sqrt),
@@ -37,22 +39,24 @@ const OF_TWO: [OfTwo; 3] =
 impl Param {
     /// As text; none if that is very long, or if a text cannot say it.
     pub(crate) fn text(&self, designs: &[&str]) -> Option<String> {
+        let factor = finite(self.factor)?;
         let times = |what: String| match self.factor {
             1.0 => what,
             -1.0 => format!("-{what}"),
-            factor => format!("{factor:?} * {what}"),
+            _ => format!("{factor} * {what}"),
         };
-        match self.of {
-            Source::One => Some(format!("{:?}", self.factor)),
+        let text = match self.of {
+            Source::One => Some(factor),
             Source::Design(design) => Some(times(quoted(designs[design.index()])?)),
             Source::Expression(expression) => {
                 let text = expressions::with(expression.scene, |graph| {
-                    Writer { graph, designs, room: LONGEST }.write(expression.node)
+                    Writer { graph, designs, room: LONGEST, depth: 0 }.write(expression.node)
                 });
                 text.flatten().map(|(text, binding)| times(bracketed(text, binding, Binding::Factor)))
             }
             Source::Gravity(_) | Source::Value(_) | Source::Foreign => None,
-        }
+        };
+        text.filter(|text| deepest(text) <= DEEPEST)
     }
 
     /// What a text says.
@@ -79,6 +83,21 @@ fn quoted(name: &str) -> Option<String> {
     }
 }
 
+/// A number as it stands in a formula.
+fn finite(x: f64) -> Option<String> {
+    x.is_finite().then(|| format!("{x:?}"))
+}
+
+/// How many parentheses stand within each other, but for those of names.
+fn deepest(text: &str) -> usize {
+    let formula = text.split('`').step_by(2).flat_map(str::chars);
+    let depths = formula.scan(0usize, |depth, c| {
+        *depth = if c == '(' { *depth + 1 } else { depth.saturating_sub(usize::from(c == ')')) };
+        Some(*depth)
+    });
+    depths.max().unwrap_or(0)
+}
+
 /// How closely a text is bound together.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Binding {
@@ -97,6 +116,8 @@ struct Writer<'a> {
     designs: &'a [&'a str],
     /// Nodes that may still be written.
     room: usize,
+    /// Nodes within which the next one stands.
+    depth: usize,
 }
 
 impl Writer<'_> {
@@ -105,8 +126,8 @@ impl Writer<'_> {
         self.room = self.room.checked_sub(1)?;
         let expression = self.graph.expression(node);
         Some(match expression {
-            Constant(bits) if f64::from_bits(bits) < 0.0 => (format!("{:?}", f64::from_bits(bits)), Binding::Sum),
-            Constant(bits) => (format!("{:?}", f64::from_bits(bits)), Binding::Whole),
+            Constant(bits) if f64::from_bits(bits) < 0.0 => (finite(f64::from_bits(bits))?, Binding::Sum),
+            Constant(bits) => (finite(f64::from_bits(bits))?, Binding::Whole),
             Input(which) => (quoted(self.designs.get(which as usize)?)?, Binding::Whole),
             Add(x, y) => (format!("{} + {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum),
             Subtract(x, y) => {
@@ -125,7 +146,9 @@ impl Writer<'_> {
                 (format!("{name}({})", self.part(x, Binding::Sum)?), Binding::Whole)
             }
             IntegerPower(x, n) => (format!("{} ^ {n}", self.part(x, Binding::Whole)?), Binding::Factor),
-            Power(x, n) => (format!("{} ^ {:?}", self.part(x, Binding::Whole)?, self.graph.value(n)?), Binding::Factor),
+            Power(x, n) => {
+                (format!("{} ^ {}", self.part(x, Binding::Whole)?, finite(self.graph.value(n)?)?), Binding::Factor)
+            }
             Atan2(x, y) | Max(x, y) | Min(x, y) => {
                 let name = match expression {
                     Atan2(..) => "atan2",
@@ -140,7 +163,9 @@ impl Writer<'_> {
     }
 
     fn part(&mut self, node: Node, least: Binding) -> Option<String> {
-        let (text, binding) = self.write(node)?;
+        self.depth += 1;
+        let (text, binding) = (self.depth <= MOST_TERMS).then(|| self.write(node))??;
+        self.depth -= 1;
         (text.len() <= LONGEST).then(|| bracketed(text, binding, least))
     }
 }
