@@ -457,3 +457,18 @@ fn for_outputs<const O: usize>() {
     let report = check::function(&Product, ["x", "y"], names).jacobian(|_| [[0.0, 0.0]; O]).run();
     assert!(!report.passed());
 }
+
+#[test]
+fn every_link_of_the_documents_leads_to_a_file() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let pages = std::fs::read_dir(root.join("docs")).expect("documents").map(|entry| entry.expect("a document").path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|kind| kind == "md"));
+    for page in pages.chain(["README.md", "CONTRIBUTING.md"].map(|name| root.join(name))) {
+        let text = std::fs::read_to_string(&page).expect("a text");
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next()) {
+            let is_elsewhere = link.contains("://") || link.is_empty();
+            let target = page.parent().expect("a folder").join(link);
+            assert!(is_elsewhere || target.exists(), "{}: there is no {link}", page.display());
+        }
+    }
+}
