@@ -7,6 +7,8 @@
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
+use std::ffi::OsString;
+use std::io::{self, Write};
 use std::time::Instant;
 
 use hamiltonian_adjoint::{
@@ -96,8 +98,15 @@ fn median(mut times: Vec<f64>) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    // A full disk is an error, no panic.
+    io::stdout().write_all(answer(std::env::args_os().skip(1))?.as_bytes())?;
+    Ok(io::stdout().flush()?)
+}
+
+/// The whole program but for printing its answer.
+pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Box<dyn Error>> {
     let (mut steps, mut repeat, mut with_programs, mut print) = (100, 1, true, false);
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     while let Some(argument) = arguments.next() {
         let mut number = || -> Result<usize, Box<dyn Error>> {
             let text = arguments.next().unwrap_or_default();
@@ -109,18 +118,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--repeat" => repeat = number()?,
             "--num-dual" => with_programs = false,
             "--print" => print = true,
-            "--help" | "-h" => {
-                print!("{HELP}");
-                return Ok(());
-            }
+            "--help" | "-h" => return Ok(HELP.into()),
             _ => return Err(format!("unknown argument `{argument}` (try --help)").into()),
         }
     }
     let system = system(with_programs)?;
     if print {
         let programs = ["weight", "arm"].into_iter().filter_map(|name| system.program(name));
-        println!("{}", programs.collect::<Vec<_>>().join("\n"));
-        return Ok(());
+        return Ok(programs.collect::<Vec<_>>().join("\n") + "\n");
     }
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
     inputs.controls.fill(10.0);
@@ -140,6 +145,5 @@ fn main() -> Result<(), Box<dyn Error>> {
         "forward_s": median(forward),
         "value_and_gradient_s": median(both),
     });
-    println!("{answer}");
-    Ok(())
+    Ok(format!("{answer}\n"))
 }

@@ -1,9 +1,14 @@
-//! The command-line example: its numbers against the 128-bit references, its JSON, its refusals.
+//! The command-line examples: their numbers against the 128-bit references, their JSON, their refusals.
 
 #[path = "../examples/cart_pendulum.rs"]
 #[expect(dead_code, reason = "the example's main")]
 mod cart_pendulum;
 
+#[path = "../examples/arm.rs"]
+#[expect(dead_code, reason = "the example's main")]
+mod arm;
+
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Write};
 
@@ -127,6 +132,10 @@ fn what_is_no_text_or_has_no_end_is_refused_in_one_short_line() {
         for flag in ["", "--links", "--controls", "--force"] {
             let arguments: Vec<&OsStr> = [OsStr::new(flag), wild].into_iter().filter(|text| !text.is_empty()).collect();
             assert!(matches!(answer(&arguments), Err(Failure::Usage(message)) if !message.is_empty()), "{flag}");
+        }
+        for arguments in [vec![wild], vec![OsStr::new("--steps"), wild]] {
+            let refused = arm::answer(arguments.into_iter().map(OsString::from)).expect_err("no argument");
+            assert!(refused.to_string().contains("`\u{fffd}`"), "{refused}");
         }
     }
 }
