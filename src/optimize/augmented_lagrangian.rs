@@ -74,23 +74,23 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty, cost: f };
     let value = merit.of(&counted);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
-    let first = descent.history[0].stationarity;
-    let mut tolerance = 0.1 * first;
+    let asked = options.stationarity * descent.history[0].stationarity;
+    let mut tolerance = 0.1 * descent.history[0].stationarity;
     let mut violation = f64::INFINITY;
     let mut reason = Reason::Iterations;
     for _ in 0..MOST_ROUNDS {
-        reason = descent.run(&mut counted, &mut merit, tolerance.max(options.stationarity * first), watch)?;
+        let goal = tolerance.max(asked);
+        reason = descent.run(&mut counted, &mut merit, goal, watch)?;
         // The constraints of the point itself, not of the last trial.
         merit.value(&mut counted, &descent.at.x);
         let now = counted.violation();
         merit.w = merit.multipliers(&counted);
         let stationarity = counted.stationarity(&descent.at.x, &descent.at.gradient);
-        let is_stationary = stationarity <= options.stationarity * first || reason == Reason::NoLowerValue;
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
             break;
         }
-        if now <= options.violation && is_stationary {
-            reason = Reason::Stationary;
+        // Above the goal nothing lower was found, nor would be in another round.
+        if now <= options.violation && (stationarity <= asked || stationarity > goal) {
             break;
         }
         let grows = now > options.violation && now > SHRINKS * violation;

@@ -8,6 +8,11 @@ use crate::Error;
 use crate::number::{dot, largest};
 use std::collections::VecDeque;
 
+/// Differences of a value below this share of it are rounding.
+const ROUNDING: f64 = 1e-14;
+/// How far ahead, in parts of the variables, curvature is looked for where nothing lower was found.
+const AHEAD: f64 = 1e-6;
+
 /// What a line search goes down on: f, or a function of f and c.
 pub(super) trait Merit<P: Problem + ?Sized> {
     /// At a point; infinite where there is none.
@@ -146,12 +151,33 @@ impl<'o> Descent<'o> {
                 self.pairs.clear();
                 found = self.step(problem, merit)?;
             }
-            let Some(next) = found else { return Ok(Reason::NoLowerValue) };
+            let Some(next) = found else {
+                return Ok(if self.is_flat(problem, merit) { Reason::Stationary } else { Reason::NoLowerValue });
+            };
             self.remember(&next);
             let step = largest_change(&next.x, &self.at.x);
             self.at = next;
             self.note(problem, merit.cost(), step);
         }
+    }
+
+    /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or
+    /// a wall. The problem is left elsewhere.
+    fn is_flat<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> bool {
+        let Point { x, value, gradient } = &self.at;
+        let direction = self.direction(problem);
+        let alpha = AHEAD * largest(x).max(1.0) / largest(&direction).max(f64::MIN_POSITIVE);
+        let mut ahead = x.clone();
+        add(&mut ahead, alpha, &direction);
+        problem.project(&mut ahead);
+        let mut there = vec![0.0; x.len()];
+        if merit.value(problem, &ahead).is_infinite() || merit.gradient(problem, &mut there).is_err() {
+            return false;
+        }
+        add(&mut ahead, -1.0, x);
+        let slope = dot(gradient, &ahead);
+        let curvature = dot(&there, &ahead) - slope;
+        0.5 * slope * slope <= ROUNDING * value.abs() * curvature
     }
 
     fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Result<Option<Point>, Error> {

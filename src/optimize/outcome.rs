@@ -36,7 +36,7 @@ impl Default for Options {
 pub enum Reason {
     /// The value is at or below the target, and constraints hold.
     Target,
-    /// The gradient is as small as was asked for, and constraints hold.
+    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold.
     Stationary,
     /// There is no lower value within rounding in the direction of search.
     NoLowerValue,

@@ -36,6 +36,8 @@ const LEAST: f64 = 1e-13;
 const STUCK: f64 = 1e-9;
 /// Differences of φ below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
+/// The share of the terms of a gradient that may be rounding.
+const ROUNDED: f64 = 1e-13;
 
 /// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
 /// sweep for each.
@@ -66,8 +68,13 @@ pub fn interior_point<P: Problem + ?Sized>(
         if feasible && last.stationarity <= asked && method.barrier.mu <= asked {
             break Reason::Stationary;
         }
-        let before = history.iter().rev().nth(1).map_or(f64::INFINITY, |before| before.violation);
-        if !feasible && last.violation >= (1.0 - STUCK) * before && method.is_stuck() {
+        let before = history.iter().rev().nth(1);
+        let stays = before.is_some_and(|before| (last.value - before.value).abs() <= ROUNDING * last.value.abs());
+        if feasible && stays && last.stationarity <= method.rounding(&mut counted)? {
+            break Reason::Stationary;
+        }
+        let as_far = before.is_some_and(|before| last.violation >= (1.0 - STUCK) * before.violation);
+        if !feasible && as_far && method.is_stuck() {
             break Reason::Infeasible;
         }
         if history.len() > options.iterations {
@@ -75,7 +82,11 @@ pub fn interior_point<P: Problem + ?Sized>(
         }
         method.lower_barrier(asked.max(f64::MIN_POSITIVE));
         let Some(length) = method.advance(&mut counted, &mut radius)? else {
-            break if feasible { Reason::NoLowerValue } else { Reason::Infeasible };
+            break match feasible {
+                false => Reason::Infeasible,
+                true if last.stationarity <= method.rounding(&mut counted)? => Reason::Stationary,
+                true => Reason::NoLowerValue,
+            };
         };
         history.push(method.iterate(&counted, length));
     };
@@ -207,6 +218,16 @@ impl Method {
     fn scale(&self) -> f64 {
         let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
         terms.fold(self.gradient.amax(), f64::max)
+    }
+
+    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
+    fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
+        self.prepare_products(problem)?;
+        let ones = DVector::from_element(self.y.len(), 1.0);
+        let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
+        let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
+        Ok(ROUNDED * terms.component_mul(&self.scales).amax())
     }
 
     /// Whether ‖C‖ has no derivative but into bounds that are reached.

@@ -1,0 +1,60 @@
+//! Why methods end: at a minimum to rounding, where nothing lower is found, stopped on the way; and what numbers they refuse.
+
+use super::{Function, Given, problem};
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, MotionProblem, Options, Reason, Variables, augmented_lagrangian, homotopy, interior_point, lbfgs, silent,
+};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+
+/// (x − 1)² + 10 (y + 2)², and x + y.
+fn bowl(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    g[..2].copy_from_slice(&[2.0 * (x[0] - 1.0), 20.0 * (x[1] + 2.0)]);
+    if let [sum] = c {
+        *sum = x[0] + x[1];
+        g[2..].fill(1.0);
+    }
+    (x[0] - 1.0).powi(2) + 10.0 * (x[1] + 2.0).powi(2)
+}
+
+#[test]
+fn where_nothing_lower_is_found_need_not_be_a_minimum() {
+    let wall: Function = |x, _, g| {
+        g[0] = 1.0;
+        if x[0] < 0.5 { f64::NAN } else { x[0] }
+    };
+    let kink: Function = |x, _, g| {
+        g[0] = (x[0] - 0.3).signum() + 0.1;
+        (x[0] - 0.3).abs() + 0.1 * x[0]
+    };
+    let still = Options { first_step: Some(0.0), ..Options::default() };
+    for (function, options) in [(wall, Options::default()), (kink, Options::default()), (bowl, still)] {
+        for method in [lbfgs, augmented_lagrangian] {
+            let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![]);
+            let outcome = method(&mut problem, &[4.0, 0.0], &options, &mut silent).expect("fits");
+            assert_eq!(outcome.reason, Reason::NoLowerValue, "{outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn what_rounding_leaves_of_a_gradient_is_small_enough() {
+    let mut within = Given::new(bowl, vec![Interval::FREE, Interval::new(-10.0, 10.0)], vec![]);
+    let mut start = vec![5.0; 2];
+    for _ in 0..4 {
+        let outcome = interior_point(&mut within, &start, &Options::default(), &mut silent).expect("fits");
+        assert_eq!(outcome.reason, Reason::Stationary, "{:?}", outcome.history);
+        start = outcome.x;
+    }
+    // Problems that are one and the same, of which each begins where the one before ended.
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.effort("effort", cart.force, 1e-2);
+    cart.scene.cost("angle", AngleError, Sum::Terminal, [cart.links[0].coordinates[2]], [], [], [(-1.0).into()]);
+    let free = vec![Free::control(cart.force).within(-60.0, 60.0)];
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let outcome = homotopy(&mut problem, &[1.0; 41], &Options::default(), &mut |_, _| Ok(()), &mut silent).expect("fits");
+    assert_eq!(outcome.reason, Reason::Stationary);
+}
