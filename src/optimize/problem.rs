@@ -4,6 +4,9 @@ use nalgebra::DMatrix;
 
 use crate::Error;
 
+/// Bounds closer than this share of them are one: a hundredth of what is between them would be lost in rounding.
+const NO_ROOM: f64 = 100.0 * f64::EPSILON;
+
 /// The least and the greatest value that something may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
@@ -53,6 +56,11 @@ impl Interval {
     /// How far x is outside.
     pub fn violation(&self, x: f64) -> f64 {
         self.excess(x).abs()
+    }
+
+    /// Whether rounding leaves no room between the bounds.
+    pub(super) fn is_equality(&self) -> bool {
+        self.most <= self.least + NO_ROOM * self.least.abs()
     }
 
     /// The bound at which x is held where a function is to fall whose derivative is g, if it is.

@@ -38,6 +38,25 @@ fn where_nothing_lower_is_found_need_not_be_a_minimum() {
 }
 
 #[test]
+fn bounds_that_rounding_keeps_apart_are_one() {
+    let narrow = Interval::new(0.3, 0.1 + 0.2);
+    assert!(narrow.least < narrow.most);
+    let mut methods: [fn(&mut Given) -> _; 2] = [
+        |problem| interior_point(problem, &[9.0; 2], &Options::default(), &mut silent),
+        |problem| homotopy(problem, &[9.0; 2], &Options::default(), &mut |_, _| Ok(()), &mut silent),
+    ];
+    for method in &mut methods {
+        let outcome = method(&mut Given::new(bowl, vec![narrow, Interval::FREE], vec![])).expect("fits");
+        assert!(outcome.reason.is_converged() && narrow.violation(outcome.x[0]) == 0.0, "{outcome:?}");
+        assert!((outcome.x[1] + 2.0).abs() < 1e-6, "{outcome:?}");
+        let outcome = method(&mut Given::new(bowl, vec![Interval::FREE; 2], vec![narrow])).expect("fits");
+        assert!(outcome.reason.is_converged() && outcome.violation < 1e-9, "{outcome:?}");
+        // 2 (x − 1) = 20 (y + 2) with x + y = 0.3.
+        assert!((outcome.x[0] - 24.0 / 11.0).abs() < 1e-6, "{outcome:?}");
+    }
+}
+
+#[test]
 fn what_rounding_leaves_of_a_gradient_is_small_enough() {
     let mut within = Given::new(bowl, vec![Interval::FREE, Interval::new(-10.0, 10.0)], vec![]);
     let mut start = vec![5.0; 2];

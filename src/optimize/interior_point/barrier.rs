@@ -25,10 +25,9 @@ impl Barrier {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
         for (y, of) in y.iter_mut().zip(&bounds) {
-            let width = of.most - of.least;
-            let inside = |bound: f64| INSIDE * bound.abs().max(1.0).min(width);
+            let inside = |bound: f64| INSIDE * bound.abs().max(1.0).min(of.most - of.least);
             // What is fixed stays where it is.
-            if width > 0.0 {
+            if !of.is_equality() {
                 *y = y.max(of.least + inside(of.least)).min(of.most - inside(of.most));
             }
         }
@@ -37,7 +36,7 @@ impl Barrier {
 
     /// Whether there is anything to keep away from.
     pub(super) fn is_there(&self) -> bool {
-        self.bounds.iter().any(|of| of.least < of.most && *of != Interval::FREE)
+        self.bounds.iter().any(|of| !of.is_equality() && *of != Interval::FREE)
     }
 
     /// Takes μ, and the multipliers that belong to it.
@@ -77,7 +76,7 @@ impl Barrier {
     pub(super) fn scales(&self, y: &[f64]) -> Vec<f64> {
         let of = |(of, y): (&Interval, &f64)| {
             let [below, above] = distances(of, *y);
-            if of.least == of.most { 0.0 } else { below.min(above).min(1.0) }
+            if of.is_equality() { 0.0 } else { below.min(above).min(1.0) }
         };
         self.bounds.iter().zip(y).map(of).collect()
     }
@@ -87,7 +86,7 @@ impl Barrier {
         let of = |((of, y), g): ((&Interval, &f64), &f64)| {
             let [below, above] = distances(of, *y);
             let room = if *g > 0.0 { below } else { above };
-            if of.least == of.most { 0.0 } else { g.abs() * room.min(1.0) }
+            if of.is_equality() { 0.0 } else { g.abs() * room.min(1.0) }
         };
         self.bounds.iter().zip(y).zip(gradient).map(of).fold(0.0, f64::max)
     }
@@ -128,5 +127,5 @@ impl Barrier {
 
 /// y − l and u − y; of what is fixed, infinite.
 fn distances(of: &Interval, y: f64) -> [f64; 2] {
-    if of.least == of.most { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
+    if of.is_equality() { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
 }

@@ -120,7 +120,7 @@ struct Method {
 impl Method {
     fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
-        let is_inequality = |j: &usize| problem.intervals[*j].least < problem.intervals[*j].most;
+        let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
         let mut y = x;
         // Once without slacks, to move x inside; then with those of its constraints.
@@ -161,11 +161,11 @@ impl Method {
             self.rows.len(),
             self.rows.iter().map(|&j| {
                 let of = problem.intervals[j];
-                let target = if of.least < of.most {
+                let target = if of.is_equality() {
+                    of.least
+                } else {
                     slack += 1;
                     y[slack - 1]
-                } else {
-                    of.least
                 };
                 problem.c[j] - target
             }),
