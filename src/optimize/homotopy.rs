@@ -55,7 +55,7 @@ pub fn homotopy<P: Problem + ?Sized>(
         };
         counts.add(&found);
         if found.reason == Reason::Asked {
-            best = found;
+            (best, s) = (found, next);
             break;
         }
         if !found.reason.is_converged() {

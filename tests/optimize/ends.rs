@@ -1,11 +1,13 @@
 //! Why methods end: at a minimum to rounding, where nothing lower is found, stopped on the way; and what numbers they refuse.
 
-use super::{Function, Given, problem};
+use super::{Function, Given, problem, push};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, Options, Reason, Variables, augmented_lagrangian, homotopy, interior_point, lbfgs, silent,
+    Free, Interval, Iterate, MotionProblem, Options, Reason, Variables, augmented_lagrangian, homotopy, interior_point,
+    lbfgs, silent,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+use std::ops::ControlFlow;
 
 /// (x − 1)² + 10 (y + 2)², and x + y.
 fn bowl(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
@@ -76,4 +78,27 @@ fn what_rounding_leaves_of_a_gradient_is_small_enough() {
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     let outcome = homotopy(&mut problem, &[1.0; 41], &Options::default(), &mut |_, _| Ok(()), &mut silent).expect("fits");
     assert_eq!(outcome.reason, Reason::Stationary);
+}
+
+#[test]
+fn a_homotopy_that_is_stopped_keeps_the_motion_of_its_answer() {
+    let (system, force) = push(false);
+    let mut problem = problem(&system, force, Inputs::at_rest(&system, Grid::uniform(20, 0.1)));
+    let start = problem.start();
+    let mut set = |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill((2.0 - s) / 20.0));
+    let mut stopped = 0;
+    loop {
+        let mut left = stopped;
+        let mut watch = |_: &Iterate, _: &[f64]| {
+            left -= 1;
+            if left < 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let outcome = homotopy(&mut problem, &start, &Options::default(), &mut set, &mut watch).expect("fits");
+        assert_eq!(problem.solver.cost().expect("a motion"), outcome.value, "after {stopped} iterates");
+        if outcome.reason != Reason::Asked {
+            break;
+        }
+        stopped += 1;
+    }
+    assert!(stopped > 10, "{stopped}");
 }
