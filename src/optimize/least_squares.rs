@@ -25,6 +25,9 @@ impl Fit {
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         let (m, n) = self.jacobian.shape();
         let freedom = m.checked_sub(n).filter(|freedom| *freedom > 0)?;
+        if n == 0 {
+            return Some(DMatrix::zeros(0, 0));
+        }
         // By singular values: AᵀA would square the condition.
         let svd = self.jacobian.clone().svd(false, true);
         let (v, most) = (svd.v_t?, svd.singular_values.amax());

@@ -61,9 +61,9 @@ impl<'s> MotionProblem<'s> {
         by(&mut inputs);
         inputs.check(self.solver.system())?;
         self.inputs.check_direction(&inputs, 0)?;
-        self.variables.take_grid(&inputs);
-        self.x = self.variables.of(&inputs);
-        self.inputs = inputs;
+        let mut variables = self.variables.clone();
+        self.x = variables.take(&inputs)?;
+        (self.inputs, self.variables) = (inputs, variables);
         Ok(())
     }
 

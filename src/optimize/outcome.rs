@@ -182,7 +182,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.last.extend_from_slice(x);
         let error = match self.problem.evaluate(x, &mut self.c) {
             Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
-            Ok(value) => Error::NotFinite { what: "the value of the cost or of a constraint".into(), value },
+            Ok(f) => match self.c.iter().position(|c| !c.is_finite()).filter(|_| f.is_finite()) {
+                Some(j) => Error::NotFinite { what: format!("the value of constraint {j}"), value: self.c[j] },
+                None => Error::NotFinite { what: "the value of the cost".into(), value: f },
+            },
             Err(error) => error,
         };
         self.failures += 1;

@@ -121,20 +121,17 @@ impl Variables {
     /// two are needed, more knots than nodes; a logarithm of something whose bounds or value are not positive; a free duration of none.
     pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
         inputs.check(system)?;
-        let times = inputs.grid.times();
-        let duration = times[times.len() - 1] - times[0];
         let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
         for (at, of) in free.iter().enumerate() {
             let name = name(system, inputs.grid.steps.len(), &of.quantity)?;
             of.bounds.check(|| format!("`{name}`"))?;
             require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
-            let least = of.bounds.least;
-            let is_positive = !of.logarithm || least > 0.0 || least == f64::NEG_INFINITY;
-            require(is_positive, || format!("the lower bound of `{name}`, whose logarithm is taken,"), least, "positive")?;
-            if of.quantity == Quantity::Duration {
-                require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
+            let Interval { least, most } = of.bounds;
+            for (which, bound, is_none) in [("lower", least, least == f64::NEG_INFINITY), ("upper", most, false)] {
+                let what = || format!("the {which} bound of `{name}`, whose logarithm is taken,");
+                require(!of.logarithm || bound > 0.0 || is_none, what, bound, "positive")?;
             }
-            let (knots, nodes) = (of.knots(times.len()), times.len());
+            let (knots, nodes) = (of.knots(inputs.grid.nodes()), inputs.grid.nodes());
             let fewest = match of.quantity {
                 Quantity::LinearControl(..) => 2,
                 Quantity::SplineControl(..) => 4,
@@ -162,23 +159,29 @@ impl Variables {
         let count = || "the number of single step lengths beside a free duration".into();
         require(singles == 0.0 || !has_duration, count, singles, "0: either all together or each by itself")?;
         let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
-        variables.take_grid(inputs);
-        let x = variables.of(inputs);
-        match x.iter().position(|x| !x.is_finite()) {
-            Some(i) => {
-                Err(Error::NotFinite { what: format!("the variable `{}` at the start", variables.names[i]), value: x[i] })
-            }
-            None => Ok(variables),
-        }
+        variables.take(inputs)?;
+        Ok(variables)
     }
 
-    /// Takes over where in the motion's time its nodes are.
-    pub(super) fn take_grid(&mut self, inputs: &Inputs) {
+    /// Takes over where in the motion's time its nodes are; the variables that give these inputs.
+    ///
+    /// # Errors
+    /// A free duration of none, what has no logarithm.
+    pub(super) fn take(&mut self, inputs: &Inputs) -> Result<Vec<f64>, Error> {
         let times = inputs.grid.times();
         let duration = times[times.len() - 1] - times[0];
+        if self.free.iter().any(|of| of.quantity == Quantity::Duration) {
+            require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
+        }
         let share = |t: &f64| if duration == 0.0 { 0.0 } else { (t - times[0]) / duration };
         self.shares = times.iter().map(share).collect();
         self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
+        let x = self.of(inputs);
+        x.iter().position(|x| !x.is_finite()).map_or(Ok(()), |i| {
+            let what = format!("the variable `{}` at the start", self.names[i]);
+            Err(Error::NotFinite { what, value: x[i] })
+        })?;
+        Ok(x)
     }
 
     /// The number of variables.

@@ -1,9 +1,10 @@
 //! Why methods end: at a minimum to rounding, where nothing lower is found, stopped on the way; and what numbers they refuse.
 
-use super::{Function, Given, problem, push};
+use super::common::assert_says;
+use super::{Function, Given, everything_free, problem, push};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, Iterate, MotionProblem, Options, Reason, Variables, augmented_lagrangian, homotopy, interior_point,
-    lbfgs, silent,
+    Free, Interval, Iterate, MotionProblem, Options, Problem, Reason, Variables, augmented_lagrangian, homotopy,
+    interior_point, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
@@ -101,4 +102,44 @@ fn a_homotopy_that_is_stopped_keeps_the_motion_of_its_answer() {
         stopped += 1;
     }
     assert!(stopped > 10, "{stopped}");
+}
+
+#[test]
+fn what_is_not_finite_is_named() {
+    let lost: Function = |_, c, g| {
+        c[1] = f64::NAN;
+        g.fill(0.0);
+        3.0
+    };
+    let mut problem = Given::new(lost, vec![Interval::FREE], vec![Interval::ZERO; 2]);
+    let error = augmented_lagrangian(&mut problem, &[0.0], &Options::default(), &mut silent).expect_err("no number");
+    assert_says(&error, &["constraint 1 is NaN"]);
+}
+
+#[test]
+fn without_variables_there_is_nothing_to_be_uncertain_of() {
+    let given: Function = |_, c, _| {
+        c.fill(1.0);
+        0.0
+    };
+    let mut problem = Given::new(given, vec![], vec![Interval::ZERO; 2]);
+    let fit = levenberg_marquardt(&mut problem, &[], &Options::default(), &mut silent).expect("fits");
+    assert_eq!((fit.standard_errors(), fit.covariance().map(|c| c.shape())), (Some(vec![]), Some((0, 0))));
+}
+
+#[test]
+fn inputs_that_no_variables_give_are_no_change() {
+    let (system, inputs, free) = everything_free();
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let start = problem.start();
+    let error = problem.change(|inputs| inputs.design[0] = -1.0).expect_err("no logarithm");
+    assert_says(&error, &["stiffness", "NaN"]);
+    let to_and_fro = [0.1, -0.1, 0.1, -0.1, 0.1, -0.2, 0.1];
+    let error = problem.change(|inputs| inputs.grid.steps.copy_from_slice(&to_and_fro)).expect_err("no duration");
+    assert_says(&error, &["duration", "not zero"]);
+    assert_eq!(problem.start(), start);
+    assert!(problem.inputs_at(&start).grid.steps.iter().all(|dt| *dt > 0.0), "nothing is changed");
+    let mut c = vec![0.0; problem.constraints().len()];
+    assert!(problem.evaluate(&start, &mut c).is_ok());
 }

@@ -671,6 +671,10 @@ fn wrong_variables_are_named() {
     };
     assert_says(&wrong(&|free| free.push(free[0].clone())), &["push", "free quantity"]);
     assert_says(&wrong(&|free| free[3].bounds = Interval::new(-1.0, 2.0)), &["stiffness", "logarithm"]);
+    for most in [-1.0, 0.0] {
+        let nowhere = Interval::new(f64::NEG_INFINITY, most);
+        assert_says(&wrong(&|free| free[3].bounds = nowhere), &["upper bound", "stiffness", "logarithm"]);
+    }
     assert_says(&wrong(&|free| free[3].scale = 0.0), &["scale", "stiffness"]);
     assert_says(&wrong(&|free| free[6].bounds = Interval::new(2.0, 1.0)), &["duration", "bound"]);
     let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
