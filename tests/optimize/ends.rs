@@ -68,6 +68,16 @@ fn what_rounding_leaves_of_a_gradient_is_small_enough() {
         assert_eq!(outcome.reason, Reason::Stationary, "{:?}", outcome.history);
         start = outcome.x;
     }
+    // A line search sees values alone: what is below rounding of 3 is nothing to it.
+    let raised: Function = |x, c, g| 3.0 + bowl(x, c, g);
+    for method in [lbfgs, augmented_lagrangian] {
+        let exact = Options { stationarity: 1e-15, ..Options::default() };
+        let mut problem = Given::new(raised, vec![Interval::FREE; 2], vec![]);
+        let outcome = method(&mut problem, &[1.0 + 1e-9, -2.0 - 1e-9], &exact, &mut silent).expect("fits");
+        assert_eq!(outcome.reason, Reason::Stationary, "{:?}", outcome.history);
+        let last = outcome.history[outcome.history.len() - 1];
+        assert!(last.stationarity > 0.0, "else it would be no matter of rounding");
+    }
     // Problems that are one and the same, of which each begins where the one before ended.
     let mut cart = CartPendulum::with_links(1).mechanism();
     cart.scene.effort("effort", cart.force, 1e-2);
