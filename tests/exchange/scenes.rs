@@ -147,6 +147,10 @@ fn what_a_file_cannot_hold_is_named() {
     let mut bad = Scene::new();
     bad.body("rod", f64::INFINITY, 0.1, [0.0; 3]);
     assert_says(&bad.to_json().expect_err("no number"), &["rod"]);
+    let mut bad = Scene::new();
+    let length = bad.design("length", 1.0);
+    bad.body("rod", length * 1e308 * 1e10, 0.1, [0.0; 3]);
+    assert_says(&bad.to_json().expect_err("no number"), &["rod"]);
 }
 
 #[test]
@@ -154,7 +158,7 @@ fn what_is_written_can_be_read_and_the_rest_is_named() {
     let mut scene = Scene::new();
     let (l, odd) = (scene.design("l", 1.0), scene.design("it's `l`", 1.0));
     let deep = (0..70).fold(l * 1.0, |deep, _| (deep + 1.0).sin());
-    let bodies = [("deep", deep), ("odd", odd * 2.0), ("infinite", l * 1e308 * 1e10), ("more", (l + f64::INFINITY) * 2.0)];
+    let bodies = [("deep", deep), ("odd", odd * 2.0), ("infinite", (l + f64::INFINITY) * 2.0)];
     for (name, mass) in bodies {
         let body = scene.body(name, mass, 0.1, [0.0; 3]);
         scene.place(body.coordinates[0], 0.5);

@@ -187,7 +187,7 @@ impl GradientCheck<'_> {
             rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
-        let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.size));
+        let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.scale()));
         rows.iter_mut().for_each(|row| row.judge(1e-3 * largest, self.tolerance));
         let key = |row: &DirectionReport| (row.verdict != Verdict::Right, row.error());
         rows.sort_by(|a, b| key(b).0.cmp(&key(a).0).then(b.error().total_cmp(&a.error())));

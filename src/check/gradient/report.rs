@@ -93,7 +93,7 @@ impl DirectionReport {
     }
 
     /// What errors are relative to.
-    fn scale(&self) -> f64 {
+    pub(super) fn scale(&self) -> f64 {
         self.size.max(self.floor)
     }
 }

@@ -39,14 +39,13 @@ const OF_TWO: [OfTwo; 3] =
 impl Param {
     /// As text; none if that is very long, or if a text cannot say it.
     pub(crate) fn text(&self, designs: &[&str]) -> Option<String> {
-        let factor = finite(self.factor)?;
         let times = |what: String| match self.factor {
             1.0 => what,
             -1.0 => format!("-{what}"),
-            _ => format!("{factor} * {what}"),
+            factor => format!("{factor:?} * {what}"),
         };
         let text = match self.of {
-            Source::One => Some(factor),
+            Source::One => Some(format!("{:?}", self.factor)),
             Source::Design(design) => Some(times(quoted(designs[design.index()])?)),
             Source::Expression(expression) => {
                 let text = expressions::with(expression.scene, |graph| {
