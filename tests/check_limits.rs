@@ -33,18 +33,21 @@ macro_rules! one {
         }
     };
 }
-/// f = (a b, 10¹² b + a).
+/// f = (a b, a sin c, 10⁻¹² d², 10¹² b + a).
 struct Steep;
 impl Function for Steep {
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        vec![x[0] * x[1], x[1] * 1e12 + x[0]]
+        vec![x[0] * x[1], x[2].sin() * x[0], x[3] * x[3] * 1e-12, x[1] * 1e12 + x[0]]
     }
 }
 
 #[test]
 fn an_order_that_is_the_given_one_is_no_other() {
-    let hand = |x: &[f64]| [[x[1] + 1e-9, x[0]], [1.0, 1e12]];
-    let report = check::function(&Steep, ["a", "b"], ["p", "q"]).jacobian(hand).run();
+    let hand = |x: &[f64]| {
+        let of_q = [x[2].sin(), 1e-9, x[2].cos() * x[0], 0.0];
+        [[x[1], x[0], 0.0, 0.0], of_q, [0.0, 0.0, 0.0, 2e-12 * x[3]], [1.0, 1e12, 0.0, 0.0]]
+    };
+    let report = check::function(&Steep, ["a", "b", "c", "d"], ["p", "q", "r", "s"]).jacobian(hand).run();
     println!("{report}");
     assert_eq!(report.verdict(), Verdict::Wrong);
     assert!(!report.to_string().contains("order"));
