@@ -124,6 +124,14 @@ fn bends_beside_a_jump_are_kept() {
     inputs.controls.iter_mut().zip(&times).for_each(|(u, t)| *u = 1e3 + 0.1 * t);
     let adapted = Solver::new(&system, with(Scheme::ESDIRK4)).adapt(&inputs, 1e-3).expect("grid");
     assert!(adapted.grid.steps.len() < 15, "{}", adapted.grid.steps.len());
+    // A pulse with slanted sides, and rounding where it should be zero.
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(3000, 2e-3));
+    let pulse = |t: f64| 0.7 * (t.abs() + (t - 3.0).abs() - (t - 1.1).abs() - (t - 1.9).abs()) / 2.0;
+    let times = inputs.grid.times();
+    inputs.controls.iter_mut().zip(&times).for_each(|(u, t)| *u = pulse(*t));
+    assert!(inputs.controls.iter().any(|u| u.abs() > 0.0 && u.abs() < 1e-14));
+    let adapted = Solver::new(&system, with(Scheme::ESDIRK4)).adapt(&inputs, 1e-3).expect("grid");
+    assert!(adapted.grid.steps.len() < 30, "{}", adapted.grid.steps.len());
 }
 
 #[test]

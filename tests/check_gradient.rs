@@ -194,15 +194,41 @@ fn a_gradient_that_vanishes_at_an_optimum_is_right() {
     }
 }
 
-/// In kg, µN m and nN m.
+/// x of a rod that hangs is zero but for rounding, and so is what most inputs do to it.
+#[test]
+fn a_cost_that_is_zero_by_cancellation_has_a_right_gradient() {
+    struct Place;
+    impl Cost<1> for Place {
+        fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+            at.q[0]
+        }
+    }
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let down = -std::f64::consts::FRAC_PI_2;
+    let (mass, force) = (scene.design("mass", 1.3), scene.control("force"));
+    let rod = scene.body("rod", mass, 0.1, [0.5 * down.cos(), 0.5 * down.sin(), down]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.actuator("motor", Body::GROUND.at(0.0, -0.5), down, rod.at(0.0, 0.0), force);
+    scene.cost("place", Place, Sum::Terminal, [rod.coordinates[0]], [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
+    inputs.controls.fill(1.0);
+    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
+    println!("{report}");
+    report.assert_passed();
+}
+
+/// In kg, µN m and nN m, and one that is nearly zero.
 #[test]
 fn a_wrong_derivative_by_a_design_variable_is_found_in_any_units() {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
-    let [mass, coarse, fine] = [("mass", 1.2), ("µN m", 2e6), ("nN m", 3e9)].map(|(name, x)| scene.design(name, x));
+    let [mass, coarse, fine, offset] =
+        [("mass", 1.2), ("µN m", 2e6), ("nN m", 3e9), ("offset", 1e-12)].map(|(name, x)| scene.design(name, x));
     let rod = scene.body("rod", mass, 0.1, [0.5, 0.0, 0.0]);
     scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
-    scene.torsional_spring_damper("coarse", Body::GROUND, rod, coarse * 1e-6, 0.0, 0.0);
+    scene.torsional_spring_damper("coarse", Body::GROUND, rod, coarse * 1e-6, offset, 0.0);
     scene.torsional_spring_damper("fine", Body::GROUND, rod, fine * 1e-9, 0.1, 0.0);
     scene.cost("angle", AngleError, Sum::Terminal, [rod.coordinates[2]], [], [], [0.3.into()]);
     let system = scene.compile().expect("scene");
@@ -216,7 +242,7 @@ fn a_wrong_derivative_by_a_design_variable_is_found_in_any_units() {
         println!("{}", report.own[0]);
         report.own[0].verdict
     };
-    for wrong in 0..3 {
+    for wrong in 0..4 {
         assert_eq!(verdict(wrong, 1.0), Verdict::Right);
         assert_eq!(verdict(wrong, -1.0), Verdict::Wrong);
         assert_eq!(verdict(wrong, 1.0 + 1e-6), Verdict::Wrong);

@@ -12,8 +12,8 @@ mod varying;
 
 use common::{assert_says, largest};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Scene, Scheme, Settings, Solver, Start, simulate};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Scene, Scheme, Settings, Solver, Start, Sum, simulate};
 use nalgebra::{DMatrix, DVector};
 
 #[test]
@@ -132,6 +132,13 @@ fn a_start_is_assembled_or_follows_from_momenta() {
     inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
     let at = Mechanics::at_start(&system, &inputs).expect("a start");
     assert!(largest(at.phi_dot().as_slice()) < 1e-14 && at.kinetic_energy() > 1e-4);
+    // Whatever counts at later nodes.
+    let mut cart = CartPendulum::default().mechanism();
+    cart.scene.cost("at a node", AngleError, Sum::Node(2), [cart.links[0].coordinates[2]], [], [], [0.3.into()]);
+    let later = cart.scene.compile().expect("a scene");
+    for start in [inputs.start.clone(), Start::assembled(&later)] {
+        Mechanics::at_start(&later, &Inputs { start, ..inputs.clone() }).expect("a start");
+    }
     // What no motion starts from is refused.
     let mut apart = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
     apart.start.q_mut()[1] += 0.2;

@@ -140,9 +140,9 @@ impl Table {
         let after = (next..values.len()).find_map(known);
         match (before, after) {
             (Some((t0, x0)), Some((t1, x1))) => {
-                // Exact at both ends, and nothing is larger than they are.
+                // Exact at both ends, and between them also where x₁ − x₀ is beyond the range of numbers, or rounding is not.
                 let share = (t - t0) / (t1 - t0);
-                (1.0 - share) * x0 + share * x1
+                ((1.0 - share) * x0 + share * x1).clamp(x0.min(x1), x0.max(x1))
             }
             (Some((_, x)), None) | (None, Some((_, x))) => x,
             (None, None) => f64::NAN,

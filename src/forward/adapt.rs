@@ -32,17 +32,18 @@ const AFTER_FAILURE: f64 = 0.25;
 const WINDOW: usize = 64;
 /// Steps shorter than this part of the motion, or of the time, are lost in its rounding.
 const SHORTEST: f64 = 1e-14;
-/// Slopes of controls differ by rounding below this part of them, or if controls do below this part of themselves.
+/// Slopes of controls differ by rounding below this part of them, or if controls do below this part of the largest.
 const STRAIGHT: f64 = 1e-9;
 const SAME: f64 = 8.0 * f64::EPSILON;
 
 /// The given nodes at which controls bend or the motion ends, which a grid by tolerance keeps: a method has its order between them.
 fn kinks(inputs: &Inputs) -> Vec<usize> {
     let (steps, u) = (&inputs.grid.steps, &inputs.controls);
+    let largest: Vec<f64> = u.row_iter().map(|channel| channel.amax()).collect();
     let bends_in = |channel: usize, node: usize| {
         let [u0, u1, u2] = [node - 1, node, node + 1].map(|node| u[(channel, node)]);
         let (before, after) = ((u1 - u0) / steps[node - 1], (u2 - u1) / steps[node]);
-        let rounding = SAME * u0.abs().max(u1.abs()).max(u2.abs()) / steps[node - 1].abs().min(steps[node].abs());
+        let rounding = SAME * largest[channel] / steps[node - 1].abs().min(steps[node].abs());
         // Beside a jump, which is a short step, other slopes are small.
         (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };

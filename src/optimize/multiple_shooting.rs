@@ -15,7 +15,7 @@ use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System}
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
 /// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output. Where there are
-/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment.
+/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs that branch are not looked into).
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::forward::Accelerations;
 use crate::forward::rank::mass_matrix;
+use crate::forward::{Accelerations, ForwardSweep};
 use crate::motion::column;
 use crate::scene::planar::Point;
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Grid, Inputs, Param, Settings, Solver, System, Trajectory};
+use crate::{Error, Inputs, Param, Settings, System, Trajectory};
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -54,18 +54,17 @@ impl<'s> Mechanics<'s> {
     /// At the start of a motion; a guess is assembled first, and velocities follow from momenta.
     ///
     /// # Errors
-    /// As [`Solver::simulate`].
+    /// As [`Solver::simulate`](crate::Solver::simulate).
     pub fn at_start(system: &'s System, inputs: &Inputs) -> Result<Self, Error> {
-        let mut solver = Solver::new(system, Settings::default());
-        let inputs = solver.assemble(inputs)?;
-        let first = Inputs { grid: Grid::new(inputs.grid.start, Vec::new()), ..inputs.clone() };
-        let first = Inputs { controls: inputs.controls.columns(0, 1).into_owned(), ..first };
-        let motion = solver.simulate(&first)?;
-        let here = Self::new(system, column(&motion.q, 0), column(&motion.v, 0))?.at_time(inputs.grid.start)?;
+        let settings = Settings::default();
+        let mut forward = ForwardSweep::new(system, settings.scheme);
+        forward.begin(system, inputs, 1, &settings)?;
+        let start = forward.motion.at(0);
+        let here = Self::new(system, start.q, start.v)?.at_time(start.t)?;
         here.with_controls(inputs.controls_at(0))?.with_design(inputs.design.as_slice())
     }
 
-    /// At a node of a motion; `inputs` are those it was computed from, on the grid that was taken: [`Solver::inputs`].
+    /// At a node of a motion; `inputs` are those it was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
     /// Inputs that do not belong to the motion; a node that was not computed.

@@ -241,7 +241,7 @@ impl System {
         self.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
     }
 
-    /// The name of a cost that depends on σ, or on p* or ṗ* of constrained coordinates.
+    /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
         self.costs.iter().filter(|_| self.m > 0).find_map(|costs| costs.of_multipliers())
     }

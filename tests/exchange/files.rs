@@ -120,6 +120,8 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
 fn a_table_has_the_values_of_its_rows_and_nothing_beyond_them() {
     let table = Table::from_csv("t,x\n0,1e17\n1,1\n2,-1.7e308\n3,1.7e308\n").expect("a table");
     assert_eq!([0.0, 1.0, 2.0, 2.5, 3.0].map(|t| table.value(0, t)), [1e17, 1.0, -1.7e308, 0.0, 1.7e308]);
+    let constant = Table::from_csv("t,x\n0,5.13771663187637\n1,5.13771663187637\n").expect("a table");
+    assert!((0..1000).all(|k| constant.value(0, 1e-3 * f64::from(k)) == 5.13771663187637));
 }
 
 #[test]

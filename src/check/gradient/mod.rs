@@ -29,6 +29,9 @@ const FIRST_STEP: f64 = 4e-3;
 const DIFFERENCED: f64 = 1e-6;
 /// The error estimate of the differences may itself be too small by this factor.
 const CAUTION: f64 = 30.0;
+/// Beside the largest dJ of a single input, and of a random direction, this part of it is little, and nothing.
+const LITTLE_BESIDE: f64 = 1e-3;
+const NOTHING_BESIDE: f64 = 1e-6;
 /// Worst directions that a complete check lists.
 const MOST_LISTED: usize = 20;
 
@@ -131,6 +134,7 @@ impl GradientCheck<'_> {
         }
         let all = random(self.inputs, &parts, &mut random_source);
         rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
+        judge_among(&mut rows, NOTHING_BESIDE, self.tolerance);
         let along = (&all, product(&gradient, &all).0);
         let taylor = taylor::taylor(self.system, self.inputs, (self.settings, which), along, FIRST_STEP)?;
         let varied = [Part::Controls, Part::Coordinates, Part::Rates];
@@ -187,8 +191,7 @@ impl GradientCheck<'_> {
             rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
-        let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.scale()));
-        rows.iter_mut().for_each(|row| row.judge(1e-3 * largest, self.tolerance));
+        judge_among(&mut rows, LITTLE_BESIDE, self.tolerance);
         let key = |row: &DirectionReport| (row.verdict != Verdict::Right, row.error());
         rows.sort_by(|a, b| key(b).0.cmp(&key(a).0).then(b.error().total_cmp(&a.error())));
         rows.truncate(MOST_LISTED);
@@ -215,6 +218,12 @@ impl GradientCheck<'_> {
         }
         report
     }
+}
+
+/// Judges again, with errors relative to at least this part of the largest.
+fn judge_among(rows: &mut [DirectionReport], part: f64, tolerance: f64) {
+    let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.scale()));
+    rows.iter_mut().for_each(|row| row.judge(part * largest, tolerance));
 }
 
 /// What J (0) or an output (from 1 on) is called.

@@ -31,21 +31,22 @@ pub(super) fn compare(
         return report;
     }
     let units: Vec<f64> = all.iter().map(|input| unit(inputs, input)).collect();
-    let size = truth.iter().zip(&units).fold(0.0f64, |m, (x, unit)| m.max((x * unit).abs()));
+    let largest = |units: &dyn Fn(usize) -> f64| (0..truth.len()).fold(0.0f64, |m, j| m.max((truth[j] * units(j)).abs()));
+    let (size, plain) = (largest(&|j| units[j]), largest(&|_| 1.0));
     // NaN is infinitely wrong.
     let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-    let within: Vec<f64> = units.iter().map(|unit| tolerance * size / unit).collect();
+    let within: Vec<f64> = units.iter().map(|unit| tolerance * plain.min(size / unit)).collect();
     let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
     report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
-    let relative = (0..truth.len()).map(|j| error(j) * units[j]).fold(0.0, f64::max);
-    report.relative_error = if relative == 0.0 { 0.0 } else { relative / size };
+    let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
+    report.relative_error = (0..truth.len()).map(relative).fold(0.0, f64::max);
     report.wrong_entries = wrong.len();
     report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
     if !wrong.is_empty() {
         let steps = &inputs.grid.steps;
         let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
         report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, steps, (&within, tolerance)));
-        wrong.sort_by(|&a, &b| (error(b) * units[b]).total_cmp(&(error(a) * units[a])));
+        wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
         let entry =
             |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
         report.entries = wrong.iter().take(LISTED).map(entry).collect();
@@ -53,7 +54,7 @@ pub(super) fn compare(
     report
 }
 
-/// What an entry is multiplied by to be compared with the others: design variables are of many kinds, and count by what they are themselves.
+/// What an entry is multiplied by to be compared with the others, too: design variables are of many kinds, and count by what they are themselves.
 fn unit(inputs: &Inputs, input: &Input) -> f64 {
     match input {
         Input::Design(p) if inputs.design[*p] != 0.0 => inputs.design[*p].abs(),
