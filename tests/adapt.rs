@@ -156,6 +156,18 @@ fn what_no_grid_can_be_made_of_is_refused() {
         let controls = nalgebra::DMatrix::zeros(0, grid.nodes());
         assert!(solver.adapt(&Inputs { grid, controls, ..inputs.clone() }, 1e-6).is_err());
     }
+    for node in [0, 1, 3] {
+        let mut scene = Scene::new();
+        let block = scene.body("block", 1.0, 0.1, [0.0; 3]);
+        scene.reading("reading", block.coordinates[0], node, 0.5, 1.0);
+        let system = scene.compile().expect("scene");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+        let adapted = Solver::new(&system, Settings::default()).adapt(&inputs, 1e-6);
+        assert_eq!(adapted.is_ok(), node == 0, "{node}");
+        if let Err(error) = adapted {
+            assert_says(&error, &["`reading`", "steps by tolerance"]);
+        }
+    }
     let error = solver.adapt(&inputs, 1e-40).expect_err("too small");
     assert_says(&error, &["tolerance cannot be met", "t = 0.0 s"]);
     // The solver goes on.

@@ -215,6 +215,14 @@ fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> 
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Parameter { what: "the tolerance".into(), value: tolerance, must_be: "a positive number" });
     }
+    if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node > 0) {
+        let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
+        return Err(Error::Parameter {
+            what,
+            value: node as f64,
+            must_be: "0 for steps by tolerance, which give every time another node; take `Sum::Terminal`, or a grid of your own",
+        });
+    }
     if inputs.grid.stages > 1 {
         let value = inputs.grid.stages as f64;
         return Err(Error::Parameter { what: "`Grid::stages`".into(), value, must_be: "1 for steps by tolerance" });

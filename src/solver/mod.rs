@@ -108,7 +108,8 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid.
+    /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid;
+    /// a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has another number on another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
         self.forget();
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
