@@ -7,7 +7,8 @@ use common::{assert_gradient_is_exact, largest_difference};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Sum, System, simulate,
+    Constraint, Coordinate, Force, ForcePoint, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Sum,
+    System, simulate,
 };
 use nalgebra::{SVector, vector};
 
@@ -133,4 +134,73 @@ fn their_gradient_is_exact() {
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.01));
     inputs.design[0] = 1.0;
     assert_gradient_is_exact("rods in natural coordinates", &system, &inputs);
+}
+
+/// T = ½ v².
+struct Unit;
+
+impl KineticEnergy<1> for Unit {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+
+/// A follower on a cam, x = φ², and one that is held where it is, x = 0.
+struct Follows;
+struct Held;
+
+impl Constraint<2, 1> for Follows {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        vector![q[0] - q[1] * q[1]]
+    }
+}
+
+impl Constraint<2, 1> for Held {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        vector![q[0]]
+    }
+}
+
+/// Q_φ = √(1 + ẋ²) and Q_x = −sin ẋ: neither coordinate has constant derivatives.
+struct Pull;
+
+impl Force<2> for Pull {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, _b: &SVector<S, 0>) -> SVector<S, 2> {
+        vector![-at.v[0].sin(), (at.v[0] * at.v[0] + 1.0).sqrt()]
+    }
+}
+
+/// φ at the end of a motion from φ = 0, with coordinates of groups of their own in one order or the other, placed at φ₀.
+fn turned(joint: impl Constraint<2, 1>, is_turned: bool, placed: f64, with_programs: bool) -> f64 {
+    let mut scene = Scene::new();
+    let names = if is_turned { ["phi", "x"] } else { ["x", "phi"] };
+    let mut q = names.map(|name| scene.coordinates(name, ["value"])[0]);
+    q.iter().zip(["first", "second"]).for_each(|(q, name)| scene.kinetic_energy(name, Unit, [*q], []));
+    if is_turned {
+        q.reverse();
+    }
+    scene.place(q[1], placed);
+    scene.constraint("joint", joint, q, []);
+    scene.force("pull", Pull, q, [], []);
+    scene.cost("end", AngleError, Sum::Terminal, [q[1]], [], [], [0.3.into()]);
+    let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    inputs.start.q_mut().fill(0.0);
+    inputs.start.set_rate(q[1], 1.0);
+    let motion = simulate(&system, &inputs, Settings::default()).expect("a motion");
+    assert!(motion.inserted.is_empty());
+    motion.q[(q[1].index(), 10)]
+}
+
+#[test]
+fn a_slope_that_vanishes_where_a_motion_begins_or_everywhere_makes_no_step_singular() {
+    for (is_turned, placed, with_programs) in
+        [(false, 0.0, true), (false, 1.0, true), (false, 1.0, false), (true, 0.0, false), (true, 1.0, true)]
+    {
+        let cam = turned(Follows, is_turned, placed, with_programs);
+        assert!((cam - turned(Follows, true, 0.0, true)).abs() < 1e-13, "{cam}");
+        // Uniformly accelerated.
+        let free = turned(Held, is_turned, placed, with_programs);
+        assert!((free - 0.22).abs() < 1e-13, "{free}");
+    }
 }

@@ -5,7 +5,10 @@
 //! the ground outwards, which makes them a tree, and a body may own only what joins it to its parent (the ground, for a root). Then the
 //! owned rows of any set of bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
 //! constraint that nobody can own closes a loop: it waits until all bodies of its loop, up to where the two branches
-//! of the tree meet, have been eliminated.
+//! of the tree meet, have been eliminated, and that body too if the constraint touches it: its rows need not be regular without.
+//!
+//! Rows that are as many as the body's coordinates lose their rank somewhere along a motion if their determinant varies (x = l sin φ at φ = π/2, for
+//! a body that has φ alone): nobody owns them.
 //!
 //! An internal constraint, such as the length of a rod given by its two ends, counts as a joint to the ground. Then every body is a root that owns
 //! its internal constraints, and every joint waits for its two bodies only: the multipliers of a chain's joints form a chain of small nodes,
@@ -16,6 +19,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
 
 use super::batch::Batch;
+use super::block::Block;
 use super::constants::Entry;
 use super::element::Element;
 use super::jet::ElementKind;
@@ -55,7 +59,8 @@ pub(super) fn groups(
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
     let joints = joints(elements, &block_of);
     let tree = Tree::new(blocks.len(), &joints);
-    let phi_q = jacobian(batches, m, at);
+    let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
+    let phi_q = [*at, NodeView { q: &moved, ..*at }].map(|at| jacobian(batches, m, &at));
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
@@ -81,7 +86,10 @@ fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
     let constraints = elements.iter().filter(|element| element.kind() == ElementKind::Holonomic);
     let mut joints: Vec<Joint> = constraints
         .map(|constraint| {
-            let blocks: BTreeSet<usize> = constraint.q.iter().map(|&i| block_of[i]).collect();
+            // What Φ never changes with has nothing to do with it.
+            let slopes = constraint.formula.fixed.iter().chain(&constraint.formula.varying);
+            let touched = slopes.filter(|entry| entry.block == Block::PhiQ).map(|entry| constraint.q[entry.col]);
+            let blocks: BTreeSet<usize> = touched.map(|i| block_of[i]).collect();
             Joint { equations: constraint.sigma.clone(), blocks: blocks.into_iter().collect() }
         })
         .collect();
@@ -140,7 +148,7 @@ impl Tree {
         others.eq(self.parent[body]).then_some(body)
     }
 
-    /// The bodies between those a constraint touches and where their branches meet, the meeting point left out.
+    /// The bodies between those a constraint touches and where their branches meet, the meeting point left out unless it is touched.
     fn loop_of(&self, blocks: &[usize]) -> Vec<Branch> {
         let meeting = match blocks {
             [first, others @ ..] if !others.is_empty() => {
@@ -148,7 +156,7 @@ impl Tree {
             }
             _ => None,
         };
-        let end = meeting.map_or(0, |body| self.depth[body]);
+        let end = meeting.map_or(0, |body| self.depth[body] - usize::from(blocks.contains(&body)));
         let branches = blocks.iter().map(|&from| Branch { from, length: self.depth[from] - end });
         branches.filter(|branch| branch.length > 0).collect()
     }
@@ -169,19 +177,21 @@ impl Tree {
     }
 }
 
-/// Whether a body's block stays regular when these equations join those it owns.
-fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Entry>]) -> bool {
+/// Whether a body's block stays regular when these equations join those it owns, with Φ_q at a place and at another one.
+fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Vec<Entry>>; 2]) -> bool {
     let rows: Vec<usize> = owned.iter().chain(more).copied().collect();
     if rows.len() > block.len() {
         return false;
     }
-    let mut matrix = DMatrix::zeros(rows.len(), block.len());
-    for (r, &row) in rows.iter().enumerate() {
-        for e in phi_q[row].iter().filter(|e| block.contains(&e.col)) {
-            matrix[(r, e.col - block.start)] = e.value;
-        }
-        let norm = matrix.row(r).norm();
-        if norm == 0.0 || !norm.is_finite() {
+    let [mut matrix, elsewhere] = phi_q.each_ref().map(|phi_q| restricted(phi_q, &rows, block));
+    if matrix.row_iter().any(|row| row.norm() == 0.0 || !row.norm().is_finite()) {
+        return false;
+    }
+    if rows.len() == block.len() {
+        let [here, there] = [&matrix, &elsewhere].map(|matrix| matrix.determinant());
+        // False for a NaN.
+        let is_constant = (here - there).abs() <= 1e-6 * here.abs();
+        if !is_constant {
             return false;
         }
     }
@@ -189,6 +199,17 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<E
     // Not by singular values: their iteration need not end.
     let pivots = matrix.full_piv_lu().u();
     (0..rows.len()).all(|r| pivots[(r, r)].abs() > 1e-6)
+}
+
+/// Some rows of Φ_q, on the coordinates of a block.
+fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(rows.len(), block.len());
+    for (r, &row) in rows.iter().enumerate() {
+        for e in phi_q[row].iter().filter(|e| block.contains(&e.col)) {
+            matrix[(r, e.col - block.start)] = e.value;
+        }
+    }
+    matrix
 }
 
 /// Φ_q by rows.
