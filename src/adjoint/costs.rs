@@ -92,9 +92,13 @@ impl AdjointSweep {
         let given = self.refinement.given_step(node);
         self.cost_node.evaluate(system, (at, given), weights, &mut self.cost)?;
         self.report.cost_evaluations += self.cost.evaluations;
+        if node == 0 {
+            self.cost.time = 0.0;
+        }
         self.take_cost();
         if !self.cost.is_finite() {
-            return Err(system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given));
+            let missing = self.cost_node.missing.take();
+            return Err(missing.unwrap_or_else(|| system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given)));
         }
         if system.has_control_rates() {
             self.add_control_rates(motion, node.max(1));
@@ -130,13 +134,16 @@ impl AdjointSweep {
 /// What costs may need of a node beside its y and u.
 pub(super) struct CostNode {
     accelerations: Option<Box<Accelerations>>,
+    /// Why v̇ and λ are missing, where a cost may not need them.
+    missing: Option<Error>,
     /// Empty if no cost needs it.
     u_dot: Vec<f64>,
 }
 
 impl CostNode {
     pub(super) fn new(system: &System) -> Self {
-        CostNode { accelerations: None, u_dot: vec![0.0; if system.has_control_rates() { system.k() } else { 0 }] }
+        let u_dot = vec![0.0; if system.has_control_rates() { system.k() } else { 0 }];
+        CostNode { accelerations: None, missing: None, u_dot }
     }
 
     /// Another motion begins.
@@ -157,6 +164,7 @@ impl CostNode {
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
+        self.missing = None;
         let uses = system.use_of_accelerations(weights, &rows.factors);
         if uses > Depends::Never {
             let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
@@ -166,6 +174,7 @@ impl CostNode {
                 }
                 // Whether it matters, the values will tell.
                 accelerations.forget();
+                self.missing = Some(error);
             }
         }
         let here = self.view(at);

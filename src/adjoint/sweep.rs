@@ -211,6 +211,10 @@ impl AdjointSweep {
         if system.formulas().assembly.has_input_derivatives() {
             newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
         }
+        if node == 0 {
+            // When a motion starts is no input: √t may begin at t = 0.
+            self.time = 0.0;
+        }
         if all_finite(&self.u) && all_finite(&self.design) && self.time.is_finite() {
             return Ok(());
         }

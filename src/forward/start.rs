@@ -4,6 +4,7 @@ use super::redundancy;
 use crate::forward::ForwardSweep;
 use crate::forward::rank::{self, Scaled};
 use crate::motion::{column, column_mut};
+use crate::number::all_finite;
 use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, Start, System};
 
@@ -51,6 +52,12 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     forward.stepper.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
+    // K(0) does not show derivatives of forces, which the first step begins with.
+    if !all_finite(&forward.stepper.newton.evaluation.blocks)
+        && let Some(error) = system.find_not_finite(&forward.motion.at(0), 0)
+    {
+        return Err(error);
+    }
     forward.check_compliant(system, 0, settings)?;
     forward.motion.trajectory.computed = 1;
     Ok(())

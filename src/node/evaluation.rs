@@ -181,7 +181,8 @@ impl Evaluation {
         formulas.first(system.batches(), &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
         for ((&position, l_v), force) in system.positions().v.iter().zip(sums.l_v()).zip(sums.force()) {
-            r[position] -= l_v - from.h * force;
+            // Not 0 · Q: forces have no part at h = 0, finite or not.
+            r[position] -= if from.h == 0.0 { *l_v } else { l_v - from.h * force };
         }
         for (&position, phi_dot) in system.positions().sigma.iter().zip(sums.phi_dot()) {
             r[position] -= phi_dot;

@@ -14,7 +14,11 @@ pub(crate) fn sqrt_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T) -> T {
 
 /// xⁿ at x = 0 for n > 0 that is no integer: the derivatives of lower order vanish, those of higher order are infinite.
 pub(crate) fn power_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T, n: f64) -> T {
-    if n > T::NDERIV as f64 { T::zero() } else { x.powi(n as i32) * sqrt_of_zero(x) }
+    if n < 1.0 {
+        return sqrt_of_zero(x);
+    }
+    // Of x², x³, … by numbers beyond all others those vanish exactly: x √x has 0 · ∞ for them.
+    (n.ceil() as i32..=T::NDERIV as i32).map(|k| x.powi(k) * f64::MAX * f64::MAX * f64::MAX).sum()
 }
 
 /// xⁿ for an integer n where xⁿ⁻³, of which num-dual makes it, is beyond the range of numbers.

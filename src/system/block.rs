@@ -118,10 +118,11 @@ impl BlockRun {
     /// Adds its values to K at two lists of slots, (row, column) and (column, row).
     #[inline]
     pub fn scatter(&self, x: &[f64], slots: &[[u32; 2]], h: f64, values: &mut [f64]) {
-        if self.like.block == Block::PhiQq {
+        let [here, there] = self.like.in_tangent(h);
+        // Not 0 · x: at h = 0 derivatives of forces have no part in K, finite or not.
+        if here == 0.0 && there == 0.0 {
             return;
         }
-        let [here, there] = self.like.in_tangent(h);
         if here == there {
             by_fours(x, slots, |x, slots| slots.iter().for_each(|&slot| values[slot as usize] += here * x));
             return;

@@ -198,7 +198,9 @@ impl PlacedElement {
         let mut draw = Draw(1);
         let is_moderate = |x: &f64| *x == 0.0 || (1e-3..1e3).contains(&x.abs());
         let coordinates = self.q.iter().map(|&i| at.q[i].abs());
-        let b: Vec<f64> = self.b.iter().map(|b| b.value(at.design)).collect();
+        // Where |x| has its kink either slope is right.
+        let mut moved = |b: f64, is_bound: bool| if is_bound && b == 0.0 { 0.3 * draw.number() } else { b };
+        let b: Vec<f64> = self.b.iter().map(|b| moved(b.value(at.design), b.bound().is_some())).collect();
         if !b.iter().chain(numbers).all(is_moderate) || coordinates.fold(0.0, f64::max) > 10.0 {
             return true;
         }
@@ -207,7 +209,8 @@ impl PlacedElement {
             let (q, v) = (near(at.q), near(at.v));
             let mut numbers_of = |len: usize| (0..len).map(|_| draw.number()).collect::<Vec<_>>();
             let (sigma, u) = (numbers_of(self.sigma.len()), numbers_of(self.u.len()));
-            let point = OwnPoint { q, v, sigma, u, t: at.t, b: b.clone() };
+            let t = at.t + 0.3 * numbers_of(1)[0];
+            let point = OwnPoint { q, v, sigma, u, t, b: b.clone() };
             let (c, d, e) = (numbers_of(self.q.len()), numbers_of(self.q.len()), numbers_of(self.sigma.len()));
             agree(&self.compare(formula, numbers, &point, &Covector { c: &c, d: &d, e: &e }), 1e-6)
         })

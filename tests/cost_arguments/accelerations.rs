@@ -5,8 +5,8 @@ use crate::common::{assert_says, largest};
 use hamiltonian_adjoint::check::{self, Input};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Grid, Inputs, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start,
-    Sum, System, gradient, simulate,
+    Cost, CostPoint, Force, ForcePoint, Grid, Inputs, KineticEnergy, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene,
+    Scheme, Settings, Solver, Start, Sum, System, gradient, simulate,
 };
 use nalgebra::{DVector, SVector};
 
@@ -292,4 +292,38 @@ fn reactions_that_others_may_take_over_are_refused_and_accelerations_are_not() {
     assert!((one.start.q() - two.start.q()).amax() < 1e-6 * one.start.q().amax());
     of(1, true).expect("a gradient");
     assert_says(&of(2, true).expect_err("a reaction of two hinges"), &["λ", "hinge", "take its force over"]);
+}
+
+/// T = ½ (ẋ² + x² ẏ²), without mass along y where x = 0, and a brake.
+struct Vanishing;
+
+impl KineticEnergy<2> for Vanishing {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, _b: &SVector<S, 0>) -> S {
+        (v[0] * v[0] + q[0] * q[0] * v[1] * v[1]) * 0.5
+    }
+}
+
+struct Brake;
+
+impl Force<2> for Brake {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, _b: &SVector<S, 0>) -> SVector<S, 2> {
+        SVector::from([S::zero(), -at.v[1]])
+    }
+}
+
+#[test]
+fn a_gradient_says_why_they_are_missing_as_the_cost_does() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("bead", ["x", "y"]);
+    scene.kinetic_energy("mass", Vanishing, q, []);
+    scene.force("brake", Brake, q, [], []);
+    scene.cost("looking", Looking, Sum::Trapezoidal, q, [], [], []);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
+    inputs.start = Start::Velocity { q: DVector::from_vec(vec![-0.5, 0.0]), v: DVector::from_vec(vec![1.0, 0.0]) };
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let reason = solver.cost().expect_err("no mass");
+    assert_says(&reason, &["t = 0.5 s", "mass matrix", "bead.y"]);
+    assert_eq!(solver.gradient().map(|gradient| gradient.value).expect_err("no mass"), reason);
 }
