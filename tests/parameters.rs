@@ -181,3 +181,34 @@ fn what_is_wrong_is_named() {
         assert_says(&scene.compile().expect_err("a panic"), &["panicking", "panics"]);
     }
 }
+
+/// 1 + √max(x, 0).
+struct Cut;
+
+impl ParameterFormula<1> for Cut {
+    fn value<S: Scalar>(&self, x: &SVector<S, 1>) -> S {
+        x[0].max(S::zero()).sqrt() + 1.0
+    }
+}
+
+#[test]
+fn products_are_there_where_slopes_of_what_is_cut_off_are_infinite() {
+    let mut scene = Scene::new();
+    let (a, b) = (scene.design("cut off", -0.3), scene.design("factor", 1.2));
+    let mass = scene.parameter("mass", Cut, [a.into()]);
+    let rod = scene.body("rod", mass * b, 0.1, [0.0; 3]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, rod.at(0.0, 0.0), force);
+    scene.cost("end", AngleError, Sum::Terminal, [rod.coordinates[0]], [], [], [0.0.into()]);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.1));
+    inputs.controls.fill(2.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let mut direction = inputs.no_change();
+    direction.design.fill(1.0);
+    let product = solver.hessian_product(&direction).expect("a product").design.clone();
+    // x = u t²/2b, J = ½ x².
+    let expected = 3.0 / 1.2f64.powi(4);
+    assert!(product[0] == 0.0 && (product[1] - expected).abs() < 1e-13, "{product}");
+}

@@ -19,12 +19,15 @@ pub(crate) struct Parameters {
     graph: Graph,
     /// Σ wⱼ ∂zⱼ/∂b of the expressions z, with w as further inputs.
     pulled_back: (Graph, Vec<Node>),
+    /// What z changes by along a direction of b, then what that sum does along one of b and w, with the directions as further inputs.
+    along: (Graph, Vec<Node>),
 }
 
 impl Parameters {
     /// For a scene with so many design variables and such a graph of expressions, of which none is used yet.
     pub(super) fn new(designs: usize, graph: Graph) -> Self {
-        Parameters { designs, nodes: Vec::new(), places: HashMap::new(), graph, pulled_back: Default::default() }
+        let (nodes, places) = (Vec::new(), HashMap::new());
+        Parameters { designs, nodes, places, graph, pulled_back: Default::default(), along: Default::default() }
     }
 
     /// The same parameter by its place among the values.
@@ -45,7 +48,10 @@ impl Parameters {
         let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
         let inputs: Vec<Node> = (0..self.designs).map(|p| graph.input(p)).collect();
         let nodes = if self.nodes.is_empty() { Vec::new() } else { graph.reverse(&weighted, &inputs) };
-        self.pulled_back = (graph, nodes);
+        let (mut further, len) = (graph.clone(), self.len());
+        let directions: Vec<_> = (0..len).map(|i| (further.input(i), further.input(len + i))).collect();
+        let changes = further.forward(&[&self.nodes[..], &nodes].concat(), &directions);
+        (self.pulled_back, self.along) = ((graph, nodes), (further, changes));
     }
 
     /// The number of values.
@@ -72,7 +78,7 @@ impl Parameters {
     }
 
     /// (∂z/∂b)ᵀ w at b.
-    pub(crate) fn pull_back<S: Scalar>(&self, design: &[S], w: &[S], gradient: &mut [S]) {
+    pub(crate) fn pull_back(&self, design: &[f64], w: &[f64], gradient: &mut [f64]) {
         gradient.copy_from_slice(&w[..self.designs]);
         let (graph, nodes) = &self.pulled_back;
         if nodes.is_empty() {
@@ -80,6 +86,24 @@ impl Parameters {
         }
         let all = graph.evaluate(&[], &[design, &w[self.designs..]].concat());
         gradient.iter_mut().zip(nodes).for_each(|(sum, node)| *sum += all[node.index()]);
+    }
+
+    // Not by dual numbers, which have 0 · ∞ for √max(b, 0) where b < 0.
+
+    /// What z(b) changes by along a direction of b.
+    pub(crate) fn along(&self, design: &[f64], direction: &[f64]) -> Vec<f64> {
+        let zeros = vec![0.0; self.nodes.len()];
+        let (graph, nodes) = &self.along;
+        let all = graph.evaluate(&[], &[design, &zeros, direction, &zeros].concat());
+        direction.iter().copied().chain(nodes[..self.nodes.len()].iter().map(|node| all[node.index()])).collect()
+    }
+
+    /// What (∂z/∂b)ᵀ w changes by along a direction of b and w.
+    pub(crate) fn pull_back_along(&self, [design, w]: [&[f64]; 2], [direction, w_dot]: [&[f64]; 2], gradient: &mut [f64]) {
+        gradient.copy_from_slice(&w_dot[..self.designs]);
+        let (graph, nodes) = &self.along;
+        let all = graph.evaluate(&[], &[design, &w[self.designs..], direction, &w_dot[self.designs..]].concat());
+        gradient.iter_mut().zip(&nodes[self.nodes.len()..]).for_each(|(sum, node)| *sum += all[node.index()]);
     }
 
     /// The name of a value, from those of the design variables.

@@ -1,8 +1,8 @@
 //! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
 
+use super::SecondOrderSweep;
 use super::forward::along_start;
 use super::kept::Place;
-use super::{SecondOrderSweep, dual};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::Motion;
 use crate::node::Newton;
@@ -160,9 +160,8 @@ impl SecondOrderSweep {
 
     /// From the values z(b) of the parameters to b: the change of (∂z/∂b)ᵀ w.
     fn parameter_rows(&mut self, system: &System, motion: &Motion, first: &AdjointSweep) {
-        let design = dual(motion.inputs.design.as_slice(), self.change.inputs.design.as_slice());
-        let mut gradient = design.clone();
-        system.parameters().pull_back(&design, &dual(&first.design, &self.sweep.design), &mut gradient);
-        self.sweep.gradient.design.iter_mut().zip(&gradient).for_each(|(sum, row)| *sum = row.eps);
+        let [of, along] = [&motion.inputs.design, &self.change.inputs.design].map(|design| design.as_slice());
+        let AdjointSweep { design, gradient, .. } = &mut self.sweep;
+        system.parameters().pull_back_along([of, &first.design], [along, design], gradient.design.as_mut_slice());
     }
 }

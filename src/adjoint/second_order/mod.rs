@@ -155,10 +155,7 @@ impl SecondOrderSweep {
     fn begin(&mut self, system: &System, motion: &Motion, newton: &mut Newton, direction: &Inputs) -> Result<(), Error> {
         let change = &mut self.change;
         change.inputs = motion.refinement().refine(direction);
-        let design = dual(motion.inputs.design.as_slice(), direction.design.as_slice());
-        let values = system.parameters().values(&design);
-        change.design.clear();
-        change.design.extend(values.iter().map(|z| z.eps));
+        change.design = system.parameters().along(motion.inputs.design.as_slice(), direction.design.as_slice());
         let (nodes, scheme) = (motion.trajectory.times.len(), motion.trajectory.scheme);
         if change.trajectory.times.len() != nodes || change.trajectory.scheme != scheme {
             change.trajectory = Trajectory::zeros(system, nodes, scheme);
