@@ -6,7 +6,7 @@ use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Constraint, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene,
-    Settings, Sum, System, simulate,
+    Settings, Sum, System, gradient, simulate,
 };
 use nalgebra::SVector;
 
@@ -210,7 +210,7 @@ impl Formula for SingularCost {
 fn a_cost_that_is_not_finite_is_blamed_instead_of_handed_on() {
     let system = sled(1.0, |scene, x| scene.cost("effort", Own(SingularCost), Sum::Rectangle, [x], [], [], []));
     let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
-    let error = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
+    let error = gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
     assert_blames(&error, "`effort`", 5);
 }
 
@@ -230,7 +230,7 @@ fn a_constant_alone_is_not_blamed_for_what_it_multiplies() {
         scene.cost("effort", Weighted, Sum::Rectangle, [x], [], [], [weight.into()]);
     });
     let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
-    let error = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
+    let error = gradient(&system, &inputs, Settings::default()).expect_err("a bad cost");
     assert_says(&error, &["`effort`", "`sled.x` = -0.3", "`weight` = 1.1"]);
 }
 
@@ -246,7 +246,7 @@ impl Formula for SingularAtTheEnd {
 fn a_cost_that_is_infinite_where_it_does_not_count_does_no_harm() {
     let system = sled(1.0, |scene, x| scene.cost("effort", Own(SingularAtTheEnd), Sum::Rectangle, [x], [], [], []));
     let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
-    let gradient = hamiltonian_adjoint::gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let gradient = gradient(&system, &inputs, Settings::default()).expect("gradient");
     assert!((gradient.value - (1.0 / 4.0 + 1.0 / 3.0 + 1.0 / 2.0 + 1.0)).abs() < 1e-14);
 }
 
@@ -281,4 +281,79 @@ fn a_constraint_on_no_coordinates_is_reported_as_violated() {
     let error = failure(&sled(1.0, |scene, _| _ = scene.constraint("impossible", Impossible, [], [])));
     let Error::ContradictoryConstraints { equations, .. } = &error else { panic!("{error:?}") };
     assert_eq!(equations, &["`impossible`"]);
+}
+
+/// ln q, whose derivative 1/q is a number for q < 0 too.
+struct Logarithm;
+impl Formula for Logarithm {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q.ln()
+    }
+}
+
+#[test]
+fn a_potential_that_is_not_defined_is_blamed_though_its_force_is() {
+    for (start, with_programs) in [(-1.0, true), (-1.0, false), (0.5, true)] {
+        let mut scene = Scene::new();
+        let [x] = scene.coordinates("sled", ["x"]);
+        scene.kinetic_energy("mass", Mass, [x], [1.0.into()]);
+        scene.potential_energy("pit", Own(Logarithm), [x], []);
+        let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+        inputs.start.set_coordinate(x, start);
+        let Error::Model { element, arguments, node, .. } =
+            simulate(&system, &inputs, Settings::default()).expect_err("ln of a negative number").error
+        else {
+            panic!("an undefined energy")
+        };
+        assert!(element == "`pit`" && arguments.starts_with("`sled.x` = -"), "{element}: {arguments}");
+        assert_eq!(node == 0, start < 0.0);
+    }
+}
+
+/// Q = (√(q₀ − 1), 0).
+struct OfTheFirst;
+impl Force<2> for OfTheFirst {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, _b: &SVector<S, 0>) -> SVector<S, 2> {
+        SVector::from([(at.q[0] - 1.0).sqrt(), S::zero()])
+    }
+}
+
+#[test]
+fn what_a_formula_does_not_depend_on_is_not_blamed() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x", "y"]);
+    q.iter().zip(["mass", "other mass"]).for_each(|(q, name)| scene.kinetic_energy(name, Mass, [*q], [1.0.into()]));
+    scene.force("root", OfTheFirst, q, [], []);
+    let error = failure(&scene.compile().expect("scene"));
+    let Error::Model { arguments, .. } = &error else { panic!("{error}") };
+    assert_eq!(arguments, "`sled.x` = 0.0");
+}
+
+/// Q = √u.
+struct RootOfControl;
+impl Force<1, 1> for RootOfControl {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([at.u[0].sqrt()])
+    }
+}
+
+/// v̇.
+struct Acceleration;
+impl Cost<1> for Acceleration {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.v_dot[0]
+    }
+}
+
+#[test]
+fn an_infinite_slope_that_a_cost_on_accelerations_meets_is_that_of_the_force() {
+    let system = sled(1.0, |scene, x| {
+        let u = scene.control("valve");
+        scene.force("jet", RootOfControl, [x], [u], []);
+        scene.cost("felt", Acceleration, Sum::Terminal, [x], [], [], []);
+    });
+    let inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.1));
+    let error = gradient(&system, &inputs, Settings::default()).expect_err("an infinite slope");
+    assert_says(&error, &["`jet`", "`valve` = 0.0", "node 3"]);
 }

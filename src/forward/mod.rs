@@ -133,6 +133,7 @@ impl ForwardSweep {
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
         self.stepper.newton.evaluation.set_compliance(&[]);
         start::solve(self, system, settings)?;
+        self.check_energies(system, 0)?;
         restart::keep_end(self, 0);
         Ok(())
     }
@@ -167,6 +168,7 @@ impl ForwardSweep {
                 }
             }
             self.motion.keep(node);
+            self.check_energies(system, node)?;
             self.check_compliant(system, node, settings)?;
             self.watch_turns(system, node);
             restart::apply(self, system, node, settings)?;
@@ -310,6 +312,11 @@ impl ForwardSweep {
         let given = Given { u, t: self.motion.trajectory.times[0], design };
         let (v, sigma) = (column(&self.motion.trajectory.v, 0), column(&self.motion.trajectory.sigma, 0));
         self.stepper.newton.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)
+    }
+
+    /// Refuses a node where an energy is not defined, though its derivatives are.
+    fn check_energies(&self, system: &System, node: usize) -> Result<(), Error> {
+        system.find_undefined_energy(&self.motion.at(node), self.motion.given_step(node)).map_or(Ok(()), Err)
     }
 
     /// Dependent constraints that cannot be satisfied together pull their compliances apart.

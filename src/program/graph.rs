@@ -97,6 +97,17 @@ impl Graph {
         self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
     }
 
+    /// Whether any of these may be undefined where its derivatives by inputs are not: logarithms, and what is made of parameters alone.
+    pub(crate) fn is_partly_defined(&self, nodes: &[Node]) -> bool {
+        let is_partial = |node| match self.expression(node) {
+            Expression::Of(Function::Ln | Function::Ln1p, _) => true,
+            Expression::Of(Function::Sqrt | Function::Asin | Function::Acos | Function::Reciprocal, x) => self.is_fixed(x),
+            Expression::Power(x, _) => self.is_fixed(x),
+            _ => false,
+        };
+        self.reachable(nodes.iter().copied()).into_iter().any(is_partial)
+    }
+
     /// The inputs that a node depends on.
     pub(crate) fn inputs_of(&self, node: Node) -> Vec<usize> {
         let nodes = self.reachable([node]);

@@ -42,6 +42,8 @@ impl System {
         costs.iter_mut().for_each(|costs| costs.prepare(&at, without_programs, &mut fixed));
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
+        let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
+        let partly_defined = partly_defined.map(|element| (element.batch, element.item)).collect();
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
         let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
@@ -74,6 +76,7 @@ impl System {
             positions,
             sines,
             loop_equations,
+            partly_defined,
             names,
             initial,
             design,

@@ -85,6 +85,8 @@ pub struct Formula {
     /// A constraint that is a sum of q_i, sin q_i, cos q_i.
     pub sinusoidal: bool,
     pub timed: bool,
+    /// An energy that may be undefined where its derivatives are not, as ln q for q < 0.
+    pub partly_defined: bool,
     /// Second derivatives that vary along a motion, and those that do not.
     pub varying: Vec<BlockEntry>,
     pub fixed: Vec<BlockEntry>,
@@ -103,6 +105,7 @@ impl Formula {
             piecewise: false,
             sinusoidal: false,
             timed: true,
+            partly_defined: is_energy(kind),
             varying: BlockEntry::all(kind, shape.n, shape.m),
             fixed: Vec::new(),
             kernels: None,
@@ -120,6 +123,7 @@ impl Formula {
         let derivatives = Derivatives::new(&mut graph, kind, shape, &values);
         let depends = template.depends(shape.sigma());
         let (timed, parameters) = (depends[shape.t()], template.parameters);
+        let partly_defined = is_energy(kind) && graph.is_partly_defined(&values);
         let is_control = |i: usize| (shape.u()..shape.t()).contains(&i);
         let controls = derivatives.by_controls(&mut graph, shape, &values);
         let linear_in_controls = controls.iter().all(|slope| graph.is_fixed(*slope));
@@ -163,6 +167,7 @@ impl Formula {
             piecewise,
             sinusoidal,
             timed,
+            partly_defined,
             varying: entries(varying),
             fixed: entries(fixed),
             kernels: Some(kernels),
@@ -178,6 +183,10 @@ impl Formula {
     pub fn is_varying(&self) -> bool {
         !self.constant && !self.sinusoidal
     }
+}
+
+fn is_energy(kind: ElementKind) -> bool {
+    matches!(kind, ElementKind::Kinetic | ElementKind::Potential)
 }
 
 /// Whether it is a sum of fixed numbers and of fixed multiples of inputs and of sines and cosines of ±x + fixed, x one input.

@@ -120,8 +120,8 @@ impl PlacedElement {
     /// All arguments that the formula depends on, as far as is known.
     pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
         let shape = self.formula.shape();
-        let depends =
-            self.record(at).map_or_else(|_| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
+        let template = self.record(at).ok().or_else(|| self.record_branch(at));
+        let depends = template.map_or_else(|| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
         let argument = |which: usize| match shape.place(which) {
             Place::Q(i) => Argument::Coordinate(self.q[i]),
             Place::V(i) => Argument::Velocity(self.q[i]),
@@ -162,6 +162,9 @@ impl PlacedElement {
             arguments.push(if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) });
         }
         let mut is_fine = arguments.is_empty();
+        // A column of what the formula does not depend on is 0 · NaN.
+        let known = if is_fine { Vec::new() } else { self.arguments(at) };
+        arguments.retain(|argument| known.contains(argument));
         OnNumbers::<f64>::first(&*self.formula, &|slot| self.read(at, slot), &mut |_, x| is_fine &= x.is_finite());
         if arguments.is_empty() {
             arguments = self.arguments(at);

@@ -104,6 +104,8 @@ pub struct System {
     positions: Positions,
     sines: Sines,
     loop_equations: Vec<usize>,
+    /// The energies that may be undefined where their derivatives are not, by batch and item.
+    partly_defined: Vec<(usize, usize)>,
     names: Names,
     initial: Vec<f64>,
     design: Vec<f64>,
@@ -344,18 +346,25 @@ impl System {
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows));
-        suspect.unwrap_or(Suspect { element: "the cost", arguments: Vec::new() }).explain(
-            (&self.names, &self.parameters),
-            at,
-            node,
-        )
+        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
+        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)).map(explain);
+        // Accelerations have the derivatives of forces.
+        let of_element = || self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
+        suspect.or_else(of_element).unwrap_or_else(|| explain(Suspect { element: "the cost", arguments: Vec::new() }))
     }
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let suspect = self.placed().find_map(|item| Suspect::new(&item.name, vec![item.find_bad_input(at)?]))?;
         Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
+    }
+
+    /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
+    pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
+        let mut items = self.partly_defined.iter().map(|&(batch, item)| &self.batches[batch].items[item]);
+        let undefined = items.find(|item| !item.energy(at).is_finite())?;
+        let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
+        Some(suspect.explain((&self.names, &self.parameters), at, node))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
