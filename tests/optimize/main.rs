@@ -1,6 +1,7 @@
 //! Optimisation: problems with known solutions, the swing-up, the chain rule of what is free, and what goes wrong.
 #[path = "../common/mod.rs"]
 mod common;
+mod degenerate;
 mod ends;
 mod shooting;
 

@@ -19,7 +19,7 @@ use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use barrier::Barrier;
-use step::{Model, Projection, Step};
+use step::{Model, Projection, Step, product};
 
 /// μ becomes this share of itself where its problem is solved to ten times μ …
 const LESS: f64 = 0.2;
@@ -34,6 +34,8 @@ const ACCEPTED: f64 = 1e-8;
 const LEAST: f64 = 1e-13;
 /// A violation that moves by less than this, and whose derivatives along all ways that are open are below it, does not get smaller.
 const STUCK: f64 = 1e-9;
+/// So many steps of which nothing was foreseen but rounding, and no constraint to come closer, are the last.
+const MOST_IDLE: usize = 10;
 /// Differences of φ below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
 /// The share of the terms of a gradient that may be rounding.
@@ -55,6 +57,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     let mut history = vec![method.iterate(&counted, 0.0)];
     let first = history[0].stationarity;
     let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
+    let mut idle = 0;
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &method.y.as_slice()[..counted.bounds.len()]).is_break() {
@@ -81,13 +84,21 @@ pub fn interior_point<P: Problem + ?Sized>(
             break Reason::Iterations;
         }
         method.lower_barrier(asked.max(f64::MIN_POSITIVE));
-        let Some(length) = method.advance(&mut counted, &mut radius)? else {
-            break match feasible {
+        let step = if idle < MOST_IDLE { method.advance(&mut counted, &mut radius)? } else { None };
+        let Some((length, is_idle)) = step else {
+            // Multipliers are those of a smaller barrier meanwhile.
+            let rounding = method.rounding(&mut counted)?;
+            let now = method.iterate(&counted, last.step);
+            history.pop();
+            history.push(now);
+            let small = if method.barrier.mu <= asked { asked.max(rounding) } else { rounding };
+            break match now.violation <= options.violation {
                 false => Reason::Infeasible,
-                true if last.stationarity <= method.rounding(&mut counted)? => Reason::Stationary,
+                true if now.stationarity <= small => Reason::Stationary,
                 true => Reason::NoLowerValue,
             };
         };
+        idle = if is_idle { idle + 1 } else { 0 };
         history.push(method.iterate(&counted, length));
     };
     let (n, multipliers) = (counted.bounds.len(), method.all_multipliers(&counted));
@@ -263,13 +274,18 @@ impl Method {
         value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
     }
 
-    /// Steps within smaller and smaller radii until one is taken; its largest change, or none if there is none.
-    fn advance<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, radius: &mut f64) -> Result<Option<f64>, Error> {
+    /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
+    fn advance<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut Counted<P>,
+        radius: &mut f64,
+    ) -> Result<Option<(f64, bool)>, Error> {
         let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
         let least = self.multipliers.norm();
-        if self.penalty < 1.1 * least || self.penalty > 10.0 * least {
+        // Without forces any penalty will do, but for none.
+        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
             self.penalty = 2.0 * least;
         }
         let (y, c) = (self.y.clone(), self.c.clone());
@@ -286,7 +302,8 @@ impl Method {
                     _ if ratio >= 0.3 => radius.max(2.0 * step.length),
                     _ => *radius,
                 };
-                return self.take(problem, next).map(Some);
+                let is_idle = foreseen <= ROUNDING * here.abs() && step.closer <= STUCK * self.c.norm();
+                return self.take(problem, next).map(|length| Some((length, is_idle)));
             }
             let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
             *radius = shorter * step.length.min(*radius);
@@ -342,7 +359,12 @@ impl Method {
     fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
         let fallen = here - self.merit(to.value, &to.y, &to.c);
         let rounding = ROUNDING * here.abs();
-        if foreseen <= rounding && fallen.abs() <= rounding { 1.0 } else { fallen / foreseen }
+        match foreseen <= rounding {
+            true if fallen.abs() <= rounding => 1.0,
+            // Down is not where it was foreseen to go up.
+            _ if foreseen <= 0.0 => f64::NEG_INFINITY,
+            _ => fallen / foreseen,
+        }
     }
 
     /// Goes there.
@@ -363,19 +385,4 @@ struct Trial {
     y: DVector<f64>,
     value: f64,
     c: DVector<f64>,
-}
-
-/// D (H + Σ) D p.
-fn product<P: Problem + ?Sized>(
-    problem: &mut Counted<P>,
-    p: &DVector<f64>,
-    scales: &DVector<f64>,
-    curvature: &[f64],
-) -> Result<DVector<f64>, Error> {
-    let (n, d) = (problem.bounds.len(), p.component_mul(scales));
-    let mut result = DVector::zeros(d.len());
-    problem.product(&d.as_slice()[..n], &mut result.as_mut_slice()[..n])?;
-    let terms = result.iter_mut().zip(&d).zip(curvature.iter().zip(scales));
-    terms.for_each(|((x, d), (curvature, scale))| *x = (*x + curvature * d) * scale);
-    Ok(result)
 }

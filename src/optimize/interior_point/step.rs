@@ -9,6 +9,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::super::Problem;
+use super::super::outcome::Counted;
 use super::barrier::Barrier;
 use crate::Error;
 
@@ -16,10 +18,19 @@ use crate::Error;
 const OF_NORMAL: f64 = 0.75;
 /// How exact conjugate gradients are at least.
 const TOLERANCE: f64 = 0.1;
+/// What keeps rows of length 1 that say the same apart, and the square of the distance below which they do.
+const REGULAR: f64 = 1e-13;
+const SAME: f64 = 1e-11;
+/// The share of a gradient below which what constraints leave of it is rounding.
+const ROUNDED: f64 = 1e-12;
+/// The share of a violation that no change takes back where constraints contradict each other.
+const CONTRADICTS: f64 = 1e-6;
 
-/// The constraints' Jacobian in scaled variables, and the factors of Â Âᵀ.
+/// The constraints' Jacobian in scaled variables, and the factors of Â Âᵀ with rows of length 1.
 pub(super) struct Projection {
     pub(super) a: DMatrix<f64>,
+    /// One over the lengths of the rows.
+    inverse: DVector<f64>,
     factors: Option<Cholesky<f64, Dyn>>,
 }
 
@@ -27,16 +38,30 @@ impl Projection {
     pub(super) fn new(jacobian: &DMatrix<f64>, scales: &[f64]) -> Self {
         let mut a = jacobian.clone();
         a.column_iter_mut().zip(scales).for_each(|(mut column, scale)| column *= *scale);
-        let mut square = &a * a.transpose();
-        let most = square.diagonal().amax();
+        let inverse = |length: f64| if length > 0.0 { 1.0 / length } else { 0.0 };
+        let inverse = DVector::from_iterator(a.nrows(), a.row_iter().map(|row| inverse(row.norm())));
+        let mut rows = a.clone();
+        rows.column_iter_mut().for_each(|mut column| column.component_mul_assign(&inverse));
+        let mut square = &rows * rows.transpose();
         // What no variable can change stays.
-        (0..square.nrows()).for_each(|j| square[(j, j)] += if square[(j, j)] > 0.0 { 1e-13 * most } else { 1.0 });
-        Projection { factors: if a.nrows() > 0 { square.cholesky() } else { None }, a }
+        (0..square.nrows()).for_each(|j| square[(j, j)] += if inverse[j] > 0.0 { REGULAR } else { 1.0 });
+        Projection { factors: if a.nrows() > 0 { square.cholesky() } else { None }, a, inverse }
+    }
+
+    /// How many rows say something of their own.
+    fn rank(&self) -> usize {
+        let own = |factors: &Cholesky<f64, Dyn>| {
+            let distances = factors.l_dirty().diagonal().map(|x| x * x);
+            distances.iter().zip(&self.inverse).filter(|(square, of)| **square > SAME && **of > 0.0).count()
+        };
+        self.factors.as_ref().map_or(0, own)
     }
 
     /// (Â Âᵀ)⁻¹ r.
     fn solve(&self, r: &DVector<f64>) -> DVector<f64> {
-        self.factors.as_ref().map_or_else(|| DVector::zeros(r.len()), |factors| factors.solve(r))
+        let solved =
+            |factors: &Cholesky<f64, Dyn>| factors.solve(&r.component_mul(&self.inverse)).component_mul(&self.inverse);
+        self.factors.as_ref().map_or_else(|| DVector::zeros(r.len()), solved)
     }
 
     /// The multipliers w for which ĝ + Âᵀw is least.
@@ -44,9 +69,29 @@ impl Projection {
         -self.solve(&(&self.a * gradient))
     }
 
-    /// The least change that makes C + Â n vanish.
+    /// The least change that makes C + Â n vanish, or least where constraints contradict each other.
     pub(super) fn least_change(&self, c: &DVector<f64>) -> DVector<f64> {
-        -self.a.tr_mul(&self.solve(c))
+        let change = -self.a.tr_mul(&self.solve(c));
+        let left = c + &self.a * &change;
+        if left.norm() <= CONTRADICTS * c.norm() { change } else { self.balanced(change, left) }
+    }
+
+    /// A change after which ‖C + Â n‖ itself is least, each constraint counting by its violation, from one that leaves so much: by conjugate gradients.
+    fn balanced(&self, mut change: DVector<f64>, mut left: DVector<f64>) -> DVector<f64> {
+        let mut slope = self.a.tr_mul(&left);
+        let (mut d, end) = (-&slope, ROUNDED * self.a.norm() * left.norm());
+        for _ in 0..=self.a.nrows() {
+            let (of_d, square) = (&self.a * &d, slope.norm_squared());
+            if square.sqrt() <= end || of_d.amax() == 0.0 {
+                break;
+            }
+            let alpha = square / of_d.norm_squared();
+            change += &d * alpha;
+            left += of_d * alpha;
+            slope = self.a.tr_mul(&left);
+            d = d * (slope.norm_squared() / square) - &slope;
+        }
+        change
     }
 
     /// r without its part along the rows of Â; twice, for rounding.
@@ -58,6 +103,21 @@ impl Projection {
 
 /// Ĥ times a direction.
 pub(super) type Product<'a> = &'a mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>;
+
+/// D (H + Σ) D p.
+pub(super) fn product<P: Problem + ?Sized>(
+    problem: &mut Counted<P>,
+    p: &DVector<f64>,
+    scales: &DVector<f64>,
+    curvature: &[f64],
+) -> Result<DVector<f64>, Error> {
+    let (n, d) = (problem.bounds.len(), p.component_mul(scales));
+    let mut result = DVector::zeros(d.len());
+    problem.product(&d.as_slice()[..n], &mut result.as_mut_slice()[..n])?;
+    let terms = result.iter_mut().zip(&d).zip(curvature.iter().zip(scales));
+    terms.for_each(|((x, d), (curvature, scale))| *x = (*x + curvature * d) * scale);
+    Ok(result)
+}
 
 /// A step in scaled variables.
 pub(super) struct Step {
@@ -129,10 +189,15 @@ impl Model<'_> {
         if self.c.amax() == 0.0 {
             return DVector::zeros(a.ncols());
         }
-        let newton = self.projection.least_change(self.c);
+        let mut newton = self.projection.least_change(self.c);
         let slope = a.tr_mul(self.c);
         let ahead = (a * &slope).norm_squared();
         let cauchy = if ahead > 0.0 { &slope * -(slope.norm_squared() / ahead) } else { slope };
+        // Rounding may spoil the first where rows are nearly the same.
+        let left = |n: &DVector<f64>| (self.c + a * n).norm();
+        if left(&newton) > left(&cauchy) {
+            newton.copy_from(&cauchy);
+        }
         let (to_newton, to_cauchy) = (newton.norm(), cauchy.norm());
         let n = if to_newton <= radius {
             newton
@@ -165,10 +230,10 @@ impl Model<'_> {
         let mut v = self.projection.project(&r);
         let mut d = -&v;
         let mut rv = r.dot(&v);
-        let end = rv * TOLERANCE.min(rv.sqrt()).powi(2);
+        let end = (rv * TOLERANCE.min(rv.sqrt()).powi(2)).max(ROUNDED * ROUNDED * r.norm_squared());
         // The last point that keeps away from bounds, and where it went from there.
         let mut inside: Option<[DVector<f64>; 4]> = None;
-        for _ in 0..(n.len() + 1).saturating_sub(self.c.len()) {
+        for _ in 0..(n.len() + 1).saturating_sub(self.projection.rank()) {
             if rv <= end || rv <= 0.0 {
                 break;
             }

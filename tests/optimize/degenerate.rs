@@ -1,0 +1,140 @@
+//! Constraints of any size, that say the same, that leave nothing free, or that contradict each other.
+
+use super::{Function, Given};
+use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::optimize::{Interval, Options, Outcome, Problem, Reason, interior_point, silent};
+
+fn solve(problem: &mut impl Problem, start: &[f64]) -> Outcome {
+    interior_point(problem, start, &Options { iterations: 200, ..Options::default() }, &mut silent).expect("fits")
+}
+
+fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
+    let far = found.iter().zip(expected).any(|(x, of)| (x - of).abs() > tolerance * of.abs().max(1.0));
+    assert!(!far && found.len() == expected.len(), "{found:?} is not {expected:?}");
+}
+
+/// ½ ‖x‖², with the first constraint in hundred thousandths and the second in hundred thousands of what it is.
+fn sizes(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    (c[0], c[1]) = (1e-5 * (x[0] + x[1] - 2.0), 1e5 * (x[1] - x[2] - 1.0));
+    g.copy_from_slice(&[x, &[1e-5, 1e-5, 0.0, 0.0, 1e5, -1e5]].concat());
+    0.5 * x.iter().map(|x| x * x).sum::<f64>()
+}
+
+#[test]
+fn constraints_of_any_size_count_alike() {
+    for least in [f64::NEG_INFINITY, 0.0] {
+        // x + y ≤ 2 does not hold anything; x + y = 2 does, with y − z ≥ 1.
+        let sum = if least == 0.0 { Interval::ZERO } else { Interval::at_most(0.0) };
+        let mut problem = Given::new(sizes, vec![Interval::FREE; 3], vec![sum, Interval::at_least(0.0)]);
+        let outcome = solve(&mut problem, &[3.0, -1.0, 4.0]);
+        assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+        let expected = if least == 0.0 { [1.0, 1.0, 0.0] } else { [0.0, 0.5, -0.5] };
+        assert_near(&outcome.x, &expected, 1e-4);
+    }
+}
+
+#[test]
+fn constraints_that_say_the_same_leave_as_much_free_as_one() {
+    // The point of x + y + z = 3 that is nearest to (4, 0, 2), asked for four times.
+    let again: Function = |x, c, g| {
+        let sum = x.iter().sum::<f64>() - 3.0;
+        c.iter_mut().enumerate().for_each(|(j, c)| *c = (1.0 + j as f64) * sum);
+        let apart = [x[0] - 4.0, x[1], x[2] - 2.0];
+        g[..3].copy_from_slice(&apart);
+        (0..4).for_each(|j| g[3 * (j + 1)..][..3].fill(1.0 + j as f64));
+        0.5 * apart.iter().map(|x| x * x).sum::<f64>()
+    };
+    let outcome = solve(&mut Given::new(again, vec![Interval::FREE; 3], vec![Interval::ZERO; 4]), &[0.0; 3]);
+    assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+    assert_near(&outcome.x, &[3.0, -1.0, 1.0], 1e-7);
+    let pull: f64 = outcome.multipliers.iter().enumerate().map(|(j, w)| (1.0 + j as f64) * w).sum();
+    assert!((pull - 1.0).abs() < 1e-7, "{:?}", outcome.multipliers);
+}
+
+#[test]
+fn where_constraints_leave_nothing_free_their_point_is_the_minimum() {
+    let point: Function = |x, c, g| {
+        (c[0], c[1]) = (0.2 * x[0] - 0.2 * x[1] - 0.1, 0.05 * x[0] + 0.3 * x[1]);
+        g.copy_from_slice(&[x[0] + 0.9, x[1] - 0.5, 0.2, -0.2, 0.05, 0.3]);
+        0.5 * (x[0] + 0.9).powi(2) + 0.5 * (x[1] - 0.5).powi(2)
+    };
+    let bounds = vec![Interval::FREE, Interval::new(-1.2, 1.3)];
+    for start in [[3.0 / 7.0, -0.5 / 7.0], [3.0, 1.0]] {
+        let outcome = solve(&mut Given::new(point, bounds.clone(), vec![Interval::ZERO; 2]), &start);
+        assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+        assert_near(&outcome.x, &[3.0 / 7.0, -0.5 / 7.0], 1e-8);
+        // 0 = ∇f + Jᵀw, not that with a barrier.
+        let [v, w] = [outcome.multipliers[0], outcome.multipliers[1]];
+        let [x, y] = [outcome.x[0], outcome.x[1]];
+        assert_near(&[0.2 * v + 0.05 * w, -0.2 * v + 0.3 * w], &[-0.9 - x, 0.5 - y], 1e-6);
+    }
+}
+
+#[test]
+fn constraints_alone_are_solved_from_afar() {
+    // Newton's method alone goes farther and farther away.
+    let bend: Function = |x, c, g| {
+        c[0] = x[0].atan();
+        g.copy_from_slice(&[0.0, 1.0 / (1.0 + x[0] * x[0])]);
+        0.0
+    };
+    let outcome = solve(&mut Given::new(bend, vec![Interval::FREE], vec![Interval::ZERO]), &[3.0]);
+    assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+    assert!(outcome.x[0].abs() < 1e-8, "{outcome:?}");
+}
+
+/// A problem whose gradients are differences.
+struct Differences(Given);
+
+impl Differences {
+    fn weighted(&mut self, x: &[f64], f: f64, c: &[f64]) -> f64 {
+        let mut values = vec![0.0; c.len()];
+        f * self.0.evaluate(x, &mut values).expect("a value") + values.iter().zip(c).map(|(c, w)| c * w).sum::<f64>()
+    }
+}
+
+impl Problem for Differences {
+    fn variables(&self) -> usize {
+        self.0.variables()
+    }
+    fn constraints(&self) -> Vec<Interval> {
+        self.0.constraints()
+    }
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.0.evaluate(x, c)
+    }
+    fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let x = self.0.x.clone();
+        for (i, g) in gradient.iter_mut().enumerate() {
+            let [ahead, behind] = [1e-5, -1e-5].map(|step| {
+                let mut x = x.clone();
+                x[i] += step;
+                self.weighted(&x, f, c)
+            });
+            *g = (ahead - behind) / 2e-5;
+        }
+        self.weighted(&x, f, c);
+        self.0.gradient(f, c, &mut vec![0.0; gradient.len()])
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.0.product(direction, product)
+    }
+}
+
+/// ½ ‖x − (1, 2, 3)‖², and x − 2 y, which must be 0 and 1, beside x + y + z = 1.
+fn contradiction(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    let apart = [x[0] - 1.0, x[1] - 2.0, x[2] - 3.0];
+    c.copy_from_slice(&[x[0] - 2.0 * x[1], x[0] - 2.0 * x[1] - 1.0, x.iter().sum::<f64>() - 1.0]);
+    g.copy_from_slice(&[&apart[..], &[1.0, -2.0, 0.0, 1.0, -2.0, 0.0, 1.0, 1.0, 1.0]].concat());
+    0.5 * apart.iter().map(|x| x * x).sum::<f64>()
+}
+
+#[test]
+fn of_contradictions_the_least_violation_is_found_by_any_gradients() {
+    let given = || Given::new(contradiction, vec![Interval::FREE; 3], vec![Interval::ZERO; 3]);
+    for outcome in [solve(&mut given(), &[0.3, -2.0, 0.7]), solve(&mut Differences(given()), &[0.3, -2.0, 0.7])] {
+        assert_eq!(outcome.reason, Reason::Infeasible, "{outcome:?}");
+        assert!(outcome.evaluations < 100, "{}", outcome.evaluations);
+        assert_near(&outcome.constraints, &[0.5, -0.5, 0.0], 1e-4);
+    }
+}
