@@ -48,10 +48,14 @@ pub fn homotopy<P: Problem + ?Sized>(
         set(problem, next)?;
         let guess = extrapolate(&best.x, before.as_ref(), next - s);
         let tried = interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch);
-        let Ok(found) = tried else {
-            change *= SHORTER;
-            before = None;
-            continue;
+        let found = match tried {
+            Ok(found) => found,
+            Err(error) => {
+                counts.first_failure.get_or_insert(error);
+                change *= SHORTER;
+                before = None;
+                continue;
+            }
         };
         counts.add(&found);
         if found.reason == Reason::Asked {
@@ -89,6 +93,7 @@ struct Counts {
     gradients: usize,
     products: usize,
     failures: usize,
+    first_failure: Option<Error>,
     history: Vec<Iterate>,
 }
 
@@ -100,11 +105,12 @@ impl Counts {
         self.gradients += outcome.gradients;
         self.products += outcome.products;
         self.failures += outcome.failures;
+        self.first_failure = self.first_failure.take().or_else(|| outcome.first_failure.clone());
     }
 
     fn into(self, outcome: Outcome, s: f64) -> Outcome {
         let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
-        let Counts { evaluations, gradients, products, failures, history } = self;
-        Outcome { evaluations, gradients, products, failures, history, reason, ..outcome }
+        let Counts { evaluations, gradients, products, failures, first_failure, history } = self;
+        Outcome { evaluations, gradients, products, failures, first_failure, history, reason, ..outcome }
     }
 }

@@ -28,14 +28,17 @@ impl Fit {
         if n == 0 {
             return Some(DMatrix::zeros(0, 0));
         }
-        // By singular values: AᵀA would square the condition.
-        let svd = self.jacobian.clone().svd(false, true);
+        // By singular values: AᵀA would square the condition; of columns of length 1: units are no condition.
+        let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| column.norm()).collect();
+        let mut jacobian = self.jacobian.clone();
+        jacobian.column_iter_mut().zip(&lengths).for_each(|(mut column, length)| column /= length.max(f64::MIN_POSITIVE));
+        let svd = jacobian.svd(false, true);
         let (v, most) = (svd.v_t?, svd.singular_values.amax());
         if svd.singular_values.iter().any(|s| *s <= 1e-13 * most) {
             return None;
         }
         let variance = 2.0 * self.outcome.value / freedom as f64;
-        let scaled = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / svd.singular_values[i]);
+        let scaled = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / (svd.singular_values[i] * lengths[j]));
         Some(scaled.tr_mul(&scaled) * variance)
     }
 

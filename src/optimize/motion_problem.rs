@@ -24,11 +24,12 @@ impl<'s> MotionProblem<'s> {
     /// With these inputs, of which the variables are free.
     ///
     /// # Errors
-    /// Inputs that do not fit the system.
-    pub fn new(system: &'s System, settings: Settings, inputs: Inputs, variables: Variables) -> Result<Self, Error> {
+    /// Inputs that do not fit the system, variables that were made for another system or another number of nodes.
+    pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
+        variables.check(system, &inputs)?;
         let constraints = default_constraints(system);
-        let (x, solver, direction) = (variables.of(&inputs), Solver::new(system, settings), inputs.no_change());
+        let (x, solver, direction) = (variables.take(&inputs)?, Solver::new(system, settings), inputs.no_change());
         Ok(MotionProblem { solver, inputs, variables, constraints, gradient: vec![0.0; x.len()], x, direction })
     }
 

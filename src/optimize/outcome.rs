@@ -280,10 +280,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
     }
 
-    /// The largest component of P(x − g) − x.
+    /// The largest component of P(x − g) − x, without the rounding of x − g.
     pub(super) fn stationarity(&self, x: &[f64], g: &[f64]) -> f64 {
         let parts = x.iter().zip(g).zip(&self.bounds);
-        parts.fold(0.0, |most: f64, ((x, g), of)| most.max((of.nearest(x - g) - x).abs()))
+        parts.fold(0.0, |most: f64, ((x, g), of)| most.max((-g).max(of.least - x).min(of.most - x).abs()))
     }
 
     pub(super) fn outcome(

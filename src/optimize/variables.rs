@@ -163,6 +163,20 @@ impl Variables {
         Ok(variables)
     }
 
+    /// # Errors
+    /// Inputs with another number of nodes, a system that does not have what is free.
+    pub(super) fn check(&self, system: &System, inputs: &Inputs) -> Result<(), Error> {
+        let (expected, found) = (self.shares.len(), inputs.grid.nodes());
+        if found != expected {
+            return Err(Error::Size {
+                what: "the nodes of the inputs, which must be those that variables were made for",
+                expected,
+                found,
+            });
+        }
+        self.free.iter().try_for_each(|of| name(system, inputs.grid.steps.len(), &of.quantity).map(drop))
+    }
+
     /// Takes over where in the motion's time its nodes are; the variables that give these inputs.
     ///
     /// # Errors

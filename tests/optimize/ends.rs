@@ -153,3 +153,59 @@ fn inputs_that_no_variables_give_are_no_change() {
     let mut c = vec![0.0; problem.constraints().len()];
     assert!(problem.evaluate(&start, &mut c).is_ok());
 }
+
+#[test]
+fn variables_of_any_size_are_not_at_a_minimum_before_they_are() {
+    // x − g is x itself long before g is nothing.
+    let far: Function = |x, c, g| {
+        c.fill(1e-8 * x[0] - 1.0);
+        g.fill(0.0);
+        g[0] = 2e-8 * (1e-8 * x[0] - 1.0);
+        (1e-8 * x[0] - 1.0).powi(2)
+    };
+    let outcome = lbfgs(&mut Given::new(far, vec![Interval::FREE], vec![]), &[5e7], &Options::default(), &mut silent);
+    let outcome = outcome.expect("fits");
+    assert!(outcome.reason.is_converged() && (outcome.x[0] - 1e8).abs() < 1e2, "{outcome:?}");
+    // And with what is known of them it is told how well: their units are no lack of it.
+    let units: Function = |x, c, g| {
+        let sums = [1e-8 * x[0] + 1e8 * x[1], 1e-8 * x[0] - 1e8 * x[1], 1e-8 * x[0]];
+        c.iter_mut().zip(sums).zip([1.1, 1.0, 0.9]).for_each(|((c, sum), of)| *c = sum - of);
+        g.copy_from_slice(&[0.0, 0.0, 1e-8, 1e8, 1e-8, -1e8, 1e-8, 0.0]);
+        0.0
+    };
+    let mut problem = Given::new(units, vec![Interval::FREE; 2], vec![Interval::ZERO; 3]);
+    let fit = levenberg_marquardt(&mut problem, &[1e8, 5e-10], &Options::default(), &mut silent).expect("fits");
+    let [x, y] = fit.standard_errors().expect("three residuals determine two variables")[..] else { panic!("two") };
+    let noise = (2.0 * fit.outcome.value).sqrt();
+    assert!((1e-8 * x / noise - 3f64.sqrt().recip()).abs() < 1e-6 && (1e8 * y / noise - 2f64.sqrt().recip()).abs() < 1e-6);
+}
+
+#[test]
+fn a_homotopy_tells_of_the_first_failure_on_its_way() {
+    // √x has no value beyond 0, where the first steps lead; from where that ends there is no more failure.
+    let edge: Function = |x, _, g| {
+        g[0] = 1.0 - 0.5 / x[0].sqrt();
+        x[0] - x[0].sqrt()
+    };
+    let options = Options { first_step: Some(100.0), ..Options::default() };
+    let mut problem = Given::new(edge, vec![Interval::FREE], vec![]);
+    let outcome = homotopy(&mut problem, &[4.0], &options, &mut |_, _| Ok(()), &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged() && outcome.failures > 0, "{outcome:?}");
+    assert_says(&outcome.first_failure.expect("one of the failures"), &["cost", "NaN"]);
+}
+
+#[test]
+fn variables_belong_to_inputs_with_as_many_nodes() {
+    let (system, force) = push(false);
+    let [long, short] = [40, 20].map(|steps| Inputs::at_rest(&system, Grid::uniform(steps, 0.1)));
+    let variables = Variables::new(&system, &long, vec![Free::control(force)]).expect("free");
+    let error = MotionProblem::new(&system, Settings::default(), short, variables).err().expect("other nodes");
+    assert_says(&error, &["nodes", "expected 41", "found 21"]);
+    // The same nodes at other times are those times.
+    let variables = Variables::new(&system, &long, vec![Free::duration()]).expect("free");
+    let mut uneven = long.clone();
+    uneven.grid.steps[0] = 0.3;
+    let problem = MotionProblem::new(&system, Settings::default(), uneven.clone(), variables).expect("a problem");
+    let kept = problem.inputs_at(&problem.start());
+    assert!(kept.grid.steps.iter().zip(&uneven.grid.steps).all(|(dt, of)| (dt - of).abs() < 1e-14));
+}
