@@ -55,7 +55,8 @@ impl<P: Problem> Asked<'_, P> {
     fn evaluate(&mut self, x: &[f64]) -> f64 {
         if self.at != x {
             self.at = x.to_vec();
-            self.value = self.problem.evaluate(x, &mut self.c).unwrap_or(f64::INFINITY);
+            let value = self.problem.evaluate(x, &mut self.c).ok().filter(|value| value.is_finite());
+            self.value = value.unwrap_or(f64::INFINITY);
         }
         self.value
     }

@@ -1,9 +1,9 @@
-//! IPOPT by its interface for C (`IpStdCInterface.h` of version 3): five functions, and callbacks that ask the problem.
+//! IPOPT by its interface for C: callbacks that ask the problem.
 
 #![expect(unsafe_code, reason = "a library in C++ is called")]
 
 use std::cell::Cell;
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::{c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 use std::sync::{Mutex, PoisonError};
@@ -12,61 +12,11 @@ use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
 use nalgebra::DMatrix;
 
+use crate::interface::{
+    AddIpoptIntOption, AddIpoptNumOption, AddIpoptStrOption, CreateIpoptProblem, FreeIpoptProblem, IpoptSolve,
+    SetIntermediateCallback,
+};
 use crate::{Failure, Hessian};
-
-type EvalF = unsafe extern "C" fn(c_int, *const f64, c_int, *mut f64, *mut c_void) -> c_int;
-type EvalG = unsafe extern "C" fn(c_int, *const f64, c_int, c_int, *mut f64, *mut c_void) -> c_int;
-type EvalJacobian =
-    unsafe extern "C" fn(c_int, *const f64, c_int, c_int, c_int, *mut c_int, *mut c_int, *mut f64, *mut c_void) -> c_int;
-type EvalHessian = unsafe extern "C" fn(
-    c_int,
-    *const f64,
-    c_int,
-    f64,
-    c_int,
-    *const f64,
-    c_int,
-    c_int,
-    *mut c_int,
-    *mut c_int,
-    *mut f64,
-    *mut c_void,
-) -> c_int;
-type Intermediate = unsafe extern "C" fn(c_int, c_int, f64, f64, f64, f64, f64, f64, f64, f64, c_int, *mut c_void) -> c_int;
-
-unsafe extern "C" {
-    fn CreateIpoptProblem(
-        n: c_int,
-        x_least: *const f64,
-        x_most: *const f64,
-        m: c_int,
-        g_least: *const f64,
-        g_most: *const f64,
-        of_jacobian: c_int,
-        of_hessian: c_int,
-        style: c_int,
-        f: EvalF,
-        g: EvalG,
-        gradient: EvalF,
-        jacobian: EvalJacobian,
-        hessian: EvalHessian,
-    ) -> *mut c_void;
-    fn FreeIpoptProblem(problem: *mut c_void);
-    fn AddIpoptStrOption(problem: *mut c_void, key: *const c_char, value: *const c_char) -> c_int;
-    fn AddIpoptNumOption(problem: *mut c_void, key: *const c_char, value: f64) -> c_int;
-    fn AddIpoptIntOption(problem: *mut c_void, key: *const c_char, value: c_int) -> c_int;
-    fn SetIntermediateCallback(problem: *mut c_void, callback: Intermediate) -> c_int;
-    fn IpoptSolve(
-        problem: *mut c_void,
-        x: *mut f64,
-        g: *mut f64,
-        value: *mut f64,
-        of_g: *mut f64,
-        of_least: *mut f64,
-        of_most: *mut f64,
-        data: *mut c_void,
-    ) -> c_int;
-}
 
 /// The linear solver behind IPOPT keeps numbers in statics: one call at a time in a process.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -105,18 +55,25 @@ impl<P: Problem> Asked<'_, P> {
             self.at = x.to_vec();
             self.counts[0] += 1;
             let value = self.problem.evaluate(x, &mut self.c);
-            self.value = value.as_ref().ok().copied().filter(|value| value.is_finite());
+            let value = value.and_then(|value| finite("the value of the cost or of a constraint", &self.c, value));
+            self.value = self.note(value);
             self.failures += usize::from(self.value.is_none());
-            self.first_failure = self.first_failure.take().or(value.err());
         }
         self.value
+    }
+
+    /// What there is, or why it is not: the first reason is kept.
+    fn note<T>(&mut self, found: Result<T, Error>) -> Option<T> {
+        found.map_err(|error| self.first_failure.get_or_insert(error)).ok()
     }
 
     /// The gradient of σ f + λᵀ c.
     fn weigh(&mut self, x: &[f64], f: f64, c: &[f64]) -> Option<&[f64]> {
         self.evaluate(x)?;
         self.counts[1] += 1;
-        self.problem.gradient(f, c, &mut self.gradient).ok()?;
+        let asked = self.problem.gradient(f, c, &mut self.gradient);
+        let asked = asked.and_then(|()| finite("a derivative of the cost", &self.gradient, 0.0));
+        self.note(asked)?;
         Some(&self.gradient)
     }
 
@@ -126,7 +83,9 @@ impl<P: Problem> Asked<'_, P> {
         self.counts[1] += self.c.len();
         let rows: Vec<usize> = (0..self.c.len()).collect();
         let mut jacobian = DMatrix::zeros(rows.len(), x.len());
-        self.problem.jacobian(&rows, &mut jacobian).ok()?;
+        let asked = self.problem.jacobian(&rows, &mut jacobian);
+        let asked = asked.and_then(|()| finite("a derivative of a constraint", jacobian.as_slice(), 0.0));
+        self.note(asked)?;
         values.copy_from_slice(jacobian.transpose().as_slice());
         Some(())
     }
@@ -138,11 +97,21 @@ impl<P: Problem> Asked<'_, P> {
         for i in 0..x.len() {
             unit[i] = 1.0;
             self.counts[2] += 1;
-            self.problem.product(&unit, &mut row).ok()?;
+            let asked = self.problem.product(&unit, &mut row);
+            let asked = asked.and_then(|()| finite("a second derivative", &row, 0.0));
+            self.note(asked)?;
             unit[i] = 0.0;
             values[i * (i + 1) / 2..][..=i].copy_from_slice(&row[..=i]);
         }
         Some(())
+    }
+}
+
+/// A value, if it and all that comes with it are numbers.
+fn finite(what: &str, all: &[f64], value: f64) -> Result<f64, Error> {
+    match all.iter().chain([&value]).find(|x| !x.is_finite()) {
+        Some(bad) => Err(Error::NotFinite { what: what.into(), value: *bad }),
+        None => Ok(value),
     }
 }
 
@@ -282,6 +251,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
     if start.len() != n {
         return Err(Error::Size { what: "the variables of the start", expected: n, found: start.len() }.into());
     }
+    finite("the start", start, 0.0)?;
     let ends = |of: &[Interval]| -> [Vec<f64>; 2] {
         [of.iter().map(|of| of.least).collect(), of.iter().map(|of| of.most).collect()]
     };
@@ -297,11 +267,12 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         failures: 0,
         first_failure: None,
     };
-    if asked.evaluate(start).is_none() {
+    let mut x: Vec<f64> = start.iter().zip(&bounds).map(|(x, of)| of.nearest(*x)).collect();
+    if asked.evaluate(&x).is_none() {
         let value = Error::NotFinite { what: "the value at the start".into(), value: f64::NAN };
         return Err(asked.first_failure.take().unwrap_or(value).into());
     }
-    let (mut x, mut c, mut multipliers, mut found) = (start.to_vec(), vec![0.0; m], vec![0.0; m], 0.0);
+    let (mut c, mut multipliers, mut found) = (vec![0.0; m], vec![0.0; m], 0.0);
     let count = |k: usize| c_int::try_from(k).map_err(|_| Failure::Refused(-102));
     let (of_jacobian, of_hessian) = (count(m * n)?, count(n * (n + 1) / 2)?);
     if INSIDE.replace(true) {
@@ -337,7 +308,11 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         AddIpoptIntOption(ipopt, c"print_level".as_ptr(), 0);
         AddIpoptIntOption(ipopt, c"max_iter".as_ptr(), c_int::try_from(options.iterations).unwrap_or(c_int::MAX));
         AddIpoptNumOption(ipopt, c"tol".as_ptr(), options.stationarity);
-        AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), options.violation);
+        // What is asked for, no less.
+        AddIpoptIntOption(ipopt, c"acceptable_iter".as_ptr(), 0);
+        // Half of what may be violated is what it moves bounds apart by.
+        AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), 0.5 * options.violation);
+        AddIpoptNumOption(ipopt, c"bound_relax_factor".as_ptr(), (0.5 * options.violation).min(1e-8));
         SetIntermediateCallback(ipopt, iterate::<P>);
         let data = (&raw mut asked).cast();
         let none = std::ptr::null_mut();
@@ -346,9 +321,19 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         FreeIpoptProblem(ipopt);
         status
     };
-    let reason = reason(status)?;
-    // What the problem keeps is the motion of the answer.
-    asked.evaluate(&x);
+    // A number that is none has a reason, of which IPOPT knows nothing.
+    let reason = match (status, asked.first_failure.take()) {
+        (INVALID_NUMBER, Some(error)) => return Err(error.into()),
+        (_, failure) => {
+            asked.first_failure = failure;
+            reason(status)?
+        }
+    };
+    // What the problem keeps is the motion of the answer; IPOPT's own values are those of a point that bounds may have moved since.
+    if let Some(value) = asked.evaluate(&x) {
+        found = value;
+        c.copy_from_slice(&asked.c);
+    }
     let violation = intervals.iter().zip(&c).fold(0.0, |most: f64, (of, c)| most.max(of.violation(*c)));
     let Asked { counts: [evaluations, gradients, products], history, failures, first_failure, .. } = asked;
     Ok(Outcome {
@@ -367,12 +352,15 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
     })
 }
 
+/// Of IPOPT's `ApplicationReturnStatus`: callbacks had no answer.
+const INVALID_NUMBER: c_int = -13;
+
 /// Of IPOPT's `ApplicationReturnStatus`.
 fn reason(status: c_int) -> Result<Reason, Failure> {
     match status {
-        0 | 1 => Ok(Reason::Stationary),
+        0 => Ok(Reason::Stationary),
         2 | -2 => Ok(Reason::Infeasible),
-        3 | 4 | 6 | -3 => Ok(Reason::NoLowerValue),
+        1 | 3 | 4 | 6 | -3 => Ok(Reason::NoLowerValue),
         5 => Ok(Reason::Asked),
         -1 | -4 => Ok(Reason::Iterations),
         _ => Err(Failure::Refused(status)),

@@ -4,6 +4,8 @@
 
 mod argmin;
 #[cfg(has_ipopt)]
+mod interface;
+#[cfg(has_ipopt)]
 mod ipopt;
 
 use std::fmt;
@@ -57,6 +59,7 @@ impl fmt::Display for Failure {
                 f,
                 "a problem that IPOPT asks calls IPOPT itself, which cannot be done; solve the inner one another way"
             ),
+            Failure::Refused(-10) => write!(f, "IPOPT wants no more equality constraints than there are free variables"),
             Failure::Refused(status) => write!(f, "IPOPT refuses the problem with its status {status}"),
         }
     }
@@ -74,7 +77,7 @@ impl From<Error> for Failure {
 /// linear solver knows one at a time.
 ///
 /// # Errors
-/// A start without a value, a problem that IPOPT refuses or that calls IPOPT itself, or no IPOPT.
+/// A start without a value, derivatives that the problem does not have, a problem that IPOPT refuses or that calls IPOPT itself, or no IPOPT.
 pub fn ipopt<P: Problem>(problem: &mut P, start: &[f64], options: &Options, hessian: Hessian) -> Result<Outcome, Failure> {
     #[cfg(has_ipopt)]
     return ipopt::minimise(problem, start, options, hessian);

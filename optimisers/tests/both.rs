@@ -161,3 +161,96 @@ fn a_problem_that_calls_it_again_does_not_hang() {
         assert!(ended.is_err() || ended.is_ok_and(|outcome| outcome.failures > 0 || outcome.history.len() <= 1));
     }
 }
+
+/// (x + 1)² within x ≥ least, with x ≥ 1 as a constraint, and second derivatives if it knows them.
+struct Line {
+    at: f64,
+    least: f64,
+    knows_products: bool,
+    weight: f64,
+}
+impl Problem for Line {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn bounds(&self) -> Vec<Interval> {
+        vec![Interval::at_least(self.least)]
+    }
+    fn constraints(&self) -> Vec<Interval> {
+        vec![Interval::at_least(1.0)]
+    }
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.at = x[0];
+        c[0] = x[0];
+        if x[0] < self.least - 1e-6 { Err(Error::EmptyScene) } else { Ok((x[0] + 1.0).powi(2)) }
+    }
+    fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.weight = f;
+        gradient[0] = f * 2.0 * (self.at + 1.0) + c[0];
+        Ok(())
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        product[0] = 2.0 * self.weight * direction[0];
+        if self.knows_products { Ok(()) } else { Err(Error::NoSecondDerivatives { of: "this line".into() }) }
+    }
+}
+
+#[test]
+fn ipopt_answers_for_the_point_that_it_gives() {
+    if !HAS_IPOPT {
+        return;
+    }
+    for (least, nearest) in [(-5.0, 1.0), (1.0, 1.0), (2.0, 2.0)] {
+        let mut line = Line { at: 0.0, least, knows_products: true, weight: 0.0 };
+        // A start out of bounds, where there is no value, is moved into them.
+        let found = ipopt(&mut line, &[-9.0], &Options::default(), Hessian::Exact).expect("a minimum");
+        assert!(found.reason.is_converged() && (found.x[0] - nearest).abs() < 1e-6, "{found:?}");
+        assert_eq!((found.value, found.constraints[0]), ((found.x[0] + 1.0).powi(2), found.x[0]));
+        assert!(found.x[0] >= least && found.violation <= Options::default().violation, "{}", found.violation);
+    }
+}
+
+#[test]
+fn ipopt_says_what_the_problem_says() {
+    if !HAS_IPOPT {
+        return;
+    }
+    let mut line = Line { at: 0.0, least: 0.0, knows_products: false, weight: 0.0 };
+    let error = ipopt(&mut line, &[3.0], &Options::default(), Hessian::Exact).expect_err("no second derivatives");
+    assert!(error.to_string().contains("this line"), "{error}");
+    let error = ipopt(&mut line, &[f64::NAN], &Options::default(), Hessian::Exact).expect_err("no start");
+    assert!(error.to_string().contains("start"), "{error}");
+}
+
+/// x⁴, and 1/x where it is below 0.
+struct Flat(f64);
+impl Problem for Flat {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.0 = x[0];
+        Ok(if x[0] < 0.0 { f64::NAN } else { x[0].powi(4) })
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient[0] = f * 4.0 * self.0.powi(3);
+        Ok(())
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        product[0] = 12.0 * self.0 * self.0 * direction[0];
+        Ok(())
+    }
+}
+
+#[test]
+fn what_is_asked_for_is_what_is_given() {
+    use argmin::core::CostFunction;
+    let mut flat = Flat(0.0);
+    assert_eq!(Argmin::new(&mut flat).expect("no constraints").cost(&vec![-1.0]).expect("no number"), f64::INFINITY);
+    if HAS_IPOPT {
+        // Not what IPOPT calls acceptable.
+        let options = Options { stationarity: 1e-30, ..Options::default() };
+        let found = ipopt(&mut flat, &[1.0], &options, Hessian::Exact).expect("a minimum");
+        assert!(found.reason.is_converged() && 4.0 * found.x[0].powi(3) <= 1e-30, "{found:?}");
+    }
+}
