@@ -92,8 +92,8 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
 
     /// Compares everything that was handed in.
     ///
-    /// What cannot be compared is refused in the report: points or magnitudes of another length, a formula that is finite at no
-    /// random point.
+    /// What cannot be compared is refused in the report: points or magnitudes of another length, more or fewer values than names of
+    /// outputs, a formula that is finite at no random point.
     pub fn run(self) -> Report {
         Report::of("function".to_string(), self.each_block(check))
     }
@@ -135,9 +135,20 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         Ok(drawn)
     }
 
+    /// Refuses a function that has another number of values than names for them.
+    fn check_outputs(&self, points: &[Vec<f64>]) -> Result<(), Error> {
+        let (names, what) = (self.outputs.len(), "values of the function, of which each has a name");
+        let count = |point: &Vec<f64>| self.function.value(&point[..self.inputs.len()]).len();
+        match points.iter().map(count).find(|&found| found != names) {
+            Some(found) => Err(Error::Size { what, expected: names, found }),
+            None => Ok(()),
+        }
+    }
+
     /// What is made of every block, and notes on the points.
     fn each_block<T>(self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
         let drawn = self.points()?;
+        self.check_outputs(&drawn.points)?;
         let count = self.inputs.len();
         let size = |x: &f64| if *x == 0.0 { 1.0 } else { x.abs() };
         let notes = drawn.note(self.count).into_iter().collect();
