@@ -248,3 +248,67 @@ fn a_wrong_derivative_by_a_design_variable_is_found_in_any_units() {
         assert_eq!(verdict(wrong, 1.0 + 1e-6), Verdict::Wrong);
     }
 }
+
+#[test]
+fn a_right_gradient_of_ones_own_is_right_at_rest_and_at_an_optimum() {
+    let hanging = |links| {
+        let system = CartPendulum::with_links(links).scene().compile().expect("scene");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+        (system, inputs)
+    };
+    // At the target itself J and its gradient are zero, and nothing is compared.
+    let aims = [1e-15, 1e-12, 1e-9, 1e-6].map(|off| aimed(-1.0, |end| end + off));
+    for (system, inputs) in [1, 2, 3].map(hanging).into_iter().chain(aims) {
+        let all = check::Input::all(&inputs);
+        let own = check::complex_step(&system, &inputs, Settings::default(), &all).expect("motion");
+        let (controls, n) = (inputs.controls.len(), system.n());
+        let start = controls + inputs.design.len();
+        let parts = [
+            (Part::Controls, 0..controls),
+            (Part::Design, controls..start),
+            (Part::Coordinates, start..start + n),
+            (Part::Rates, start + n..start + 2 * n),
+            (Part::Steps, start + 2 * n..all.len()),
+        ];
+        for (part, range) in parts.into_iter().filter(|(_, range)| !range.is_empty()) {
+            let check = check::gradient(&system, &inputs, Settings::default());
+            let report = check.own("complex step", part, own[range].iter().copied()).run().expect("motion");
+            println!("{report}");
+            report.assert_passed();
+        }
+    }
+}
+
+#[test]
+fn what_looks_moved_because_neighbours_are_alike_is_called_what_it_is() {
+    /// x² + y at every node.
+    struct Both;
+    impl Cost<2> for Both {
+        fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _: &SVector<S, 0>) -> S {
+            at.q[0] * at.q[0] + at.q[1]
+        }
+    }
+    let mut scene = Scene::new();
+    let body = scene.body("body", 1.0, 0.1, [0.0; 3]);
+    for (name, angle) in [("f", 0.0), ("g", 1.5)] {
+        let force = scene.control(name);
+        scene.actuator(name, Body::GROUND.at(0.0, 0.0), angle, body.at(0.0, 0.0), force);
+    }
+    scene.cost("both", Both, Sum::Plain, [body.coordinates[0], body.coordinates[1]], [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.05));
+    inputs.controls.fill(1.0);
+    let right = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let says = |part, own: &[f64]| {
+        let check = check::gradient(&system, &inputs, Settings::default());
+        let report = check.own("mine", part, own.iter().copied()).run().expect("motion");
+        println!("{}", report.own[0]);
+        report.own[0].diagnoses[0].text.clone()
+    };
+    let [x, y, _] = [0, 1, 2].map(|i| right.start.rate()[i]);
+    assert!(says(Part::Rates, &[0.0, y, 0.0]).starts_with("zero where it should not be: the initial rate of `body.x`"));
+    assert!(says(Part::Rates, &[x, 0.0, 0.0]).starts_with("zero where it should not be: the initial rate of `body.y`"));
+    assert!(says(Part::Rates, &[0.0; 3]).starts_with("zero where it should not be"));
+    let moved = nalgebra::DMatrix::from_fn(2, 21, |k, node: usize| right.controls[(k, node.saturating_sub(1))]);
+    assert_eq!(says(Part::Controls, moved.as_slice()), "moved by a node: node i has the derivatives of node i − 1");
+}

@@ -119,7 +119,7 @@ impl HessianCheck<'_> {
     }
 
     fn compare_own(&self, (name, part, _, values): &Own, product: &Gradient) -> BlockReport {
-        own::compare((self.system, self.inputs), (name, "own product", *part), values, product, self.tolerance)
+        own::compare((self.system, self.inputs), (name, "own product", *part), values, product, (self.tolerance, 1.0))
     }
 }
 

@@ -8,12 +8,13 @@ use crate::{Gradient, Inputs, System};
 /// Wrong entries that are listed.
 const LISTED: usize = 4;
 
+/// Number by number, relative to the largest, or to what is `raised` so many times more where the gradient is rounding.
 pub(super) fn compare(
     (system, inputs): (&System, &Inputs),
     (name, kind, part): (&str, &str, Part),
     hand: &[f64],
     gradient: &Gradient,
-    tolerance: f64,
+    (tolerance, raised): (f64, f64),
 ) -> BlockReport {
     let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
@@ -35,7 +36,7 @@ pub(super) fn compare(
     let (size, plain) = (largest(&|j| units[j]), largest(&|_| 1.0));
     // NaN is infinitely wrong.
     let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-    let within: Vec<f64> = units.iter().map(|unit| tolerance * plain.min(size / unit)).collect();
+    let within: Vec<f64> = units.iter().map(|unit| tolerance * raised * plain.min(size / unit)).collect();
     let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
     report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
     let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
@@ -45,7 +46,8 @@ pub(super) fn compare(
     if !wrong.is_empty() {
         let steps = &inputs.grid.steps;
         let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
-        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, steps, (&within, tolerance)));
+        let channels = if part == Part::Controls { inputs.controls.nrows() } else { 1 };
+        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), (&within, tolerance)));
         wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
         let entry =
             |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
@@ -67,7 +69,7 @@ fn diagnose(
     truth: &[f64],
     wrong: &[usize],
     names: &[String],
-    steps: &[f64],
+    (steps, channels): (&[f64], usize),
     (within, tolerance): (&[f64], f64),
 ) -> Diagnosis {
     let count = truth.len();
@@ -93,16 +95,6 @@ fn diagnose(
             return says(Mistake::Factor, format!("constant factor {name}"));
         }
     }
-    let shifted = |by: usize, back: bool| {
-        let from = |j: usize| if back { j.checked_sub(by) } else { Some(j + by).filter(|&k| k < count) };
-        (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within[j])
-    };
-    if count > 2 && shifted(1, true) {
-        return says(Mistake::OtherArgument, "moved by one: entry j holds the derivative of input j − 1".into());
-    }
-    if count > 2 && shifted(1, false) {
-        return says(Mistake::OtherArgument, "moved by one: entry j holds the derivative of input j + 1".into());
-    }
     if wrong.iter().all(|&j| hand[j] == 0.0) {
         let list: Vec<&str> = wrong.iter().take(3).map(|&j| names[j].as_str()).collect();
         let more = if wrong.len() > 3 { " …" } else { "" };
@@ -114,6 +106,20 @@ fn diagnose(
     let ends = wrong.iter().all(|&j| j == 0 || j + 1 == count);
     if ends {
         return says(Mistake::Unexplained, "only the first and last are wrong: how the sweep starts and ends".into());
+    }
+    // Behind what is simpler: where neighbours are alike, so is what is moved.
+    let shifted = |by: usize, back: bool| {
+        let from = |j: usize| if back { j.checked_sub(by) } else { Some(j + by).filter(|&k| k < count) };
+        (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within[j])
+    };
+    let moved = [
+        (1, "one", "entry j holds the derivative of input j"),
+        (channels, "a node", "node i has the derivatives of node i"),
+    ];
+    let ways = moved.into_iter().filter(|(by, ..)| count > 2 * by).flat_map(|way| [(way, true), (way, false)]);
+    if let Some(((_, what, which), back)) = ways.into_iter().find(|&((by, ..), back)| shifted(by, back)) {
+        let sign = if back { "−" } else { "+" };
+        return says(Mistake::OtherArgument, format!("moved by {what}: {which} {sign} 1"));
     }
     let worst = wrong.iter().map(|&j| tolerance * (hand[j] - truth[j]).abs() / within[j]).fold(0.0, f64::max);
     if worst < 1e-3 {
