@@ -8,7 +8,8 @@ use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::paper_system::Variable::{Q, V};
 use hamiltonian_adjoint::planar::Revolute;
 use hamiltonian_adjoint::{
-    Error, Grid, Inputs, PotentialEnergy, Scalar, Scene, Settings, Start, Sum, gradient, scenes::CartPendulum, simulate,
+    Error, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene, Settings, Start, Sum, gradient,
+    scenes::CartPendulum, simulate,
 };
 use hand::*;
 use nalgebra::{DVector, SVector};
@@ -263,4 +264,55 @@ fn a_wrong_gradient_of_ones_own_is_a_row_of_the_table() {
     assert!(row("mine").ends_with("right") && row("theirs").ends_with("WRONG") && row("short").ends_with("WRONG"));
     assert!(text.lines().next().is_some_and(|line| line.contains(": right; but see")));
     assert!(text.contains("enough: more than 1.5 is asked for"));
+}
+
+/// Three values.
+struct Three;
+
+impl Function for Three {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![x[0] * x[1], x[0].sin(), x[1] * x[1]]
+    }
+}
+
+#[test]
+fn a_function_with_another_number_of_values_than_names_is_refused() {
+    // The third row is wrong, and nobody would look at it.
+    let rows = |x: &[f64]| [[x[1], x[0]], [x[0].cos(), 0.0], [7.0, 7.0]];
+    let two = check::function(&Three, ["x", "y"], ["f", "g"]).jacobian(rows).run();
+    let four = check::function(&Three, ["x", "y"], ["f", "g", "h", "k"]).jacobian(rows).run();
+    let given = check::function(&Three, ["x", "y"], ["f", "g"]).at(&[0.3, 0.4]).jacobian(rows).run();
+    for (report, expected) in [(two, "expected 2"), (four, "expected 4"), (given, "expected 2")] {
+        println!("{report}");
+        assert_eq!(report.verdict(), Verdict::Refused);
+        assert!(report.to_string().contains(expected) && report.to_string().contains("found 3"));
+    }
+}
+
+/// ½ vᵀ M v with a coupling of two velocities.
+struct Coupled;
+
+impl KineticEnergy<2, 1> for Coupled {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 1>) -> S {
+        (v[0] * v[0] * 3.0 + v[0] * v[1] * (q[0] - q[1]).cos() + v[1] * v[1] * b[0]) * 0.5
+    }
+}
+
+#[test]
+fn an_error_in_the_last_digits_is_called_that_and_nothing_else() {
+    let mass = |q: &SVector<f64, 2>, last: f64| {
+        let coupling = 0.5 * (q[0] - q[1]).cos();
+        nalgebra::Matrix2::new(3.0, coupling, coupling, last)
+    };
+    for error in [2e-11, 5e-11, 1e-10, 1e-9, 1e-8] {
+        let whole = check::kinetic_energy(&Coupled, [0.7]).mass(|at| mass(&at.q, 0.7) * (1.0 + error));
+        let one = check::kinetic_energy(&Coupled, [1.0]).mass(|at| mass(&at.q, 1.0 + error));
+        let other = check::function(&Three, ["x", "y"], ["f", "g", "h"])
+            .jacobian(|x| [[x[1], x[0]], [x[0].cos() * (1.0 + error), 0.0], [0.0, 2.0 * x[1]]]);
+        for report in [whole.run(), one.run(), other.run()] {
+            println!("{error:e}: {report}");
+            let found = &report.blocks[0].diagnoses;
+            assert!(!report.passed() && found.iter().all(|d| d.mistake == Mistake::FewDigits), "{found:?}");
+        }
+    }
 }

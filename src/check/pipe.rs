@@ -79,7 +79,7 @@ impl Pipe {
         answer.unwrap_or_else(|problem| {
             let asked = talk.asked;
             talk.problem.get_or_insert_with(|| format!("question {asked}, `{name}`: {problem}"));
-            DMatrix::from_element(1, 1, f64::NAN)
+            worksheet::none()
         })
     }
 

@@ -1,6 +1,7 @@
 //! Worksheets: the points of a check and the true blocks there as JSON, and [`Answers`], what a program in any language has put beside them.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DMatrix;
@@ -45,14 +46,18 @@ const SAME: f64 = 1e-9;
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub struct Answers {
-    /// By the block's name: each with the numbers of its point.
+    /// By the block's name.
     blocks: HashMap<String, Vec<Answer>>,
     /// The first question that had no answer.
     problem: Mutex<Option<String>>,
 }
 
-/// The numbers of a point, and a matrix.
-type Answer = (Vec<f64>, DMatrix<f64>);
+/// The numbers of a point, the matrix there, and whether it was asked for.
+struct Answer {
+    at: Vec<f64>,
+    value: DMatrix<f64>,
+    asked: AtomicBool,
+}
 
 #[derive(Deserialize)]
 struct Sheet {
@@ -108,7 +113,7 @@ impl Answers {
             let read = |(k, SheetPoint { at, value }): (usize, SheetPoint)| {
                 let value = value.ok_or_else(|| "has no \"value\"".to_string()).and_then(|value| matrix(&value));
                 value
-                    .map(|value| (numbers(&at), value))
+                    .map(|value| Answer { at: numbers(&at), value, asked: AtomicBool::new(false) })
                     .map_err(|problem| wrong(format!("block `{name}`, point {k}"), problem))
             };
             let values: Vec<_> = points.all().into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
@@ -121,10 +126,17 @@ impl Answers {
     pub fn ask(&self, block: &str, at: &(impl Arguments + ?Sized)) -> DMatrix<f64> {
         let at = at.by_name();
         let asked = numbers(&at);
-        let values = self.blocks.get(block).into_iter().flatten();
-        let nearest = values.map(|(x, value)| (distance(x, &asked), value)).min_by(|a, b| a.0.total_cmp(&b.0));
-        match nearest.filter(|(distance, _)| *distance <= SAME) {
-            Some((_, value)) => value.clone(),
+        let answers = self.blocks.get(block).map_or(&[][..], Vec::as_slice);
+        let distances = answers.iter().map(|answer| (distance(&answer.at, &asked), answer));
+        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, _)| *distance <= SAME);
+        let all_were_asked = || !answers.is_empty() && answers.iter().all(|answer| answer.asked.load(Ordering::Relaxed));
+        match nearest {
+            Some((_, answer)) => {
+                answer.asked.store(true, Ordering::Relaxed);
+                answer.value.clone()
+            }
+            // The diagnosis of what is wrong tries points of its own, behind all others.
+            None if all_were_asked() => none(),
             None => {
                 let mut problem = self.problem.lock().unwrap_or_else(PoisonError::into_inner);
                 problem.get_or_insert_with(|| match self.blocks.contains_key(block) {
@@ -134,7 +146,7 @@ impl Answers {
                     }
                     false => format!("there is no block `{block}`"),
                 });
-                DMatrix::from_element(1, 1, f64::NAN)
+                none()
             }
         }
     }
@@ -163,6 +175,11 @@ pub(super) fn block<A: Arguments>(block: &Block, setting: &Setting, at: impl Fn(
 /// The worksheet of these blocks.
 pub(super) fn of(title: &str, blocks: Vec<Value>) -> String {
     format!("{:#}\n", json!({ "format": FORMAT, "version": VERSION, "of": title, "blocks": blocks }))
+}
+
+/// In the place of an answer.
+pub(super) fn none() -> DMatrix<f64> {
+    DMatrix::from_element(1, 1, f64::NAN)
 }
 
 /// The numbers of a point in the order of their names: a list of one may have become a number, and an empty one may be gone.

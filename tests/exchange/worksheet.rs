@@ -187,3 +187,19 @@ fn worksheets_that_are_none_are_told_of() {
         assert!(Answers::from_json(&cut).is_err());
     }
 }
+
+#[test]
+fn an_error_without_a_name_is_reported_and_no_question_of_the_diagnosis_is_missed() {
+    let mut sheet: Value = serde_json::from_str(&copied(&sheet())).expect("JSON");
+    let mut random = check::Random::new(4);
+    for point in sheet["blocks"][0]["points"].as_array_mut().expect("points") {
+        for entry in point["value"][0].as_array_mut().expect("a row") {
+            *entry = (entry.as_f64().expect("a number") + random.uniform(0.0, 1.0)).into();
+        }
+    }
+    let answers = Answers::from_json(&sheet.to_string()).expect("answers");
+    let report = distance(|at| answers.ask("Φ_q", at));
+    println!("{report}");
+    assert_eq!(report.blocks[0].diagnoses[0].mistake, check::Mistake::Unexplained);
+    answers.finish().expect("all were there");
+}

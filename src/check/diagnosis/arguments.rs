@@ -19,7 +19,7 @@ pub(super) fn elsewhere(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
 /// Whether the user's values are the true ones at other points, up to the sign, which is returned.
 fn is_truth_at(evidence: &Evidence, mask: &Mask, other: impl Fn(&[f64]) -> Vec<f64>) -> Option<&'static str> {
     let values = evidence.truth_at(other);
-    let same = |sign: f64| evidence.holds(mask, |p, i, j| sign * values[p][(i, j)]);
+    let same = |sign: f64| evidence.explains(mask, |p, i, j| sign * values[p][(i, j)]);
     if same(1.0) {
         Some("")
     } else if same(-1.0) {
@@ -91,8 +91,13 @@ pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
         evidence.points.iter().enumerate().all(|(p, x)| {
             let x = changed(x, |x| x[range.clone()].fill(0.0));
             let truth = crate::check::oracle::dual(evidence.block.function.as_ref(), &x, &evidence.block.by);
-            let error = fitting((evidence.block.hand)(&x), evidence.rows(), evidence.columns()) - truth;
-            error.iter().zip(evidence.tolerance[p].iter()).all(|(e, t)| e.abs() <= *t)
+            // Where nobody has to have an answer, none is asked for.
+            if !(evidence.setting.admissible)(&x) || truth.iter().any(|x| !x.is_finite()) {
+                return false;
+            }
+            let hand = fitting((evidence.block.hand)(&x), evidence.rows(), evidence.columns());
+            let holds = |(i, t): (usize, &f64)| (hand[i] - truth[i]).abs() <= *t;
+            hand.shape() == truth.shape() && evidence.tolerance[p].iter().enumerate().all(holds)
         })
     };
     let names: Vec<&str> = candidates.filter(|(_, range)| gone(range)).map(|(name, _)| name.as_str()).take(4).collect();

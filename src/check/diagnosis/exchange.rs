@@ -8,7 +8,7 @@ pub(super) fn transposed(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> 
     if evidence.rows() != evidence.columns() || mask.entries.iter().all(|(i, j)| i == j) {
         return None;
     }
-    let of = |sign: f64| evidence.holds(mask, |p, i, j| sign * evidence.truth[p][(j, i)]);
+    let of = |sign: f64| evidence.explains(mask, |p, i, j| sign * evidence.truth[p][(j, i)]);
     let word = if of(1.0) {
         "transposed"
     } else if of(-1.0) {
@@ -47,7 +47,7 @@ fn exchanged(evidence: &Evidence, (a, b): (usize, usize), rows: bool) -> bool {
         }
     };
     let truth = |p: usize, i: usize, j: usize| evidence.truth[p][if rows { (other(i), j) } else { (i, other(j)) }];
-    evidence.holds(&Mask::all(evidence), truth)
+    evidence.explains(&Mask::all(evidence), truth)
 }
 
 /// All rows, or all columns, are there, in another order.
@@ -85,7 +85,7 @@ pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     if let ([one], true) = (&rows[..], mask.entries.len() > 1) {
         let own = one.entries[0].0;
         for k in (0..evidence.rows()).filter(|&k| k != own) {
-            if evidence.holds(mask, |p, _, j| evidence.truth[p][(k, j)]) {
+            if evidence.explains(mask, |p, _, j| evidence.truth[p][(k, j)]) {
                 return says(format!("{place} stand the values of the row of {}", names[k]));
             }
         }
@@ -93,13 +93,13 @@ pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     if let ([one], true) = (&columns[..], mask.entries.len() > 1) {
         let own = one.entries[0].1;
         for k in (0..evidence.columns()).filter(|&k| k != own) {
-            if evidence.holds(mask, |p, i, _| evidence.truth[p][(i, k)]) {
+            if evidence.explains(mask, |p, i, _| evidence.truth[p][(i, k)]) {
                 return says(format!("{place} stand the values of the column of {}", others[k]));
             }
         }
     }
     if let [a, b] = mask.entries[..]
-        && evidence.holds(mask, |p, i, j| evidence.truth[p][if (i, j) == a { b } else { a }])
+        && evidence.explains(mask, |p, i, j| evidence.truth[p][if (i, j) == a { b } else { a }])
     {
         let name = |(i, j): (usize, usize)| format!("d({})/d({})", names[i], others[j]);
         return says(format!("{} and {} are exchanged", name(a), name(b)));
@@ -107,7 +107,7 @@ pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let &[(i, j)] = &mask.entries[..] else { return None };
     for (k, l) in Mask::all(evidence).entries.into_iter().filter(|&e| e != (i, j) && (e.0 == i || e.1 == j)) {
         let varies = evidence.truth.windows(2).any(|t| t[0][(k, l)] != t[1][(k, l)]);
-        if varies && evidence.holds(mask, |p, _, _| evidence.truth[p][(k, l)]) {
+        if varies && evidence.explains(mask, |p, _, _| evidence.truth[p][(k, l)]) {
             return says(format!("{place} stands the value of d({})/d({})", names[k], others[l]));
         }
     }

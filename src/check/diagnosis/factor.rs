@@ -18,7 +18,7 @@ fn is_zero(evidence: &Evidence, mask: &Mask) -> bool {
 }
 
 pub(super) fn sign(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let flipped = !is_zero(evidence, mask) && evidence.holds(mask, |p, i, j| -evidence.truth[p][(i, j)]);
+    let flipped = !is_zero(evidence, mask) && evidence.explains(mask, |p, i, j| -evidence.truth[p][(i, j)]);
     flipped.then(|| diagnosis(Mistake::SignFlipped, format!("sign flipped {}", mask.place(evidence))))
 }
 
@@ -36,7 +36,7 @@ pub(super) fn not_zero(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
 fn constant_factor(evidence: &Evidence, mask: &Mask) -> Option<f64> {
     let truth = |p: usize, i: usize, j: usize| evidence.truth[p][(i, j)];
     let c = evidence.product(mask, |p, i, j| evidence.hand[p][(i, j)], truth) / evidence.product(mask, truth, truth);
-    (c.is_finite() && evidence.holds(mask, |p, i, j| c * truth(p, i, j))).then_some(c)
+    (c.is_finite() && evidence.explains(mask, |p, i, j| c * truth(p, i, j))).then_some(c)
 }
 
 /// A constant factor that people are likely to forget.
@@ -112,13 +112,14 @@ fn factors(evidence: &Evidence, mask: &Mask) -> Option<Vec<f64>> {
         top / bottom
     };
     let factors: Vec<f64> = (0..evidence.points.len()).map(factor).collect();
-    let fits = || evidence.holds(mask, |p, i, j| factors[p] * evidence.truth[p][(i, j)]);
+    let fits = || evidence.explains(mask, |p, i, j| factors[p] * evidence.truth[p][(i, j)]);
     (factors.len() > 1 && factors.iter().all(|c| c.is_finite()) && fits()).then_some(factors)
 }
 
 /// A factor that is the value of an argument, its square or its inverse.
 pub(super) fn argument(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let factors = factors(evidence, mask)?;
+    // Nothing is multiplied by 1, which some arguments may be.
+    let factors = factors(evidence, mask).filter(|all| all.iter().any(|c| (c.abs() - 1.0).abs() > NEARLY_ONE))?;
     let is = |k: usize, power: i32, sign: f64| {
         let expected = |p: usize| sign * evidence.points[p][k].powi(power);
         factors.iter().enumerate().all(|(p, c)| (c - expected(p)).abs() <= SAME * c.abs())

@@ -62,6 +62,17 @@ impl Evidence<'_> {
         }
     }
 
+    /// Whether the user's values are the expected ones in these entries, at all points, and these are not just the true ones: what
+    /// hardly differs from the truth is no reason for an error that is hardly one.
+    fn explains(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> bool {
+        let differs = |p: usize, &(i, j): &(usize, usize)| {
+            let error = (expected(p, i, j) - self.truth[p][(i, j)]).abs();
+            error.is_nan() || error > self.tolerance[p][(i, j)]
+        };
+        let is_another = || (0..self.points.len()).any(|p| mask.entries.iter().any(|entry| differs(p, entry)));
+        self.holds(mask, &expected) && is_another()
+    }
+
     /// Whether the user's values are the expected ones in these entries, at all points.
     fn holds(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> bool {
         let within = |p: usize, &(i, j): &(usize, usize)| {
@@ -111,6 +122,9 @@ impl Evidence<'_> {
 pub(crate) fn shape(hand: &[DMatrix<f64>], truth: &[DMatrix<f64>]) -> Option<Diagnosis> {
     let (hand, truth) = hand.iter().zip(truth).find(|(hand, truth)| hand.shape() != truth.shape())?;
     let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
+    if rows == 1 && columns == 1 && hand[0].is_nan() {
+        return Some(diagnosis(Mistake::NotFinite, "no matrix was given, but NaN alone".into()));
+    }
     let turned = (rows, columns) == (c, r);
     let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
     Some(match (turned, same) {

@@ -68,7 +68,7 @@ fn coefficient(evidence: &Evidence, mask: &Mask, term: &[DMatrix<f64>]) -> Optio
     let of = |p: usize, i: usize, j: usize| term[p][(i, j)];
     let size = evidence.product(mask, of, of);
     let c = evidence.product(mask, |p, i, j| evidence.difference(p, i, j), of) / size;
-    let fits = || evidence.holds(mask, |p, i, j| evidence.truth[p][(i, j)] + c * of(p, i, j));
+    let fits = || evidence.explains(mask, |p, i, j| evidence.truth[p][(i, j)] + c * of(p, i, j));
     (size > 0.0 && c.is_finite() && c.abs() > SAME && fits()).then_some(c)
 }
 
@@ -92,7 +92,7 @@ pub(super) fn other_block(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis>
         if values.iter().any(|v| v.shape() != (evidence.rows(), evidence.columns())) {
             return None;
         }
-        let same = |sign: f64| evidence.holds(mask, |p, i, j| sign * values[p][(i, j)]);
+        let same = |sign: f64| evidence.explains(mask, |p, i, j| sign * values[p][(i, j)]);
         let minus = if same(1.0) {
             ""
         } else if same(-1.0) {
