@@ -7,8 +7,8 @@
 //! | V_q, V_qq, … | [`potential_energy`] |
 //! | Q_q, Q_v, Q_u, Q_b, … | [`force`] |
 //! | h_q, h_u, S_q, … | [`cost`] |
-//! | a block of ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10), or f_i itself | [`step`] |
-//! | the Jacobian or the values of any other function | [`function`] |
+//! | a block of ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10), or f_i itself | [`step`](step()) |
+//! | the Jacobian or the values of any other function | [`function`](function()) |
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
 //! | a product of the Hessian with a direction; or the library's | [`hessian`](hessian()) |
 //!

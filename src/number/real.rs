@@ -14,7 +14,7 @@ pub trait Family {
     fn hyper(self) -> Self::Of<Hyper>;
 }
 
-/// A number that a whole simulation can run on: `f64`, [`Cx`](crate::Cx) (complex step) `Dual64` (tangent), or [`Hyper`](crate::Hyper) (two tangents
+/// A number that a whole simulation can run on: `f64`, [`Cx`] (complex step) `Dual64` (tangent), or [`Hyper`] (two tangents
 /// and the mixed second derivative).
 ///
 /// It may stand inside num-dual's types, since the residual of a step contains derivatives itself. The Newton

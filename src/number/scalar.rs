@@ -1,4 +1,4 @@
-//! The number types: [`Scalar`] is all that model code sees, [`Real`] is what a simulation runs on.
+//! The number types: [`Scalar`] is all that model code sees, [`Real`](super::real::Real) is what a simulation runs on.
 
 use nalgebra::Scalar as MatrixEntry;
 use num_dual::DualNum;

@@ -47,7 +47,7 @@ impl<P: Problem + ?Sized> Merit<P> for Cost {
 /// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
 ///
 /// # Errors
-/// Sizes or bounds that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian) knows; a gradient that
+/// Sizes or bounds that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian()) knows; a gradient that
 /// could not be computed.
 pub fn lbfgs<P: Problem + ?Sized>(
     problem: &mut P,

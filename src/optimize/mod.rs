@@ -5,12 +5,12 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | [`interior_point`] | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
-//! | [`homotopy`] | the same where it is not solved at once, by way of easier problems |
+//! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
+//! | [`homotopy`](homotopy()) | the same where it is not solved at once, by way of easier problems |
 //! | [`MultipleShooting`] | a motion whose end is too sensitive to its beginning, in segments with states of their own: a problem for the methods above |
 //! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
-//! | [`lbfgs`] | many variables and bounds, by gradients alone |
-//! | [`augmented_lagrangian`] | the same with constraints |
+//! | [`lbfgs`](lbfgs()) | many variables and bounds, by gradients alone |
+//! | [`augmented_lagrangian`](augmented_lagrangian()) | the same with constraints |
 //!
 //! ```
 //! use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};

@@ -24,7 +24,7 @@ use ready::{Added, Recipe};
 
 /// A mechanism under construction.
 ///
-/// Bodies and joints in the plane are added by the methods of [`planar`](crate::planar); anything else as an element with coordinates
+/// Bodies and joints in the plane are added by the methods of [`planar`]; anything else as an element with coordinates
 /// of its own:
 ///
 /// ```

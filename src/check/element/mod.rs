@@ -25,7 +25,7 @@ use super::report::Report;
 use super::worksheet;
 use crate::Error;
 
-/// Derivatives of an element to be checked; made by [`constraint`], [`kinetic_energy`], [`potential_energy`], [`force`] or [`cost`].
+/// Derivatives of an element to be checked; made by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`], [`force`](force()) or [`cost`](cost()).
 ///
 /// Hand in any number of derivatives, each as a closure of the [`Point`], then [`run`](ElementCheck::run).
 pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> {
