@@ -78,7 +78,7 @@ fn constraints_alone_are_solved_from_afar() {
         g.copy_from_slice(&[0.0, 1.0 / (1.0 + x[0] * x[0])]);
         0.0
     };
-    let outcome = solve(&mut Given::new(bend, vec![Interval::FREE], vec![Interval::ZERO]), &[3.0]);
+    let outcome = solve(&mut Given::new(bend, vec![Interval::FREE], vec![Interval::ZERO]), &[20.0]);
     assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
     assert!(outcome.x[0].abs() < 1e-8, "{outcome:?}");
 }
