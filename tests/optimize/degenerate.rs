@@ -1,8 +1,11 @@
 //! Constraints of any size, that say the same, that leave nothing free, or that contradict each other.
 
 use super::{Function, Given};
-use hamiltonian_adjoint::Error;
-use hamiltonian_adjoint::optimize::{Interval, Options, Outcome, Problem, Reason, interior_point, silent};
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, interior_point, silent,
+};
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings};
 
 fn solve(problem: &mut impl Problem, start: &[f64]) -> Outcome {
     interior_point(problem, start, &Options { iterations: 200, ..Options::default() }, &mut silent).expect("fits")
@@ -68,6 +71,55 @@ fn where_constraints_leave_nothing_free_their_point_is_the_minimum() {
         let [x, y] = [outcome.x[0], outcome.x[1]];
         assert_near(&[0.2 * v + 0.05 * w, -0.2 * v + 0.3 * w], &[-0.9 - x, 0.5 - y], 1e-6);
     }
+}
+
+#[test]
+fn an_equality_beside_the_same_inequality_leaves_slacks_no_room_and_does_no_harm() {
+    // The point of x + y + z = 1 that is nearest to (2, −1, 3), where x − y ≤ 1 holds.
+    let plane: Function = |x, c, g| {
+        let (sum, apart) = (x.iter().sum::<f64>() - 1.0, [x[0] - 2.0, x[1] + 1.0, x[2] - 3.0]);
+        c.copy_from_slice(&[sum, sum, -sum, x[0] - x[1]]);
+        let ones = [1.0; 3];
+        g.copy_from_slice(&[&apart[..], &ones, &ones, &ones.map(|x| -x), &[1.0, -1.0, 0.0]].concat());
+        0.5 * apart.iter().map(|x| x * x).sum::<f64>()
+    };
+    let (least, most) = (Interval::at_least(0.0), Interval::at_most(1.0));
+    for constraints in [vec![Interval::ZERO, least, Interval::FREE, most], vec![Interval::FREE, least, least, most]] {
+        for start in [[0.0; 3], [3.0, -4.0, 0.5], [-7.0, 2.0, 9.0]] {
+            let outcome = solve(&mut Given::new(plane, vec![Interval::FREE; 3], constraints.clone()), &start);
+            assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+            assert!(outcome.evaluations < 60, "{}", outcome.evaluations);
+            assert_near(&outcome.x, &[0.0, -1.0, 2.0], 1e-5);
+        }
+    }
+}
+
+#[test]
+fn a_bound_where_a_motion_starts_holds_nothing() {
+    // A cart that starts at the end of its rail.
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    let end = cart.scene.end_state(cart.links[0].coordinates[2]);
+    let x = cart.cart.coordinates[0];
+    cart.scene.effort("effort", cart.force, 0.01);
+    let places: Vec<_> = (0..=20).map(|node| cart.scene.reading(&format!("place {node}"), x, node, 0.0, 1.0)).collect();
+    let free = vec![Free::control(cart.force).within(-60.0, 60.0).scaled(10.0)];
+    let system = cart.scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let variables = Variables::new(&system, &inputs, free).expect("variables");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(end.position, Interval::equal(std::f64::consts::FRAC_PI_2));
+    problem.constrain(end.rate, Interval::equal(0.0));
+    let outcomes = [Interval::new(-2.0, 0.0), Interval::FREE].map(|of_start| {
+        for (node, place) in places.iter().enumerate() {
+            problem.constrain(*place, if node == 0 { of_start } else { Interval::new(-2.0, 0.0) });
+        }
+        let start = vec![1.0; problem.variables()];
+        solve(&mut problem, &start)
+    });
+    let [with, without] = &outcomes;
+    assert_eq!((with.reason, without.reason), (Reason::Stationary, Reason::Stationary), "{with:?}, {without:?}");
+    assert!((with.value - without.value).abs() < 1e-5, "{} {}", with.value, without.value);
+    assert!(with.evaluations < 2 * without.evaluations, "{} {}", with.evaluations, without.evaluations);
 }
 
 #[test]

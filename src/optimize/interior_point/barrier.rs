@@ -6,7 +6,7 @@ use super::super::problem::{Interval, Problem};
 /// A start is moved so far into its bounds: relative to their size or to their distance, the smaller of both.
 const INSIDE: f64 = 1e-2;
 /// No step goes farther than this share of the way to a bound.
-const TO_BOUND: f64 = 0.995;
+pub(super) const TO_BOUND: f64 = 0.995;
 /// How far the multipliers of bounds may be from μ/distance, by a factor.
 const NEAR: f64 = 1e10;
 
@@ -91,12 +91,12 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(gradient).map(of).fold(0.0, f64::max)
     }
 
-    /// How much of a step from here, behind `before`, keeps away from all bounds: 1 or less.
-    pub(super) fn most(&self, y: &[f64], before: &[f64], step: &[f64]) -> f64 {
+    /// How much of a step from here, behind `before`, goes no farther than a share of the way to any bound: 1 or less.
+    pub(super) fn most(&self, share: f64, y: &[f64], before: &[f64], step: &[f64]) -> f64 {
         let mut most = 1.0f64;
         for (i, of) in self.bounds.iter().enumerate().filter(|(i, _)| step[*i] != 0.0) {
             let [below, above] = distances(of, y[i]);
-            let room = if step[i] < 0.0 { TO_BOUND * below + before[i] } else { TO_BOUND * above - before[i] };
+            let room = if step[i] < 0.0 { share * below + before[i] } else { share * above - before[i] };
             most = most.min((room / step[i].abs()).max(0.0));
         }
         most
@@ -110,6 +110,14 @@ impl Barrier {
                 *y = *before;
             }
         }
+    }
+
+    /// Whether variable i is farther from its bounds at `x` than at y, as its logarithms count.
+    pub(super) fn is_farther(&self, i: usize, x: f64, y: f64) -> bool {
+        let product =
+            |y: f64| distances(&self.bounds[i], y).into_iter().filter(|distance| distance.is_finite()).product::<f64>();
+        let is_inside = distances(&self.bounds[i], x).into_iter().all(|distance| distance > 0.0);
+        is_inside && product(x) > product(y)
     }
 
     /// The multipliers behind a step d from y to `next`.

@@ -18,7 +18,7 @@ use super::outcome::Counted;
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
-use barrier::Barrier;
+use barrier::{Barrier, TO_BOUND};
 use step::{Model, Projection, Step, product};
 
 /// μ becomes this share of itself where its problem is solved to ten times μ …
@@ -53,7 +53,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
-    let mut method = Method::new(&mut counted, x)?;
+    let mut method = Method::new(&mut counted, x, options.violation)?;
     let mut history = vec![method.iterate(&counted, 0.0)];
     let first = history[0].stationarity;
     let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
@@ -120,6 +120,11 @@ struct Method {
     gradient: DVector<f64>,
     c: DVector<f64>,
     jacobian: DMatrix<f64>,
+    /// What constraints may be violated by.
+    allowed: f64,
+    /// Of each row, whether it is an inequality that holds and that no variable changes here, such as a bound at the node where a motion starts: it may
+    /// leave no way between bounds that a slack could keep away from.
+    still: Vec<bool>,
     /// D, and what constraints leave of steps in these units.
     scales: DVector<f64>,
     projection: Rc<Projection>,
@@ -129,7 +134,7 @@ struct Method {
 }
 
 impl Method {
-    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
+    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
@@ -149,12 +154,13 @@ impl Method {
             gradient: DVector::zeros(len),
             c: DVector::zeros(m),
             jacobian: DMatrix::zeros(m, len),
+            allowed,
+            still: vec![false; m],
             scales: DVector::zeros(len),
             projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
             multipliers: DVector::zeros(m),
             penalty: 1.0,
         };
-        method.c = method.constraints(problem, &method.y);
         method.linearise(problem)?;
         if method.barrier.is_there() {
             let forces = method.forces(problem)?;
@@ -166,31 +172,30 @@ impl Method {
 
     /// C(y), with the values of c that the problem has at hand.
     fn constraints<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &DVector<f64>) -> DVector<f64> {
-        let n = problem.bounds.len();
-        let mut slack = n;
-        DVector::from_iterator(
-            self.rows.len(),
-            self.rows.iter().map(|&j| {
-                let of = problem.intervals[j];
-                let target = if of.is_equality() {
-                    of.least
-                } else {
-                    slack += 1;
-                    y[slack - 1]
-                };
-                problem.c[j] - target
-            }),
-        )
+        let mut slacks = y.iter().skip(problem.bounds.len());
+        let differences = self.rows.iter().zip(&self.still).map(|(&j, is_still)| {
+            let of = problem.intervals[j];
+            let target = if of.is_equality() { Some(&of.least) } else { slacks.next() };
+            target.filter(|_| !is_still).map_or(0.0, |target| problem.c[j] - target)
+        });
+        DVector::from_iterator(self.rows.len(), differences)
     }
 
-    /// The derivatives at the point that was evaluated last.
+    /// C and the derivatives at the point that was evaluated last.
     fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
         let n = problem.bounds.len();
         problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
         self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
-        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| self.inequalities.contains(j));
-        inequalities.enumerate().for_each(|(slack, (k, _))| self.jacobian[(k, n + slack)] = -1.0);
         self.scales = self.barrier.scales(self.y.as_slice()).into();
+        let mut slack = n;
+        for (k, &j) in self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality()) {
+            let changes = self.jacobian.view((k, 0), (1, n)).amax() > 0.0;
+            self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
+            (self.jacobian[(k, slack)], self.scales[slack]) =
+                if self.still[k] { (0.0, 0.0) } else { (-1.0, self.scales[slack]) };
+            slack += 1;
+        }
+        self.c = self.constraints(problem, &self.y);
         self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
         Ok(())
     }
@@ -326,7 +331,7 @@ impl Method {
         }
         let corrected = &step.p + projection.least_change(&next.c);
         let (d, none) = (corrected.component_mul(scales), vec![0.0; corrected.len()]);
-        if self.barrier.most(self.y.as_slice(), &none, d.as_slice()) < 1.0 {
+        if self.barrier.most(TO_BOUND, self.y.as_slice(), &none, d.as_slice()) < 1.0 {
             return (next, ratio);
         }
         let other = self.try_step(problem, &corrected, scales);
@@ -351,7 +356,14 @@ impl Method {
     fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
         let mut y = &self.y + p.component_mul(scales);
         self.barrier.keep_inside(self.y.as_slice(), y.as_mut_slice());
-        let value = problem.evaluate(&y.as_slice()[..problem.bounds.len()]);
+        let n = problem.bounds.len();
+        let value = problem.evaluate(&y.as_slice()[..n]);
+        // A slack that is nearer to a bound than its constraint is takes its value: both the barrier and C fall.
+        for (slack, &j) in self.inequalities.iter().enumerate() {
+            if self.barrier.is_farther(n + slack, problem.c[j], y[n + slack]) {
+                y[n + slack] = problem.c[j];
+            }
+        }
         Trial { c: self.constraints(problem, &y), y, value }
     }
 
@@ -371,7 +383,7 @@ impl Method {
     fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
         let length = (&to.y - &self.y).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
-        (self.y, self.value, self.c) = (to.y, to.value, to.c);
+        (self.y, self.value) = (to.y, to.value);
         // A second trial may have been evaluated after the one that is taken.
         problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
         self.linearise(problem)?;

@@ -7,31 +7,37 @@
 //!   tangential    min ½ tᵀĤ t + (ĝ + Ĥ n)ᵀ t      Â t = 0,   ‖n + t‖ ≤ Δ       (Steihaug; Gould, Hribar and Nocedal 2001)
 //! ```
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::super::Problem;
 use super::super::outcome::Counted;
-use super::barrier::Barrier;
+use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
 
 /// The share of the radius that the normal step may take.
 const OF_NORMAL: f64 = 0.75;
+/// And of the way to bounds: what it reaches holds the step along the constraints.
+const NORMAL_TO_BOUND: f64 = 0.8 * TO_BOUND;
 /// How exact conjugate gradients are at least.
 const TOLERANCE: f64 = 0.1;
-/// What keeps rows of length 1 that say the same apart, and the square of the distance below which they do.
-const REGULAR: f64 = 1e-13;
-const SAME: f64 = 1e-11;
+/// How far a row of length 1 must be from what others span to say something of its own.
+const OWN: f64 = 1e-11;
 /// The share of a gradient below which what constraints leave of it is rounding.
 const ROUNDED: f64 = 1e-12;
 /// The share of a violation that no change takes back where constraints contradict each other.
 const CONTRADICTS: f64 = 1e-6;
 
-/// The constraints' Jacobian in scaled variables, and the factors of Â Âᵀ with rows of length 1.
+/// The constraints' Jacobian in scaled variables, and Q R = Âᵀ of those rows that say something of their own, brought to length 1.
+///
+/// By the rows themselves, not by Â Âᵀ: an equality and a slack next to its bound may differ by less than the root of rounding.
 pub(super) struct Projection {
     pub(super) a: DMatrix<f64>,
     /// One over the lengths of the rows.
     inverse: DVector<f64>,
-    factors: Option<Cholesky<f64, Dyn>>,
+    /// Which row each column of Q R is.
+    rows: Vec<usize>,
+    q: DMatrix<f64>,
+    r: DMatrix<f64>,
 }
 
 impl Projection {
@@ -40,38 +46,37 @@ impl Projection {
         a.column_iter_mut().zip(scales).for_each(|(mut column, scale)| column *= *scale);
         let inverse = |length: f64| if length > 0.0 { 1.0 / length } else { 0.0 };
         let inverse = DVector::from_iterator(a.nrows(), a.row_iter().map(|row| inverse(row.norm())));
-        let mut rows = a.clone();
-        rows.column_iter_mut().for_each(|mut column| column.component_mul_assign(&inverse));
-        let mut square = &rows * rows.transpose();
-        // What no variable can change stays.
-        (0..square.nrows()).for_each(|j| square[(j, j)] += if inverse[j] > 0.0 { REGULAR } else { 1.0 });
-        Projection { factors: if a.nrows() > 0 { square.cholesky() } else { None }, a, inverse }
+        let mut columns = a.transpose();
+        columns.column_iter_mut().zip(&inverse).for_each(|(mut column, inverse)| column *= *inverse);
+        let mut rows = RowDVector::from_fn(a.nrows(), |_, j| j);
+        let factors = columns.col_piv_qr();
+        factors.p().permute_columns(&mut rows);
+        let (q, r) = (factors.q(), factors.r());
+        let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > OWN).count();
+        let (q, r) = (q.columns(0, rank).into_owned(), r.view((0, 0), (rank, rank)).into_owned());
+        Projection { a, inverse, rows: rows.iter().copied().take(rank).collect(), q, r }
     }
 
     /// How many rows say something of their own.
     fn rank(&self) -> usize {
-        let own = |factors: &Cholesky<f64, Dyn>| {
-            let distances = factors.l_dirty().diagonal().map(|x| x * x);
-            distances.iter().zip(&self.inverse).filter(|(square, of)| **square > SAME && **of > 0.0).count()
-        };
-        self.factors.as_ref().map_or(0, own)
-    }
-
-    /// (Â Âᵀ)⁻¹ r.
-    fn solve(&self, r: &DVector<f64>) -> DVector<f64> {
-        let solved =
-            |factors: &Cholesky<f64, Dyn>| factors.solve(&r.component_mul(&self.inverse)).component_mul(&self.inverse);
-        self.factors.as_ref().map_or_else(|| DVector::zeros(r.len()), solved)
+        self.rows.len()
     }
 
     /// The multipliers w for which ĝ + Âᵀw is least.
     pub(super) fn multipliers(&self, gradient: &DVector<f64>) -> DVector<f64> {
-        -self.solve(&(&self.a * gradient))
+        let mut w = self.q.tr_mul(gradient);
+        // Its pivots are none of them zero.
+        let _ = self.r.solve_upper_triangular_mut(&mut w);
+        let mut all = DVector::zeros(self.a.nrows());
+        self.rows.iter().zip(&w).for_each(|(&j, w)| all[j] = -w * self.inverse[j]);
+        all
     }
 
     /// The least change that makes C + Â n vanish, or least where constraints contradict each other.
     pub(super) fn least_change(&self, c: &DVector<f64>) -> DVector<f64> {
-        let change = -self.a.tr_mul(&self.solve(c));
+        let mut z = DVector::from_iterator(self.rank(), self.rows.iter().map(|&j| -c[j] * self.inverse[j]));
+        let _ = self.r.tr_solve_upper_triangular_mut(&mut z);
+        let change = &self.q * z;
         let left = c + &self.a * &change;
         if left.norm() <= CONTRADICTS * c.norm() { change } else { self.balanced(change, left) }
     }
@@ -96,7 +101,7 @@ impl Projection {
 
     /// r without its part along the rows of Â; twice, for rounding.
     fn project(&self, r: &DVector<f64>) -> DVector<f64> {
-        let once = |r: &DVector<f64>| r - self.a.tr_mul(&self.solve(&(&self.a * r)));
+        let once = |r: &DVector<f64>| r - &self.q * self.q.tr_mul(r);
         if self.a.nrows() == 0 { r.clone() } else { once(&once(r)) }
     }
 }
@@ -173,7 +178,7 @@ impl Model<'_> {
                 break;
             }
         }
-        let most = self.most(&normal[0], &t);
+        let most = self.most(TO_BOUND, &normal[0], &t);
         self.complete(&normal, [t * most, of_t * most])
     }
 
@@ -208,14 +213,14 @@ impl Model<'_> {
             let share = to_sphere(&cauchy, &rest, radius);
             cauchy + rest * share
         };
-        let most = self.most(&DVector::zeros(n.len()), &n);
+        let most = self.most(NORMAL_TO_BOUND, &DVector::zeros(n.len()), &n);
         n * most
     }
 
-    /// How much of a step behind another one keeps away from bounds.
-    fn most(&self, before: &DVector<f64>, step: &DVector<f64>) -> f64 {
+    /// How much of a step behind another one goes no farther than a share of the way to bounds.
+    fn most(&self, share: f64, before: &DVector<f64>, step: &DVector<f64>) -> f64 {
         let (before, step) = (before.component_mul(self.scales), step.component_mul(self.scales));
-        self.barrier.most(self.y.as_slice(), before.as_slice(), step.as_slice())
+        self.barrier.most(share, self.y.as_slice(), before.as_slice(), step.as_slice())
     }
 
     /// t, and Ĥ t.
@@ -244,7 +249,7 @@ impl Model<'_> {
             let alpha = if curvature > 0.0 { (rv / curvature).min(longest) } else { longest };
             let is_last = alpha >= longest;
             let step = &d * alpha;
-            match self.most(&at, &step) >= 1.0 {
+            match self.most(TO_BOUND, &at, &step) >= 1.0 {
                 true => inside = None,
                 false if inside.is_none() => inside = Some([t.clone(), of_t.clone(), step.clone(), &of_d * alpha]),
                 false => {}
@@ -264,7 +269,7 @@ impl Model<'_> {
             rv = next;
         }
         if let Some([t, of_t, step, of_step]) = inside {
-            let share = self.most(&(&*n + &t), &step);
+            let share = self.most(TO_BOUND, &(&*n + &t), &step);
             return Ok([t + step * share, of_t + of_step * share]);
         }
         Ok([t, of_t])
