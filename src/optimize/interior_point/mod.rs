@@ -187,13 +187,13 @@ impl Method {
         problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
         self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
         self.scales = self.barrier.scales(self.y.as_slice()).into();
-        let mut slack = n;
-        for (k, &j) in self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality()) {
+        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality());
+        for (slack, (k, &j)) in (n..).zip(inequalities) {
             let changes = self.jacobian.view((k, 0), (1, n)).amax() > 0.0;
             self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
-            (self.jacobian[(k, slack)], self.scales[slack]) =
-                if self.still[k] { (0.0, 0.0) } else { (-1.0, self.scales[slack]) };
-            slack += 1;
+            let moves = if self.still[k] { 0.0 } else { 1.0 };
+            self.jacobian[(k, slack)] = -moves;
+            self.scales[slack] *= moves;
         }
         self.c = self.constraints(problem, &self.y);
         self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
