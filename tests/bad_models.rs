@@ -1,57 +1,17 @@
 //! Elements of a user's own that go wrong: no mass, NaN at the start or later, roots with infinite derivatives.
 
 mod common;
+#[path = "scenes/sled.rs"]
+mod sled;
 
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene,
-    Settings, Sum, System, gradient, simulate,
+    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Sum, System, gradient,
+    simulate,
 };
 use nalgebra::SVector;
-
-/// ½ m v², b = [m].
-struct Mass;
-impl KineticEnergy<1, 1> for Mass {
-    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, b: &SVector<S, 1>) -> S {
-        b[0] * v[0] * v[0] * 0.5
-    }
-}
-
-/// A function of q, v, t as a force on a mass of 1 kg, so that each test is a formula.
-struct Own<F>(F);
-trait Formula: Send + Sync + 'static {
-    fn at<S: Scalar>(&self, q: S, v: S, t: S) -> S;
-}
-impl<F: Formula> Force<1> for Own<F> {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
-        SVector::from([self.0.at(at.q[0], at.v[0], at.t)])
-    }
-}
-impl<F: Formula> PotentialEnergy<1> for Own<F> {
-    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, t: S) -> S {
-        self.0.at(q[0], S::zero(), t)
-    }
-}
-impl<F: Formula> Constraint<1, 1> for Own<F> {
-    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, t: S) -> SVector<S, 1> {
-        SVector::from([self.0.at(q[0], S::zero(), t)])
-    }
-}
-impl<F: Formula> Cost<1> for Own<F> {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
-        self.0.at(at.q[0], at.v[0], at.t)
-    }
-}
-
-/// A mass on a line, with what `add` adds to it.
-fn sled(mass: f64, add: impl FnOnce(&mut Scene, hamiltonian_adjoint::Coordinate)) -> System {
-    let mut scene = Scene::new();
-    let [x] = scene.coordinates("sled", ["x"]);
-    scene.kinetic_energy("mass", Mass, [x], [mass.into()]);
-    add(&mut scene, x);
-    scene.compile().expect("scene")
-}
+use sled::{Formula, Mass, Own, sled};
 
 fn failure(system: &System) -> Error {
     let inputs = Inputs::at_rest(system, Grid::uniform(20, 0.1));

@@ -1,45 +1,12 @@
 //! Elements of a user's own whose formulas are at the edge of where they are defined, or at a kink, when a motion begins: what needs no derivative
 //! there is refused no motion, and no gradient.
 
+#[path = "scenes/sled.rs"]
+mod sled;
+
 use hamiltonian_adjoint::check::{Input, complex_step, tangent};
-use hamiltonian_adjoint::{
-    Coordinate, Cost, CostPoint, Force, ForcePoint, Grid, Held, Inputs, KineticEnergy, Scalar, Scene, Settings, Start, Sum,
-    System, gradient, simulate,
-};
-use nalgebra::SVector;
-
-/// T = ½ v².
-struct Mass;
-impl KineticEnergy<1> for Mass {
-    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
-        v[0] * v[0] * 0.5
-    }
-}
-
-/// A function of q, v, t as a force or a cost.
-struct Own<F>(F);
-trait Formula: Send + Sync + 'static {
-    fn at<S: Scalar>(&self, q: S, v: S, t: S) -> S;
-}
-impl<F: Formula> Force<1> for Own<F> {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
-        SVector::from([self.0.at(at.q[0], at.v[0], at.t)])
-    }
-}
-impl<F: Formula> Cost<1> for Own<F> {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
-        self.0.at(at.q[0], at.v[0], at.t)
-    }
-}
-
-/// A mass of 1 kg on a line, with what `add` adds to it.
-fn sled(add: impl FnOnce(&mut Scene, Coordinate)) -> System {
-    let mut scene = Scene::new();
-    let [x] = scene.coordinates("sled", ["x"]);
-    scene.kinetic_energy("mass", Mass, [x], []);
-    add(&mut scene, x);
-    scene.compile().expect("scene")
-}
+use hamiltonian_adjoint::{Grid, Held, Inputs, Scalar, Settings, Start, Sum, gradient, simulate};
+use sled::{Formula, Own, sled};
 
 /// √t.
 struct RootOfTime;
@@ -76,12 +43,12 @@ impl Formula for Both {
 
 #[test]
 fn what_grows_like_a_root_of_time_or_brakes_with_a_power_of_velocity_may_begin_at_zero() {
-    let root = sled(|scene, x| {
+    let root = sled(1.0, |scene, x| {
         scene.force("pull", Own(RootOfTime), [x], [], []);
         scene.cost("end", Own(Both), Sum::Terminal, [x], [], [], []);
         scene.cost("way", Own(RootOfTime), Sum::Trapezoidal, [x], [], [], []);
     });
-    let friction = sled(|scene, x| {
+    let friction = sled(1.0, |scene, x| {
         scene.force("friction", Own(Friction), [x], [], []);
         scene.cost("end", Own(Both), Sum::Terminal, [x], [], [], []);
     });
@@ -100,7 +67,7 @@ fn what_grows_like_a_root_of_time_or_brakes_with_a_power_of_velocity_may_begin_a
 
 #[test]
 fn an_assembled_start_asks_no_force_where_the_motion_does_not_begin() {
-    let system = sled(|scene, x| scene.force("brake", Own(RootOfVelocity), [x], [], []));
+    let system = sled(1.0, |scene, x| scene.force("brake", Own(RootOfVelocity), [x], [], []));
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.1));
     inputs.start.rate_mut()[0] = 1.0;
     let given = simulate(&system, &inputs, Settings::default()).expect("a motion");
@@ -118,6 +85,6 @@ impl Formula for Kink {
 
 #[test]
 fn a_kink_where_a_scene_is_compiled_is_no_disagreement() {
-    let system = sled(|scene, x| scene.force("kink", Own(Kink), [x], [], []));
+    let system = sled(1.0, |scene, x| scene.force("kink", Own(Kink), [x], [], []));
     simulate(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.1)), Settings::default()).expect("a motion");
 }
