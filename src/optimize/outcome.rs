@@ -205,8 +205,9 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// # Errors
     /// Why it has none.
     pub(super) fn evaluate_start(&mut self, x: &[f64]) -> Result<f64, Error> {
+        let earlier = self.first_failure.take();
         let f = self.evaluate(x);
-        self.first_failure.take().map_or(Ok(f), Err)
+        std::mem::replace(&mut self.first_failure, earlier).map_or(Ok(f), Err)
     }
 
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {

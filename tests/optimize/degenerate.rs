@@ -5,7 +5,7 @@ use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, interior_point, silent,
 };
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error, Grid, Inputs, Settings};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings};
 
 fn solve(problem: &mut impl Problem, start: &[f64]) -> Outcome {
     interior_point(problem, start, &Options { iterations: 200, ..Options::default() }, &mut silent).expect("fits")
@@ -94,32 +94,82 @@ fn an_equality_beside_the_same_inequality_leaves_slacks_no_room_and_does_no_harm
     }
 }
 
-#[test]
-fn a_bound_where_a_motion_starts_holds_nothing() {
-    // A cart that starts at the end of its rail.
+/// A cart that swings a link up on a rail, in 2 s with a force of at most so many newtons, at rest at the end.
+fn on_a_rail(steps: usize, force: f64, solve: impl FnOnce(&mut MotionProblem, &[Output])) {
     let mut cart = CartPendulum::with_links(1).mechanism();
     let end = cart.scene.end_state(cart.links[0].coordinates[2]);
     let x = cart.cart.coordinates[0];
     cart.scene.effort("effort", cart.force, 0.01);
-    let places: Vec<_> = (0..=20).map(|node| cart.scene.reading(&format!("place {node}"), x, node, 0.0, 1.0)).collect();
-    let free = vec![Free::control(cart.force).within(-60.0, 60.0).scaled(10.0)];
+    let places: Vec<_> = (0..=steps).map(|node| cart.scene.reading(&format!("place {node}"), x, node, 0.0, 1.0)).collect();
+    let free = vec![Free::control(cart.force).within(-force, force).scaled(10.0)];
     let system = cart.scene.compile().expect("a scene");
-    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    let inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
     let variables = Variables::new(&system, &inputs, free).expect("variables");
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     problem.constrain(end.position, Interval::equal(std::f64::consts::FRAC_PI_2));
     problem.constrain(end.rate, Interval::equal(0.0));
-    let outcomes = [Interval::new(-2.0, 0.0), Interval::FREE].map(|of_start| {
-        for (node, place) in places.iter().enumerate() {
-            problem.constrain(*place, if node == 0 { of_start } else { Interval::new(-2.0, 0.0) });
-        }
-        let start = vec![1.0; problem.variables()];
-        solve(&mut problem, &start)
+    solve(&mut problem, &places);
+}
+
+#[test]
+fn a_rail_that_holds_the_cart_at_many_nodes_is_followed() {
+    // Of the rails that a force of 40 N cannot swing the link up on, the least violation is an answer.
+    for (rail, force, most, reason) in [
+        (Interval::new(-1.0, 1.0), 40.0, 400, Reason::Stationary),
+        (Interval::new(0.0, 1.5), 120.0, 400, Reason::Stationary),
+        (Interval::new(0.0, 1.0), 120.0, 600, Reason::Stationary),
+        (Interval::new(-0.4, 0.4), 40.0, 400, Reason::Infeasible),
+    ] {
+        on_a_rail(50, force, |problem, places| {
+            places.iter().for_each(|place| problem.constrain(*place, rail));
+            let options = Options { stationarity: 1e-6, iterations: 300, ..Options::default() };
+            let start = vec![1.0; problem.variables()];
+            let outcome = interior_point(problem, &start, &options, &mut silent).expect("fits");
+            println!("{rail:?}, {force} N: {:?} {} {}", outcome.reason, outcome.value, outcome.evaluations);
+            assert_eq!(outcome.reason, reason, "{rail:?}, {force} N");
+            assert!(outcome.evaluations < most, "{}", outcome.evaluations);
+            assert_eq!(outcome.violation < 1e-8, reason == Reason::Stationary, "{}", outcome.violation);
+        });
+    }
+}
+
+#[test]
+fn where_a_constraint_is_nearest_to_zero_it_is_infeasible_and_where_it_vanishes_twice_it_is_not() {
+    let cubic: Function = |x, c, g| {
+        c[0] = x[0].powi(3) - 2.0 * x[0] + 2.0;
+        (g[0], g[1]) = (2.0 * x[0], 3.0 * x[0] * x[0] - 2.0);
+        x[0] * x[0]
+    };
+    let solve = |f, start| solve(&mut Given::new(f, vec![Interval::FREE], vec![Interval::ZERO]), &[start]);
+    let outcome = solve(cubic, 0.8);
+    assert_eq!(outcome.reason, Reason::Infeasible, "{outcome:?}");
+    assert_near(&outcome.x, &[(2.0f64 / 3.0).sqrt()], 1e-3);
+    assert_near(&solve(cubic, -1.0).x, &[-1.769_292_354_238_631_4], 1e-6);
+    let twice: Function = |x, c, g| {
+        c[0] = (x[0] - 1.0).powi(2);
+        (g[0], g[1]) = (2.0 * x[0], 2.0 * (x[0] - 1.0));
+        x[0] * x[0]
+    };
+    let outcome = solve(twice, 3.0);
+    assert!(outcome.reason != Reason::Infeasible && outcome.violation < 1e-8, "{outcome:?}");
+}
+
+#[test]
+fn a_bound_where_a_motion_starts_holds_nothing() {
+    // A cart that starts at the end of its rail.
+    on_a_rail(20, 60.0, |problem, places| {
+        let outcomes = [Interval::new(-2.0, 0.0), Interval::FREE].map(|of_start| {
+            for (node, place) in places.iter().enumerate() {
+                problem.constrain(*place, if node == 0 { of_start } else { Interval::new(-2.0, 0.0) });
+            }
+            let start = vec![1.0; problem.variables()];
+            solve(problem, &start)
+        });
+        let [with, without] = &outcomes;
+        assert_eq!((with.reason, without.reason), (Reason::Stationary, Reason::Stationary), "{with:?}, {without:?}");
+        assert!((with.value - without.value).abs() < 1e-5, "{} {}", with.value, without.value);
+        assert!(with.evaluations < 2 * without.evaluations, "{} {}", with.evaluations, without.evaluations);
     });
-    let [with, without] = &outcomes;
-    assert_eq!((with.reason, without.reason), (Reason::Stationary, Reason::Stationary), "{with:?}, {without:?}");
-    assert!((with.value - without.value).abs() < 1e-5, "{} {}", with.value, without.value);
-    assert!(with.evaluations < 2 * without.evaluations, "{} {}", with.evaluations, without.evaluations);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use hamiltonian_adjoint::optimize::{MultipleShooting, Options, Outcome, interior_point, silent};
+use hamiltonian_adjoint::optimize::{Iterate, MultipleShooting, Options, Outcome, interior_point, silent};
 use hamiltonian_adjoint::{Error, Inputs, Settings, Trajectory};
 use nalgebra::DVector;
 
@@ -37,11 +37,12 @@ pub fn solve(posed: &Posed, options: &Options, is_merged: bool) -> Result<(Outco
             v.copy_from(&states[node].1);
         })?;
         let last = found.outcome;
+        let after = |it: Iterate| Iterate { evaluations: before.evaluations + it.evaluations, ..it };
         found.outcome = Outcome {
             evaluations: before.evaluations + last.evaluations,
             gradients: before.gradients + last.gradients,
             products: before.products + last.products,
-            history: before.history.into_iter().chain(last.history).collect(),
+            history: before.history.into_iter().chain(last.history.into_iter().map(after)).collect(),
             ..last
         };
     }

@@ -9,6 +9,9 @@ const INSIDE: f64 = 1e-2;
 pub(super) const TO_BOUND: f64 = 0.995;
 /// How far the multipliers of bounds may be from μ/distance, by a factor.
 const NEAR: f64 = 1e10;
+/// Newton's steps at most to a least value between two bounds, and how near to it, in parts of the distance from the bounds, is enough.
+const NEWTON: usize = 60;
+const CLOSE: f64 = 1e-8;
 
 /// The bounds of y, their multipliers z, and μ.
 #[derive(Clone)]
@@ -112,12 +115,21 @@ impl Barrier {
         }
     }
 
-    /// Whether variable i is farther from its bounds at `x` than at y, as its logarithms count.
-    pub(super) fn is_farther(&self, i: usize, x: f64, y: f64) -> bool {
-        let product =
-            |y: f64| distances(&self.bounds[i], y).into_iter().filter(|distance| distance.is_finite()).product::<f64>();
-        let is_inside = distances(&self.bounds[i], x).into_iter().all(|distance| distance > 0.0);
-        is_inside && product(x) > product(y)
+    /// The y_i where −w [ln(y_i − l) + ln(u − y_i)] + ½ (y_i − x)² is least, unless rounding leaves no room for it.
+    pub(super) fn settled(&self, i: usize, x: f64, weight: f64) -> Option<f64> {
+        let of = &self.bounds[i];
+        // The root of d (d − e) = w, without cancellation.
+        let from_bound = |e: f64| {
+            let root = (e * e + 4.0 * weight).sqrt();
+            if e > 0.0 { 0.5 * (e + root) } else { 2.0 * weight / (root - e) }
+        };
+        let y = match [of.least, of.most].map(f64::is_finite) {
+            [true, false] => of.least + from_bound(x - of.least),
+            [false, true] => of.most - from_bound(of.most - x),
+            _ => between(of, x, weight),
+        };
+        let is_inside = distances(of, y).into_iter().all(|distance| distance > 0.0);
+        is_inside.then_some(y)
     }
 
     /// The multipliers behind a step d from y to `next`.
@@ -136,4 +148,53 @@ impl Barrier {
 /// y − l and u − y; of what is fixed, infinite.
 fn distances(of: &Interval, y: f64) -> [f64; 2] {
     if of.is_equality() { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
+}
+
+/// Where y − x − w/(y − l) + w/(u − y) = 0: by Newton's method, or in the middle of what is left where that leads out of it.
+fn between(of: &Interval, x: f64, weight: f64) -> f64 {
+    let (mut low, mut high) = (of.least, of.most);
+    let mut y = 0.5 * (low + high);
+    for _ in 0..NEWTON {
+        let [below, above] = distances(of, y);
+        let slope = y - x - weight / below + weight / above;
+        *if slope > 0.0 { &mut high } else { &mut low } = y;
+        let next = y - slope / (1.0 + weight / (below * below) + weight / (above * above));
+        let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
+        let is_found = (next - y).abs() <= CLOSE * below.min(above);
+        y = next;
+        if is_found {
+            break;
+        }
+    }
+    y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_settled_slack_is_where_its_terms_are_least() {
+        let bounds = [Interval::at_least(-1.0), Interval::at_most(2.0), Interval::new(-1.0, 2.0)];
+        let barrier = Barrier { z: vec![[0.0; 2]; 3], bounds: bounds.to_vec(), mu: 1.0 };
+        for (i, of) in bounds.iter().enumerate() {
+            for x in [-30.0, -1.0, -1.0 + 1e-9, 0.3, 0.5, 2.0, 2.1, 1e6] {
+                for weight in [1e-18, 1e-7, 0.1, 30.0] {
+                    let Some(y) = barrier.settled(i, x, weight) else {
+                        assert!(
+                            weight < 1e-12 && of.nearest(x) != x || of.least == x || of.most == x,
+                            "{of:?} {x} {weight}"
+                        );
+                        continue;
+                    };
+                    let [below, above] = distances(of, y);
+                    let terms = [y - x, -weight / below, weight / above];
+                    // As exact as y is written, where the terms are steep.
+                    let steep = 1.0 + weight / (below * below) + weight / (above * above);
+                    let rounding = 1e-15 * terms.iter().map(|x| x.abs()).sum::<f64>() + 4e-16 * steep * y.abs();
+                    assert!(terms.iter().sum::<f64>().abs() <= 4.0 * rounding, "{of:?} {x} {weight}: {y} {terms:?}");
+                }
+            }
+        }
+    }
 }

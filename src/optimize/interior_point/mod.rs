@@ -5,10 +5,13 @@
 //!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
 //! ```
 //!
-//! for smaller and smaller μ; steps ([`step`]) are judged by φ = f + barrier + ν ‖C‖, with a second-order correction.
+//! for smaller and smaller μ; steps ([`step`]) are judged where they lead ([`trial`]). Where constraints come no closer, they alone are looked at
+//! ([`feasibility`]).
 
 mod barrier;
+mod feasibility;
 mod step;
+mod trial;
 
 use std::rc::Rc;
 
@@ -18,21 +21,24 @@ use super::outcome::Counted;
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
-use barrier::{Barrier, TO_BOUND};
-use step::{Model, Projection, Step, product};
+use barrier::Barrier;
+use step::{Model, Projection, product};
+use trial::Trial;
 
 /// μ becomes this share of itself where its problem is solved to ten times μ …
 const LESS: f64 = 0.2;
 const SOLVED: f64 = 10.0;
-/// … and at first this share of the forces on the variables.
-const FIRST: f64 = 0.1;
-/// What constraints come closer must count for this share of what φ falls by.
-const SHARE: f64 = 0.3;
+/// … and at first as large as the forces on the variables: with less, slacks would be at their bounds before constraints hold.
+const FIRST: f64 = 1.0;
 /// Steps that φ falls by this share of what was foreseen are taken.
 const ACCEPTED: f64 = 1e-8;
 /// The radius below which there is nothing to be found.
 const LEAST: f64 = 1e-13;
-/// A violation that moves by less than this, and whose derivatives along all ways that are open are below it, does not get smaller.
+/// Constraints come no closer where so many iterations leave this share of a violation, and each the other share of the largest …
+const SLOW_FOR: usize = 20;
+const SLOW: f64 = 0.9;
+const ALIKE: f64 = 0.5;
+/// … and in a step that changes less than this share of it.
 const STUCK: f64 = 1e-9;
 /// So many steps of which nothing was foreseen but rounding, and no constraint to come closer, are the last.
 const MOST_IDLE: usize = 10;
@@ -56,8 +62,10 @@ pub fn interior_point<P: Problem + ?Sized>(
     let mut method = Method::new(&mut counted, x, options.violation)?;
     let mut history = vec![method.iterate(&counted, 0.0)];
     let first = history[0].stationarity;
-    let mut radius = options.first_step.unwrap_or(1.0).max(method.y.amax());
+    let mut radius = method.first_radius(options);
     let mut idle = 0;
+    // Where the method began last, and the iterations of others.
+    let (mut begin, mut spent) = (0, 0);
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &method.y.as_slice()[..counted.bounds.len()]).is_break() {
@@ -76,36 +84,47 @@ pub fn interior_point<P: Problem + ?Sized>(
         if feasible && stays && last.stationarity <= method.rounding(&mut counted)? {
             break Reason::Stationary;
         }
-        let as_far = before.is_some_and(|before| last.violation >= (1.0 - STUCK) * before.violation);
-        if !feasible && as_far && method.is_stuck() {
-            break Reason::Infeasible;
-        }
-        if history.len() > options.iterations {
+        if history.len() + spent > options.iterations {
             break Reason::Iterations;
         }
         method.lower_barrier(asked.max(f64::MIN_POSITIVE));
-        let step = if idle < MOST_IDLE { method.advance(&mut counted, &mut radius)? } else { None };
-        let Some((length, is_idle)) = step else {
+        let ends = idle >= MOST_IDLE || !feasible && is_slow(&history[begin..]);
+        let step = if ends { None } else { method.advance(&mut counted, &mut radius)? };
+        if let Some((length, is_idle)) = step {
+            idle = if is_idle { idle + 1 } else { 0 };
+            history.push(method.iterate(&counted, length));
+        } else if feasible {
             // Multipliers are those of a smaller barrier meanwhile.
             let rounding = method.rounding(&mut counted)?;
             let now = method.iterate(&counted, last.step);
             history.pop();
             history.push(now);
             let small = if method.barrier.mu <= asked { asked.max(rounding) } else { rounding };
-            break match now.violation <= options.violation {
-                false => Reason::Infeasible,
-                true if now.stationarity <= small => Reason::Stationary,
-                true => Reason::NoLowerValue,
-            };
-        };
-        idle = if is_idle { idle + 1 } else { 0 };
-        history.push(method.iterate(&counted, length));
+            break if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue };
+        } else {
+            let x = method.y.as_slice()[..counted.bounds.len()].to_vec();
+            let found = feasibility::approach(&mut counted, &x, options)?;
+            method = Method::at(&mut counted, found.x, options.violation)?;
+            (begin, spent) = (history.len(), spent + found.iterations);
+            (idle, radius) = (0, method.first_radius(options));
+            history.push(method.iterate(&counted, found.step));
+            if !found.is_closer {
+                break Reason::Infeasible;
+            }
+        }
     };
     let (n, multipliers) = (counted.bounds.len(), method.all_multipliers(&counted));
     let (x, value) = (method.y.as_slice()[..n].to_vec(), method.value);
     // What the problem keeps is the motion of the answer.
     counted.ensure(&x);
     Ok(counted.outcome(x, value, multipliers, history, reason))
+}
+
+/// Whether constraints stay violated as they are: near to where they hold, violations come and go.
+fn is_slow(history: &[Iterate]) -> bool {
+    let lately = history.iter().rev().take(SLOW_FOR).map(|of| of.violation);
+    let (least, most) = lately.fold((f64::INFINITY, 0.0f64), |(least, most), x| (least.min(x), most.max(x)));
+    history.len() >= SLOW_FOR && least > ALIKE * most && least > SLOW * history[history.len() - SLOW_FOR].violation
 }
 
 /// The point y = (x, s) with all that is known of it.
@@ -134,16 +153,21 @@ struct Method {
 }
 
 impl Method {
-    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
+    /// At x, moved inside its bounds.
+    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, mut x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
+        Barrier::new(problem, &[], &mut x);
+        Method::at(problem, x, allowed)
+    }
+
+    /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
+    fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
-        let mut y = x;
-        // Once without slacks, to move x inside; then with those of its constraints.
-        Barrier::new(problem, &[], &mut y);
-        let value = problem.evaluate_start(&y)?;
-        y.extend(inequalities.iter().map(|&j| problem.c[j]));
+        let value = problem.evaluate_start(&x)?;
+        let mut y: Vec<f64> = x.iter().copied().chain(inequalities.iter().map(|&j| problem.c[j])).collect();
         let barrier = Barrier::new(problem, &inequalities, &mut y);
+        y[..x.len()].copy_from_slice(&x);
         let (m, len) = (rows.len(), y.len());
         let mut method = Method {
             rows,
@@ -230,6 +254,10 @@ impl Method {
         all
     }
 
+    fn first_radius(&self, options: &Options) -> f64 {
+        options.first_step.unwrap_or(1.0).max(self.y.amax())
+    }
+
     /// What the gradient of the Lagrangian is small against.
     fn scale(&self) -> f64 {
         let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
@@ -244,12 +272,6 @@ impl Method {
         let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
         let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
         Ok(ROUNDED * terms.component_mul(&self.scales).amax())
-    }
-
-    /// Whether ‖C‖ has no derivative but into bounds that are reached.
-    fn is_stuck(&self) -> bool {
-        let pull = self.jacobian.tr_mul(&self.c);
-        self.barrier.stationarity(self.y.as_slice(), pull.as_slice()) <= STUCK * self.c.norm() * self.jacobian.amax()
     }
 
     fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
@@ -273,10 +295,6 @@ impl Method {
             self.barrier.mu *= LESS;
             self.find_multipliers();
         }
-    }
-
-    fn merit(&self, value: f64, y: &DVector<f64>, c: &DVector<f64>) -> f64 {
-        value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
     }
 
     /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
@@ -317,66 +335,10 @@ impl Method {
         Ok(None)
     }
 
-    /// Where a step leads, or where it leads when what constraints bent away meanwhile is taken back, if that is better.
-    fn better_trial<P: Problem + ?Sized>(
-        &self,
-        problem: &mut Counted<P>,
-        (step, projection, scales): (&Step, &Projection, &DVector<f64>),
-        (here, foreseen): (f64, f64),
-    ) -> (Trial, f64) {
-        let next = self.try_step(problem, &step.p, scales);
-        let ratio = self.ratio(&next, here, foreseen);
-        if ratio >= ACCEPTED || !next.value.is_finite() || self.rows.is_empty() {
-            return (next, ratio);
-        }
-        let corrected = &step.p + projection.least_change(&next.c);
-        let (d, none) = (corrected.component_mul(scales), vec![0.0; corrected.len()]);
-        if self.barrier.most(TO_BOUND, self.y.as_slice(), &none, d.as_slice()) < 1.0 {
-            return (next, ratio);
-        }
-        let other = self.try_step(problem, &corrected, scales);
-        let of_other = self.ratio(&other, here, foreseen);
-        if of_other > ratio { (other, of_other) } else { (next, ratio) }
-    }
-
     /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
     fn prepare_products<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(), Error> {
         let mut lagrangian = vec![0.0; problem.bounds.len()];
         problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
-    }
-
-    /// What φ should fall by; ν grows until what constraints come closer counts enough.
-    fn weigh(&mut self, step: &Step) -> f64 {
-        if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
-            self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
-        }
-        step.model + self.penalty * step.closer.max(0.0)
-    }
-
-    fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
-        let mut y = &self.y + p.component_mul(scales);
-        self.barrier.keep_inside(self.y.as_slice(), y.as_mut_slice());
-        let n = problem.bounds.len();
-        let value = problem.evaluate(&y.as_slice()[..n]);
-        // A slack that is nearer to a bound than its constraint is takes its value: both the barrier and C fall.
-        for (slack, &j) in self.inequalities.iter().enumerate() {
-            if self.barrier.is_farther(n + slack, problem.c[j], y[n + slack]) {
-                y[n + slack] = problem.c[j];
-            }
-        }
-        Trial { c: self.constraints(problem, &y), y, value }
-    }
-
-    /// What φ fell by, in parts of what was foreseen.
-    fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
-        let fallen = here - self.merit(to.value, &to.y, &to.c);
-        let rounding = ROUNDING * here.abs();
-        match foreseen <= rounding {
-            true if fallen.abs() <= rounding => 1.0,
-            // Down is not where it was foreseen to go up.
-            _ if foreseen <= 0.0 => f64::NEG_INFINITY,
-            _ => fallen / foreseen,
-        }
     }
 
     /// Goes there.
@@ -390,11 +352,4 @@ impl Method {
         self.find_multipliers();
         Ok(length)
     }
-}
-
-/// Where a step led.
-struct Trial {
-    y: DVector<f64>,
-    value: f64,
-    c: DVector<f64>,
 }

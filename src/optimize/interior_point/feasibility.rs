@@ -1,0 +1,99 @@
+//! Towards constraints alone, where steps that also look at f come no closer: ½ Σ excess², a problem of its own for the same method.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::outcome::{Counted, largest_change};
+use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
+use super::interior_point;
+use crate::Error;
+
+/// So many iterations at a time.
+const ITERATIONS: usize = 50;
+/// ½ Σ excess² is least where the last iteration changed it by less than this share; where there would have been more of them, the last few …
+const FLAT: f64 = 1e-4;
+const FEW: usize = 5;
+/// … and nothing is gained where this share of it is left.
+const LEFT: f64 = 0.81;
+
+/// What the way towards constraints alone found.
+pub(super) struct Found {
+    pub(super) x: Vec<f64>,
+    /// Whether constraints hold there, or are closer by enough to go on.
+    pub(super) is_closer: bool,
+    pub(super) iterations: usize,
+    pub(super) step: f64,
+}
+
+/// Goes from x towards constraints, whatever f becomes.
+pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64], options: &Options) -> Result<Found, Error> {
+    let target = Some(0.5 * options.violation.powi(2));
+    let options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
+    // By address: it may ask for itself, though it never does without constraints.
+    let excess: &mut dyn Problem = &mut Excess::new(problem);
+    let Outcome { x: end, history, reason, .. } = interior_point(excess, x, &options, &mut silent)?;
+    let (first, last) = (history[0].value, history[history.len() - 1].value);
+    let back = if reason == Reason::Iterations { FEW } else { 1 };
+    let is_least = history[(history.len() - 1).saturating_sub(back)].value - last <= FLAT * last;
+    let is_closer = reason == Reason::Target || !is_least && last <= LEFT * first;
+    Ok(Found { step: largest_change(&end, x), x: end, is_closer, iterations: history.len() })
+}
+
+/// ½ Σ excess² of the constraints of a problem.
+struct Excess<'c, 'p, P: ?Sized> {
+    of: &'c mut Counted<'p, P>,
+    excess: Vec<f64>,
+    /// Of the constraints that are violated.
+    jacobian: Option<DMatrix<f64>>,
+    /// What the last gradient was multiplied by.
+    factor: f64,
+}
+
+impl<'c, 'p, P: Problem + ?Sized> Excess<'c, 'p, P> {
+    fn new(of: &'c mut Counted<'p, P>) -> Self {
+        Excess { excess: vec![0.0; of.c.len()], of, jacobian: None, factor: 0.0 }
+    }
+}
+
+impl<P: Problem + ?Sized> Problem for Excess<'_, '_, P> {
+    fn variables(&self) -> usize {
+        self.of.bounds.len()
+    }
+
+    fn variable_name(&self, i: usize) -> String {
+        self.of.problem.variable_name(i)
+    }
+
+    fn bounds(&self) -> Vec<Interval> {
+        self.of.bounds.clone()
+    }
+
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.jacobian = None;
+        if !self.of.evaluate(x).is_finite() {
+            return Ok(f64::INFINITY);
+        }
+        let excess = self.of.intervals.iter().zip(&self.of.c).map(|(of, c)| of.excess(*c));
+        self.excess.iter_mut().zip(excess).for_each(|(to, excess)| *to = excess);
+        Ok(0.5 * self.excess.iter().map(|x| x * x).sum::<f64>())
+    }
+
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        if self.jacobian.is_none() {
+            let violated: Vec<usize> = (0..self.excess.len()).filter(|&j| self.excess[j] != 0.0).collect();
+            self.jacobian = Some(self.of.jacobian(&violated)?);
+        }
+        self.factor = f;
+        let weights: Vec<f64> = self.excess.iter().map(|x| f * x).collect();
+        self.of.gradient(0.0, &weights, gradient)
+    }
+
+    /// Σ excess ∇²c + JᵀJ.
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.of.product(direction, product)?;
+        if let Some(jacobian) = &self.jacobian {
+            let both = jacobian.tr_mul(&(jacobian * DVector::from_column_slice(direction)));
+            product.iter_mut().zip(&both).for_each(|(to, x)| *to += self.factor * x);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,121 @@
+//! [`Trial`]: where a step leads, judged by φ = f + barrier + ν ‖C‖.
+//!
+//! Slacks are no business of the simulation: they go to where φ is least for the constraints that it found. What constraints bent away on the way is
+//! taken back by further least changes, as long as that is half of it each time: else steps along a curved manifold would be as short as its curves.
+
+use nalgebra::DVector;
+
+use super::super::Problem;
+use super::super::outcome::Counted;
+use super::barrier::TO_BOUND;
+use super::step::{Projection, Step};
+use super::{ACCEPTED, Method, ROUNDING};
+
+/// What constraints come closer must count for this share of what φ falls by.
+const SHARE: f64 = 0.3;
+/// So many times at most what constraints bent away is taken back …
+const CORRECTIONS: usize = 3;
+/// … and only while this share of it, or less, is left.
+const TAKEN_BACK: f64 = 0.5;
+/// So many times at most slacks are moved, and no more where that changed ‖C‖ by this share.
+const MOVES: usize = 10;
+const SETTLED: f64 = 0.1;
+
+/// Where a step led.
+pub(super) struct Trial {
+    pub(super) y: DVector<f64>,
+    pub(super) value: f64,
+    pub(super) c: DVector<f64>,
+}
+
+impl Method {
+    pub(super) fn merit(&self, value: f64, y: &DVector<f64>, c: &DVector<f64>) -> f64 {
+        value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
+    }
+
+    /// What φ should fall by; ν grows until what constraints come closer counts enough.
+    pub(super) fn weigh(&mut self, step: &Step) -> f64 {
+        if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
+            self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
+        }
+        step.model + self.penalty * step.closer.max(0.0)
+    }
+
+    /// Where a step leads, or where it leads when what constraints bent away meanwhile is taken back, if that is better; and what φ fell by, in parts of
+    /// what was foreseen.
+    pub(super) fn better_trial<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        (step, projection, scales): (&Step, &Projection, &DVector<f64>),
+        (here, foreseen): (f64, f64),
+    ) -> (Trial, f64) {
+        let mut best = self.try_step(problem, &step.p, scales);
+        let mut ratio = self.ratio(&best, here, foreseen);
+        let (mut p, mut c, n) = (step.p.clone(), best.c.clone(), problem.bounds.len());
+        for _ in 0..CORRECTIONS {
+            if ratio >= ACCEPTED || !best.value.is_finite() || self.rows.is_empty() {
+                break;
+            }
+            p += projection.least_change(&c);
+            // Slacks find their place themselves.
+            let mut d = p.component_mul(scales);
+            d.rows_mut(n, p.len() - n).fill(0.0);
+            if self.barrier.most(TO_BOUND, self.y.as_slice(), &vec![0.0; d.len()], d.as_slice()) < 1.0 {
+                break;
+            }
+            let other = self.try_step(problem, &p, scales);
+            let (of_other, left) = (self.ratio(&other, here, foreseen), other.c.norm() / c.norm());
+            c.copy_from(&other.c);
+            if of_other > ratio {
+                (best, ratio) = (other, of_other);
+            }
+            if left.is_nan() || left > TAKEN_BACK {
+                break;
+            }
+        }
+        (best, ratio)
+    }
+
+    fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
+        let mut y = &self.y + p.component_mul(scales);
+        self.barrier.keep_inside(self.y.as_slice(), y.as_mut_slice());
+        let value = problem.evaluate(&y.as_slice()[..problem.bounds.len()]);
+        let c = if value.is_finite() { self.settle(problem, &mut y) } else { self.constraints(problem, &y) };
+        Trial { c, y, value }
+    }
+
+    /// Moves slacks to where φ is least, and gives C: each to where −μ ln(its distances) + ν (c − s)²/2N is least, N = ‖C‖ before, which φ falls by for
+    /// any N, until N is what it was.
+    fn settle<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &mut DVector<f64>) -> DVector<f64> {
+        let mut c = self.constraints(problem, y);
+        for _ in 0..MOVES {
+            let before = c.norm();
+            let weight = self.barrier.mu * before / self.penalty;
+            if weight == 0.0 {
+                break;
+            }
+            for (i, &j) in (problem.bounds.len()..).zip(&self.inequalities) {
+                if self.scales[i] > 0.0 {
+                    y[i] = self.barrier.settled(i, problem.c[j], weight).unwrap_or(y[i]);
+                }
+            }
+            c = self.constraints(problem, y);
+            if (c.norm() - before).abs() <= SETTLED * before {
+                break;
+            }
+        }
+        c
+    }
+
+    /// What φ fell by, in parts of what was foreseen.
+    fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
+        let fallen = here - self.merit(to.value, &to.y, &to.c);
+        let rounding = ROUNDING * here.abs();
+        match foreseen <= rounding {
+            true if fallen.abs() <= rounding => 1.0,
+            // Down is not where it was foreseen to go up.
+            _ if foreseen <= 0.0 => f64::NEG_INFINITY,
+            _ => fallen / foreseen,
+        }
+    }
+}
