@@ -27,6 +27,19 @@ impl Grid {
         memory::require("the steps of a grid", steps, size_of::<f64>());
         Grid::new(0.0, vec![dt; steps])
     }
+
+    /// The time since the start at each node, to the last digits, whenever the start and however many steps: what their additions lose is added up
+    /// beside them (Neumaier 1974).
+    pub(crate) fn passed(&self) -> Vec<f64> {
+        let (mut sum, mut lost) = (0.0f64, 0.0);
+        let after = self.steps.iter().map(|&dt| {
+            let next = sum + dt;
+            lost += if sum.abs() < dt.abs() { (dt - next) + sum } else { (sum - next) + dt };
+            sum = next;
+            sum + lost
+        });
+        std::iter::once(0.0).chain(after).collect()
+    }
 }
 
 impl<R: Real> Grid<R> {

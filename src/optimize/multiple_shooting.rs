@@ -15,7 +15,8 @@ use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System}
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
 /// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output. Where there are
-/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs that branch are not looked into).
+/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment; nor may sums depend on u̇, which at a cut is that of the
+/// segment before (costs that branch are not looked into).
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
@@ -69,7 +70,7 @@ impl<'s> MultipleShooting<'s> {
     /// # Errors
     /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; costs that are
     /// no sums over time, outputs at single nodes; costs on σ, p\* or ṗ\* where there are
-    /// constraints; a free duration where anything depends on time itself.
+    /// constraints, sums of u̇; a free duration where anything depends on time itself.
     pub fn new(
         system: &'s System,
         settings: Settings,
@@ -131,7 +132,7 @@ impl<'s> MultipleShooting<'s> {
         self.constraints[..self.running.len()][output.index()] = to;
     }
 
-    /// The variables of the inputs that it was made with, and of the guess.
+    /// The variables of the inputs that it was made with and of the guess, or evaluated last.
     pub fn start(&self) -> Vec<f64> {
         let mut x = self.whole.of(&self.inputs);
         x.resize(self.names.len(), 0.0);
@@ -191,7 +192,8 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
-        let times = self.inputs_at(x).grid.times();
+        self.whole.apply(&x[..self.whole.len()], &mut self.inputs);
+        let times = self.inputs.grid.times();
         let (mut sum, mut found) = (0.0, vec![0.0; self.segments[0].motion.outputs()]);
         c.fill(0.0);
         for k in 0..self.segments.len() {
@@ -305,8 +307,17 @@ fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], s
         let (what, value) = ("the number of segments".to_string(), segments as f64);
         return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
     }
-    if let (Some(name), true) = (system.cost_of_multipliers(), segments > 1) {
-        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
+    let cut = [
+        (
+            system.cost_of_multipliers(),
+            "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not",
+        ),
+        (
+            system.cost_of_control_rates(),
+            "it depends on rates of controls, which at a cut are those of the segment before; ask for it in one motion",
+        ),
+    ];
+    if let Some((name, why)) = cut.into_iter().find_map(|(name, why)| Some((name?, why))).filter(|_| segments > 1) {
         return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
     if states.len() + system.m() < system.n() {

@@ -19,21 +19,25 @@ impl<'s> Trials<'s> {
     /// Of these motions.
     ///
     /// # Errors
-    /// None at all, or other variables than those of the first.
+    /// None at all, or other variables than those of the first: another number, quantity, scale or form.
     pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
         let Some(first) = motions.first() else {
             return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
         };
-        let names = |motion: &MotionProblem| (0..motion.variables()).map(|i| motion.variable_name(i)).collect::<Vec<_>>();
-        let expected = names(first);
-        match motions.iter().position(|motion| names(motion) != expected) {
-            Some(other) => Err(Error::Size {
-                what: "variables of a trial, which must be those of the first one",
-                expected: expected.len(),
-                found: motions[other].variables(),
-            }),
-            None => Ok(Trials { asked: vec![false; motions.len()], motions }),
+        for (trial, motion) in motions.iter().enumerate() {
+            let (expected, found) = (first.variables(), motion.variables());
+            if found != expected {
+                let what = "variables of a trial, which must be those of the first one";
+                return Err(Error::Size { what, expected, found });
+            }
+            if let Some(i) = (0..found).find(|&i| motion.free().meaning(i) != first.free().meaning(i)) {
+                let (name, _, value, _) = motion.free().meaning(i);
+                let what = format!("the scale of variable {i} of trial {trial}, `{name}`,");
+                let must_be = "that of the same quantity in the same form as in trial 0";
+                return Err(Error::Parameter { what, value, must_be });
+            }
         }
+        Ok(Trials { asked: vec![false; motions.len()], motions })
     }
 
     /// The motions, each with the solver of the point that was evaluated last.

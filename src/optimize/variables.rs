@@ -1,5 +1,7 @@
 //! [`Variables`]: what of a motion's inputs is free, and how: x ↔ inputs, and the transposed chain rule.
 
+use std::mem::{Discriminant, discriminant};
+
 use super::problem::Interval;
 use super::spline::cubic;
 use crate::{Control, Coordinate, Design, Error, Gradient, Inputs, System};
@@ -182,13 +184,12 @@ impl Variables {
     /// # Errors
     /// A free duration of none, what has no logarithm.
     pub(super) fn take(&mut self, inputs: &Inputs) -> Result<Vec<f64>, Error> {
-        let times = inputs.grid.times();
-        let duration = times[times.len() - 1] - times[0];
+        let passed = inputs.grid.passed();
+        let duration = passed[passed.len() - 1];
         if self.free.iter().any(|of| of.quantity == Quantity::Duration) {
             require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
         }
-        let share = |t: &f64| if duration == 0.0 { 0.0 } else { (t - times[0]) / duration };
-        self.shares = times.iter().map(share).collect();
+        self.shares = passed.iter().map(|t| if duration == 0.0 { 0.0 } else { t / duration }).collect();
         self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
         let x = self.of(inputs);
         x.iter().position(|x| !x.is_finite()).map_or(Ok(()), |i| {
@@ -211,6 +212,12 @@ impl Variables {
     /// What variable i is called.
     pub fn name(&self, i: usize) -> &str {
         &self.names[i]
+    }
+
+    /// What variable i stands for, whatever system it is of: name, kind, scale and whether it is a logarithm.
+    pub(super) fn meaning(&self, i: usize) -> (&str, Discriminant<Quantity>, f64, bool) {
+        let of = &self.free[self.first.partition_point(|first| *first <= i) - 1];
+        (self.name(i), discriminant(&of.quantity), of.scale, of.logarithm)
     }
 
     /// The bounds of all variables.
@@ -249,7 +256,7 @@ impl Variables {
                 Quantity::Design(design) => values[0] = inputs.design[design.index()],
                 Quantity::Coordinate(q) => values[0] = inputs.start.q()[q.index()],
                 Quantity::Rate(q) => values[0] = inputs.start.rate()[q.index()],
-                Quantity::Duration => values[0] = inputs.grid.steps.iter().sum(),
+                Quantity::Duration => values[0] = inputs.grid.passed()[inputs.grid.steps.len()],
                 Quantity::StepLength(node) => values[0] = inputs.grid.steps[node - 1],
             }
             values.iter_mut().for_each(|x| *x = free.to_variable(*x));

@@ -280,8 +280,8 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn has_integral(&self) -> bool;
     /// The last single node at which a cost counts, and the name of the cost.
     fn last_node(&self) -> Option<(usize, &str)>;
-    /// The name of a cost that depends on multipliers.
-    fn of_multipliers(&self) -> Option<&str>;
+    /// The name of a cost of which this holds, by what it depends on and how it is summed.
+    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str>;
     /// The programs for second derivatives, of all costs that can be recorded.
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
     /// Takes over design variables.

@@ -245,7 +245,14 @@ impl System {
 
     /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
-        self.costs.iter().filter(|_| self.m > 0).find_map(|costs| costs.of_multipliers())
+        let is = |uses: &CostUse, _| uses.multipliers == Depends::Always;
+        self.costs.iter().filter(|_| self.m > 0).find_map(|costs| costs.find(is))
+    }
+
+    /// The name of a cost before the end that depends on rates of controls; costs that branch are not looked into.
+    pub(crate) fn cost_of_control_rates(&self) -> Option<&str> {
+        let is = |uses: &CostUse, sum| uses.control_rates == Depends::Always && sum != Sum::Terminal;
+        self.costs.iter().find_map(|costs| costs.find(is))
     }
 
     /// The last single node at which a cost counts, and the name of the cost.

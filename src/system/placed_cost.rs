@@ -5,7 +5,7 @@ use num_dual::{Dual64, DualSVec64};
 use std::any::Any;
 
 use super::blame::Suspect;
-use super::cost::{AnyCosts, CostRows, CostUse, Depends, PlainCosts, Weights};
+use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts, Weights};
 use super::cost_formula::{CostFormula, CostMemory, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
@@ -319,8 +319,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         single.max_by_key(|(node, _)| *node)
     }
 
-    fn of_multipliers(&self) -> Option<&str> {
-        self.items.iter().find(|item| item.uses.multipliers == Depends::Always).map(|item| item.name.as_str())
+    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str> {
+        self.items.iter().find(|item| is(&item.uses, item.sum)).map(|item| item.name.as_str())
     }
 
     fn has_integral(&self) -> bool {

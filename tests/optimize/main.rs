@@ -663,6 +663,25 @@ fn what_cannot_be_done_is_said() {
 }
 
 #[test]
+fn pieces_begin_at_their_nodes_however_late_or_long_a_motion_is() {
+    let (system, _, free) = everything_free();
+    let Quantity::PiecewiseControl(spare, _) = free[2].quantity else { panic!("it is piecewise") };
+    for (start, steps, dt) in [(0.0, 1000, 0.01), (1.7e9, 1000, 0.01), (0.0, 100_000, 0.001), (-3.0, 1_000_000, 1e-4)] {
+        let inputs = Inputs::at_rest(&system, Grid { start, ..Grid::uniform(steps, dt) });
+        let free = vec![Free::new(Quantity::PiecewiseControl(spare, 10)), Free::duration()];
+        let variables = Variables::new(&system, &inputs, free).expect("free");
+        let mut x = variables.of(&inputs);
+        assert!((x[10] / (steps as f64 * dt) - 1.0).abs() < 1e-15, "{}", x[10]);
+        x[..10].iter_mut().enumerate().for_each(|(k, x)| *x = k as f64);
+        let mut at = inputs.clone();
+        variables.apply(&x, &mut at);
+        let wrong = (0..=steps).find(|&node| at.controls[(spare.index(), node)] != (node * 10 / steps).min(9) as f64);
+        assert_eq!(wrong, None, "{steps} steps from {start} s on");
+        assert!(at.grid.steps.iter().all(|step| (step / dt - 1.0).abs() < 1e-15), "{}", at.grid.steps[0]);
+    }
+}
+
+#[test]
 fn wrong_variables_are_named() {
     let (system, inputs, free) = everything_free();
     let wrong = |change: &dyn Fn(&mut Vec<Free>)| {
@@ -796,6 +815,21 @@ fn parameters_are_found_within_their_standard_errors() {
     assert!((82..=90).contains(&within), "{within} of {all}");
     let error = Trials::new(Vec::new()).err().expect("no trials");
     assert_says(&error, &["trials", "at least 1"]);
+
+    let (system, free) = pendulum(&[]);
+    let with = |free: Vec<Free>| {
+        let inputs = inputs(&system, 0);
+        let variables = Variables::new(&system, &inputs, free).expect("free");
+        MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a motion")
+    };
+    let wrong = |free_of_second: &[Free]| {
+        Trials::new(vec![with(free.to_vec()), with(free_of_second.to_vec())]).err().expect("other variables")
+    };
+    let [first, second, third] = free.clone();
+    assert_says(&wrong(&free[..2]), &["variables of a trial", "3", "2"]);
+    assert_says(&wrong(&[second.clone(), first.clone(), third.clone()]), &["variable 0 of trial 1", "same quantity"]);
+    assert_says(&wrong(&[first.clone(), second.clone(), third.clone().scaled(7.0)]), &["variable 2 of trial 1", "7"]);
+    assert_says(&wrong(&[first, second, Free { logarithm: false, ..third }]), &["variable 2 of trial 1", "same form"]);
 }
 
 #[test]

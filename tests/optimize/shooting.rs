@@ -30,6 +30,14 @@ impl Cost<1> for Momentum {
     }
 }
 
+/// u̇².
+struct Change;
+impl Cost<0, 0, 1> for Change {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _: &SVector<S, 0>) -> S {
+        at.u_dot[0] * at.u_dot[0]
+    }
+}
+
 /// q.
 struct Level;
 impl Constraint<1, 1> for Level {
@@ -124,6 +132,18 @@ fn a_swing_up_is_found_from_a_guess_of_the_motion() {
     println!("{} in segments, {} as one motion, {} simulations", best.value, polished.value, polished.evaluations);
     assert!(polished.reason.is_converged() && polished.evaluations < 12, "{:?}", polished.reason);
     assert!((polished.value - best.value).abs() < 1e-2 * best.value);
+}
+
+#[test]
+fn the_start_is_the_point_that_was_evaluated_last() {
+    let (system, force, _, states) = push();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(12, 0.05));
+    let free = vec![Free::control(force).scaled(3.0), Free::duration()];
+    let mut problem = MultipleShooting::new(&system, Settings::default(), inputs, free, &states, 3).expect("a problem");
+    let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.1 * (1.3 * i as f64).sin()).collect();
+    problem.evaluate(&x, &mut vec![0.0; problem.constraints().len()]).expect("motions");
+    let start = problem.start();
+    assert!(start.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-15), "{start:?} {x:?}");
 }
 
 /// Everything free that may be, cuts at macro steps of a composition, with constraints.
@@ -278,6 +298,21 @@ fn what_segments_cannot_do_with_is_named() {
         scene.cost("momentum", Momentum, Sum::Integral, [q[0]], [], [], []);
     };
     assert_says(&wrong(&held, &Free::control, 2, 2), &["`momentum`", "σ", "segment"]);
+    let changing = |scene: &mut Scene, _: [Coordinate; 3], u: Control| {
+        scene.cost("change", Change, Sum::Integral, [], [], [u], []);
+    };
+    assert_says(&wrong(&changing, &Free::control, 3, 2), &["`change`", "rates of controls", "cut"]);
+    // At the end, or in one segment, rates are those of one motion.
+    let at_the_end = |scene: &mut Scene, _: [Coordinate; 3], u: Control| {
+        let output = scene.output("last");
+        scene.term(output, "last change", Change, Sum::Terminal, [], [], [u], []);
+    };
+    for (add, segments) in [(&changing as &dyn Fn(&mut Scene, [Coordinate; 3], Control), 1), (&at_the_end, 2)] {
+        let (system, force, states) = build(add);
+        let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+        let free = vec![Free::control(force)];
+        MultipleShooting::new(&system, Settings::default(), inputs, free, &states, segments).expect("as in one motion");
+    }
     let coarse = |force| Free::new(Quantity::LinearControl(force, 4));
     assert_says(&wrong(&nothing, &coarse, 3, 2), &["LinearControl", "all nodes"]);
     assert_says(&wrong(&nothing, &Free::control, 2, 2), &["states", "2", "degrees of freedom"]);
