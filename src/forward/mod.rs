@@ -146,8 +146,9 @@ impl ForwardSweep {
         let next = self.motion.first + self.motion.trajectory.computed;
         self.motion.know(next);
         if done.is_err() || next == self.motion.nodes() {
-            // Of a step that failed it is known how it was halved.
-            self.motion.close_gap(next - usize::from(done.is_ok()));
+            // Of a step that failed it is known how it was halved; one before which the motion was stopped is still ahead.
+            let has_failed = done.as_ref().is_err_and(|error| !matches!(error, Error::Interrupted { .. }));
+            self.motion.close_gap(next - usize::from(!has_failed));
             if done.is_ok() && !was_known {
                 self.warn_of_halved_steps();
             }

@@ -92,3 +92,40 @@ fn what_is_stopped_keeps_what_was_computed_and_can_go_on() {
     solver.watch(|_| ControlFlow::Continue(()));
     assert_eq!(solver.gradient().expect("a gradient"), whole.gradient().expect("a gradient"));
 }
+
+#[test]
+fn what_is_stopped_between_halved_steps_keeps_the_grid_as_far_as_it_is_known() {
+    let (system, _) = cart();
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(12, 0.01));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 5.0 * i as f64);
+    [3, 11].into_iter().for_each(|step| inputs.grid.steps[step] = 1.0);
+    let settings = Settings { max_iterations: 4, ..Settings::default() };
+    let mut whole = Solver::new(&system, settings);
+    let nodes = whole.simulate(&inputs).expect("a motion").computed;
+    let inserted = whole.trajectory().inserted.clone();
+    assert!(inserted.contains(&(nodes - 2)), "the last step is halved too: {inserted:?}");
+    let stop = |until: usize| {
+        move |progress: Progress| {
+            if progress.done >= until { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        }
+    };
+    let (mut solver, mut long) = (Solver::new(&system, settings), LongSolver::new(&system, settings, 1_000_000));
+    for until in 2..=nodes {
+        solver.watch(stop(until));
+        let motion = solver.simulate(&inputs).map(|_| ());
+        assert!(matches!(motion, Err(Error::Interrupted { done, .. }) if done == until), "{motion:?}");
+        let (taken, expected) = (solver.inputs(), whole.inputs());
+        assert_eq!(taken.grid.steps[..until - 1], expected.grid.steps[..until - 1]);
+        assert_eq!(taken.controls.columns(0, until), expected.controls.columns(0, until));
+        let ahead = taken.grid.steps[until - 1..].iter().sum::<f64>();
+        assert!((ahead - expected.grid.steps[until - 1..].iter().sum::<f64>()).abs() < 1e-14, "{until}: {:?}", taken.grid);
+        assert_eq!(taken.grid.nodes() - solver.trajectory().inserted.len(), inputs.grid.nodes());
+        long.watch(stop(until));
+        assert!(matches!(long.gradient(&inputs), Err(Error::Interrupted { .. })));
+    }
+    solver.watch(|_| ControlFlow::Continue(()));
+    long.watch(|_| ControlFlow::Continue(()));
+    solver.simulate(&inputs).expect("a motion");
+    assert_eq!(solver.inputs(), whole.inputs());
+    assert_eq!(long.gradient(&inputs).expect("a gradient"), whole.gradient().expect("a gradient"));
+}
