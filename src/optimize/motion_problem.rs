@@ -61,7 +61,8 @@ impl<'s> MotionProblem<'s> {
         let mut inputs = self.inputs.clone();
         by(&mut inputs);
         inputs.check(self.solver.system())?;
-        self.inputs.check_direction(&inputs, 0)?;
+        self.variables.check(self.solver.system(), &inputs)?;
+        self.inputs.start.check_kind(&inputs.start)?;
         let mut variables = self.variables.clone();
         self.x = variables.take(&inputs)?;
         (self.inputs, self.variables) = (inputs, variables);

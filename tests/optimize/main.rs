@@ -462,6 +462,8 @@ fn a_problem_is_reached_by_way_of_easier_ones() {
     assert_says(&error, &["step 1"]);
     let error = problem.change(|inputs| inputs.grid.steps.truncate(3)).expect_err("another number of steps");
     assert_says(&error, &["4", "21"]);
+    let shorter = |inputs: &mut Inputs| *inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.1));
+    assert_says(&problem.change(shorter).expect_err("another number of nodes"), &["nodes of the inputs", "21", "4"]);
 }
 
 /// A spring between the ground and a body, with everything free that can be.
