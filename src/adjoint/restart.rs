@@ -10,8 +10,13 @@ use crate::number::largest;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
-/// The corrections with 𝓛_vqᵀ shrink like the drift; more of them than this are never needed.
-const MOST_CORRECTIONS: usize = 30;
+/// The corrections with 𝓛_vqᵀ shrink like the drift, as those of the projection do, which gives up after so many.
+pub(super) const MOST_CORRECTIONS: usize = 90;
+
+/// Whether such corrections have become rounding; slow ones have not.
+pub(super) fn is_rounding(correction: f64, last: f64, size: f64) -> bool {
+    correction <= 1e-16 * size || correction >= 0.5 * last && correction <= 1e-13 * size
+}
 
 impl AdjointSweep {
     /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻.
@@ -105,7 +110,7 @@ impl AdjointSweep {
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
             let change = largest(d);
-            if change <= 1e-16 * largest(c) || change >= 0.5 * last {
+            if is_rounding(change, last, largest(c)) {
                 break;
             }
             last = change;

@@ -12,6 +12,7 @@ use super::sources::OfStage;
 use super::{SecondOrderSweep, dual};
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::record::{Crossed, Record};
+use crate::adjoint::restart::{MOST_CORRECTIONS, is_rounding};
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::motion::column;
@@ -19,9 +20,6 @@ use crate::node::Newton;
 use crate::number::{Hyper, Real, largest};
 use crate::system::{CostRows, Covector, Given, NodeView, Pair};
 use crate::{Error, System};
-
-/// Corrections with 𝓛_vq shrink like the drift.
-const MOST_CORRECTIONS: usize = 30;
 
 /// The directions of what a step ended with, of (w, ν) and of s.
 pub(super) struct RestartChange {
@@ -118,7 +116,7 @@ impl SecondOrderSweep {
             newton.solve(system, &mut left);
             x.add(&left);
             let correction = largest(&left.v);
-            if correction <= 1e-16 * largest(&x.v) || correction >= 0.5 * last {
+            if is_rounding(correction, last, largest(&x.v)) {
                 break;
             }
             last = correction;
