@@ -63,7 +63,7 @@
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
 //! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long.rs` |
-//! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted.rs` |
+//! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted/` |
 //!
 //! # Symbols
 //!

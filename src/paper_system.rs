@@ -139,7 +139,7 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete, or was started anew on the way; inputs of other sizes than it has.
+    /// A motion that is incomplete, by another scheme than the trapezoidal rule, or started anew on the way; inputs of other sizes than it has.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
         if trajectory.computed == 0 || trajectory.computed < trajectory.times.len() {
             return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: trajectory.computed });

@@ -1,7 +1,7 @@
 //! Many motions of one system: initial guesses, parameter sets, starts.
 //!
-//! With the feature `rayon` they are spread over all cores; each thread keeps one [`Solver`], so nothing but the results is allocated
-//! per motion after the first.
+//! With the feature `rayon` they are spread over all cores; each thread keeps one [`Solver`], whose steps allocate nothing after its first
+//! motion.
 
 use crate::{Error, Gradient, Inputs, Settings, Solver, System};
 

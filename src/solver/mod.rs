@@ -25,7 +25,7 @@ use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Watch};
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
-/// Simulates one system for many inputs; after the first call with a grid of some length, nothing is allocated.
+/// Simulates one system for many inputs; after the first call with a grid of some length, steps allocate nothing.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes};
