@@ -151,10 +151,14 @@ fn what_no_grid_can_be_made_of_is_refused() {
     for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(solver.adapt(&inputs, tolerance), Err(Error::Parameter { .. })), "{tolerance}");
     }
-    let grids = [Grid::composed(2, 0.1, Composition::Suzuki4), Grid::new(0.0, vec![0.1, -0.1]), Grid::new(0.0, vec![])];
-    for grid in grids {
+    let grids = [
+        (Grid::composed(2, 0.1, Composition::Suzuki4), ["`Grid::stages`", "must be 1"]),
+        (Grid::new(0.0, vec![0.1, -0.1]), ["step 2", "is -0.1; it must be of the same sign"]),
+        (Grid::new(0.0, vec![]), ["number of steps", "1 or more"]),
+    ];
+    for (grid, parts) in grids {
         let controls = nalgebra::DMatrix::zeros(0, grid.nodes());
-        assert!(solver.adapt(&Inputs { grid, controls, ..inputs.clone() }, 1e-6).is_err());
+        assert_says(&solver.adapt(&Inputs { grid, controls, ..inputs.clone() }, 1e-6).expect_err("no grid"), &parts);
     }
     for node in [0, 1, 3] {
         let mut scene = Scene::new();

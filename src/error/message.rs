@@ -19,7 +19,11 @@ impl fmt::Display for Error {
             ),
             Error::ParameterFormula { parameter, .. } => write!(f, "the formula of parameter `{parameter}` panics"),
             Error::RepeatedCoordinate { element, coordinate } => {
-                write!(f, "`{element}` lists coordinate `{coordinate}` twice; each coordinate of an element stands once")
+                write!(
+                    f,
+                    "`{element}` lists coordinate `{coordinate}` twice; each coordinate of an element stands once, so what joins two bodies \
+                     cannot join one to itself"
+                )
             }
             Error::NoBody { element } => {
                 write!(f, "`{element}` connects the ground to itself; at least one side must be a body")

@@ -230,7 +230,10 @@ fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> 
     let steps = &inputs.grid.steps;
     let first = steps.first().copied().unwrap_or_default();
     match steps.iter().position(|dt| dt.signum() != first.signum()) {
-        Some(step) => Err(Error::TimeStep { step: step + 1, length: steps[step] }),
+        Some(step) => {
+            let what = format!("the length of step {} in s, where the first one is {first} s long,", step + 1);
+            Err(Error::Parameter { what, value: steps[step], must_be: "of the same sign for steps by tolerance" })
+        }
         None if steps.is_empty() => {
             Err(Error::Parameter { what: "the number of steps".into(), value: 0.0, must_be: "1 or more" })
         }

@@ -146,9 +146,8 @@ impl Variables {
                 knots as f64,
                 "at least 1 (2 if linear, 4 of a spline) and at most that of the nodes",
             )?;
-            if free[..at].iter().any(|other| subject(&other.quantity) == subject(&of.quantity)) {
-                return Err(Error::DuplicateName { kind: "free quantity", name });
-            }
+            let times = 1 + free[..at].iter().filter(|other| subject(&other.quantity) == subject(&of.quantity)).count();
+            require(times == 1, || format!("the number of times that `{name}` is free"), times as f64, "1")?;
             first.push(first[at] + knots);
             match knots {
                 1 => names.push(name),
@@ -193,8 +192,9 @@ impl Variables {
         self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
         let x = self.of(inputs);
         x.iter().position(|x| !x.is_finite()).map_or(Ok(()), |i| {
-            let what = format!("the variable `{}` at the start", self.names[i]);
-            Err(Error::NotFinite { what, value: x[i] })
+            let is_logarithm = self.parts().any(|(free, range)| free.logarithm && range.contains(&i));
+            let form = if is_logarithm { "logarithm" } else { "variable" };
+            Err(Error::NotFinite { what: format!("the {form} of `{}` at the start", self.names[i]), value: x[i] })
         })?;
         Ok(x)
     }

@@ -691,7 +691,7 @@ fn wrong_variables_are_named() {
         change(&mut free);
         Variables::new(&system, &inputs, free).expect_err("wrong")
     };
-    assert_says(&wrong(&|free| free.push(free[0].clone())), &["push", "free quantity"]);
+    assert_says(&wrong(&|free| free.push(free[0].clone())), &["times", "push", "is 2", "must be 1"]);
     assert_says(&wrong(&|free| free[3].bounds = Interval::new(-1.0, 2.0)), &["stiffness", "logarithm"]);
     for most in [-1.0, 0.0] {
         let nowhere = Interval::new(f64::NEG_INFINITY, most);
@@ -708,6 +708,7 @@ fn wrong_variables_are_named() {
     assert_says(&wrong(&|free| free.push(Free::new(Quantity::StepLength(1)))), &["step lengths", "duration"]);
     assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(0))), &["step 0"]);
     assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(8))), &["step 8"]);
+    assert_says(&wrong(&|free| free[0] = free[0].clone().logarithmic()), &["logarithm of `push [0]`", "-inf"]);
     let standing = Inputs { grid: Grid::new(0.0, vec![0.1, -0.1]), ..Inputs::at_rest(&system, Grid::uniform(2, 0.1)) };
     let error = Variables::new(&system, &standing, vec![Free::duration()]).expect_err("no duration");
     assert_says(&error, &["duration", "not zero"]);
