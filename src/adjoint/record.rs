@@ -66,7 +66,8 @@ impl Record {
 
     /// The restart of a node.
     pub(super) fn crossed(&self, node: usize) -> Option<&Crossed> {
-        self.crossed.iter().find(|crossed| crossed.node == node)
+        let at = self.crossed.binary_search_by(|crossed| node.cmp(&crossed.node)).ok()?;
+        Some(&self.crossed[at])
     }
 
     /// a and b.
