@@ -2,10 +2,11 @@
 //! formula only for what its derivatives with respect to inputs need.
 
 use hamiltonian_adjoint::{
-    Constraint, Control, Coordinate, Cost, CostPoint, Design, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Param,
-    PotentialEnergy, Scalar, Scene, Settings, Solver, Sum, System,
+    Constraint, Control, Coordinate, Cost, CostPoint, Design, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy,
+    LiftedSolver, Param, PotentialEnergy, Scalar, Scene, Settings, Solver, Sum, System,
 };
 use nalgebra::{SVector, Vector1, Vector2};
+use num_dual::Dual64;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -305,4 +306,28 @@ fn a_cost_is_called_by_dual_numbers_alone_and_where_it_counts() {
         s.scene.cost("e", Counted(Distance, n), Sum::Terminal, [s.x], [], [], [s.bound.into()]);
     };
     assert_eq!(calls_of(&bound, 20, Scene::compile_without_programs).1, 3);
+}
+
+/// Q = −q³; it keeps the size of the largest numbers that it is called with.
+struct Weighed(Calls);
+impl Force<1> for Weighed {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> Vector1<S> {
+        self.0.0.fetch_max(size_of::<S>(), Ordering::Relaxed);
+        Vector1::new(-at.q[0].powi(3))
+    }
+}
+
+#[test]
+fn tangents_call_formulas_on_numbers_with_one_derivative() {
+    let (mut scene, largest) = (Scene::new(), Calls::default());
+    let [x] = scene.coordinates("mass", ["x"]);
+    scene.kinetic_energy("mass", Mass, [x], [2.0.into()]);
+    scene.force("spring", Weighed(largest.clone()), [x], [], []);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+    let mut solver = LiftedSolver::<Dual64>::new(&system, &inputs, Settings::default()).expect("motion");
+    largest.take();
+    solver.simulate(&inputs.lift()).expect("tangent");
+    // A value, its derivative, and whether there is one.
+    assert_eq!(largest.take(), size_of::<[f64; 3]>());
 }

@@ -7,6 +7,11 @@ use num_dual::{Derivative, DualSVec, DualSVec64};
 /// zero has a derivative that is zero, while that of a number that vanishes has not.
 pub type Slope = DualSVec64<1>;
 
+/// A number with a derivative; one that vanishes counts as none.
+pub fn with_slope(re: f64, slope: f64) -> Slope {
+    Slope::new(re, if slope == 0.0 { Derivative::none() } else { Derivative::some(SVector::from([slope])) })
+}
+
 /// The derivative.
 #[inline]
 pub fn slope(x: &Slope) -> f64 {
@@ -30,13 +35,9 @@ pub type Hyper = DualSVec<Slope, 1>;
 
 /// A hyper-dual number by its parts; what vanishes counts as none.
 pub fn hyper(re: f64, eps1: f64, eps2: f64, eps1eps2: f64) -> Hyper {
-    let with = |x: f64, slope: f64| {
-        let eps = if slope == 0.0 { Derivative::none() } else { Derivative::some(SVector::from([slope])) };
-        Slope::new(x, eps)
-    };
     let is_none = eps2 == 0.0 && eps1eps2 == 0.0;
-    let eps = if is_none { Derivative::none() } else { Derivative::some(SVector::from([with(eps2, eps1eps2)])) };
-    Hyper::new(with(re, eps1), eps)
+    let eps = if is_none { Derivative::none() } else { Derivative::some(SVector::from([with_slope(eps2, eps1eps2)])) };
+    Hyper::new(with_slope(re, eps1), eps)
 }
 
 /// The value and the derivatives along ε₁, ε₂ and both.

@@ -17,7 +17,7 @@ use super::cost::CostRows;
 use super::element::Element;
 use super::element_programs::ElementPrograms;
 use super::formula::{Component, Formula};
-use super::plain::{HyperPoint, add_sums};
+use super::plain::{LiftedPoint, add_sums};
 use super::point::Layout;
 use super::target::Target;
 use super::view::NodeView;
@@ -176,7 +176,7 @@ pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, directio
         (0..x.len()).map(number).collect::<Vec<Hyper>>()
     };
     let none = vec![0.0; at.lambda.len()];
-    let point = HyperPoint {
+    let point = LiftedPoint {
         q: list([at.q, direction.q], [at.v, direction.v]),
         v: list([at.v, direction.v], [at.v_dot, &[]]),
         sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),

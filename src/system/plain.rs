@@ -1,21 +1,23 @@
 //! The plain formulas of elements and costs, on the numbers that are asked for.
 //!
-//! Dual numbers are parts of hyper-dual ones, which accelerations need anyway: so every formula is compiled for one number type less.
+//! Dual numbers are [`Slope`]s, on which formulas are verified, or, in costs, parts of hyper-dual ones, which accelerations need anyway: so every formula
+//! is compiled for one number type less.
 
 use num_dual::Dual64;
 
 use super::batch::{Batch, Sums};
 use super::cost::{AnyCosts, PlainCosts, Weights};
 use super::item::PlacedElement;
+use super::jet::Number;
 use super::typed::{AnyElement, OnNumbers};
 use super::view::NodeView;
-use crate::Cx;
-use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
+use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
+use crate::{Cx, Scalar};
 
 /// The formula of an element, for numbers of one type.
 enum Plain<'a, R: Real> {
     Direct(&'a dyn OnNumbers<R>),
-    ByHyper(&'a dyn OnNumbers<Hyper>),
+    BySlope(&'a dyn OnNumbers<Slope>),
 }
 
 struct OfElement<'a>(&'a dyn AnyElement);
@@ -30,7 +32,7 @@ impl<'a> Family for OfElement<'a> {
         Plain::Direct(self.0)
     }
     fn dual(self) -> Plain<'a, Dual64> {
-        Plain::ByHyper(self.0)
+        Plain::BySlope(self.0)
     }
     fn hyper(self) -> Plain<'a, Hyper> {
         Plain::Direct(self.0)
@@ -69,19 +71,20 @@ pub(super) fn add_costs<R: Real>(
     factors: &[f64],
     sums: &mut [R],
 ) {
-    let mut lifted: Option<(HyperPoint, Weights<Hyper>, Vec<Hyper>)> = None;
+    let mut lifted: Option<(LiftedPoint<Hyper>, Weights<Hyper>, Vec<Hyper>)> = None;
     for costs in all {
         match R::of(OfCosts(costs.as_ref())) {
             PlainCost::Direct(costs) => costs.add(at, weights, factors, sums),
             PlainCost::ByHyper(costs) => {
-                let start = || (HyperPoint::of_cost(at), weights.map(lift), vec![hyper(0.0, 0.0, 0.0, 0.0); sums.len()]);
+                let start =
+                    || (LiftedPoint::of_cost(at, lift), weights.map(lift), vec![hyper(0.0, 0.0, 0.0, 0.0); sums.len()]);
                 let (point, weights, own) = lifted.get_or_insert_with(start);
                 costs.add(&point.view(), weights, factors, own);
             }
         }
     }
     if let Some((_, _, own)) = lifted {
-        add_back(sums, &own);
+        add_back(sums, &own, |x| hyper_parts(x)[1]);
     }
 }
 
@@ -89,79 +92,75 @@ fn lift<R: Real>(x: R) -> Hyper {
     hyper(x.part(0), x.part(1), 0.0, 0.0)
 }
 
-fn lift_all<R: Real>(x: &[R]) -> Vec<Hyper> {
-    x.iter().map(|x| lift(*x)).collect()
+fn lift_to_slope<R: Real>(x: R) -> Slope {
+    with_slope(x.part(0), x.part(1))
 }
 
-/// A point in hyper-dual numbers.
-pub(super) struct HyperPoint {
-    pub q: Vec<Hyper>,
-    pub v: Vec<Hyper>,
-    pub sigma: Vec<Hyper>,
-    pub u: Vec<Hyper>,
-    pub t: Hyper,
-    pub design: Vec<Hyper>,
+/// A point in numbers with slopes, or hyper-dual ones.
+pub(super) struct LiftedPoint<S> {
+    pub q: Vec<S>,
+    pub v: Vec<S>,
+    pub sigma: Vec<S>,
+    pub u: Vec<S>,
+    pub t: S,
+    pub design: Vec<S>,
     /// p*, ṗ*, v̇, λ and u̇, for costs alone.
-    pub of_costs: [Vec<Hyper>; 5],
+    pub of_costs: [Vec<S>; 5],
 }
 
-impl HyperPoint {
-    /// With the derivative parts along ε₁.
-    fn of<R: Real>(at: &NodeView<R>) -> Self {
-        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(lift_all);
-        HyperPoint { q, v, sigma, u, t: lift(at.t), design, of_costs: Default::default() }
+impl<S: Number> LiftedPoint<S> {
+    fn of<R: Real>(at: &NodeView<R>, lift: fn(R) -> S) -> Self {
+        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(|x| x.iter().map(|x| lift(*x)).collect());
+        LiftedPoint { q, v, sigma, u, t: lift(at.t), design, of_costs: Default::default() }
     }
 
     /// With what costs may depend on besides.
-    fn of_cost<R: Real>(at: &NodeView<R>) -> Self {
-        HyperPoint {
-            of_costs: [at.p_star, at.p_star_dot, at.v_dot, at.lambda, at.u_dot].map(lift_all),
-            ..HyperPoint::of(at)
-        }
+    fn of_cost<R: Real>(at: &NodeView<R>, lift: fn(R) -> S) -> Self {
+        let of_costs = [at.p_star, at.p_star_dot, at.v_dot, at.lambda, at.u_dot];
+        LiftedPoint { of_costs: of_costs.map(|x| x.iter().map(|x| lift(*x)).collect()), ..LiftedPoint::of(at, lift) }
     }
 
-    pub fn view(&self) -> NodeView<'_, Hyper> {
+    pub fn view(&self) -> NodeView<'_, S> {
         let [p_star, p_star_dot, v_dot, lambda, u_dot] = &self.of_costs;
         let equations = NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design));
         NodeView { p_star, p_star_dot, v_dot, lambda, u_dot, ..equations }
     }
 }
 
-fn add_back<R: Real>(to: &mut [R], from: &[Hyper]) {
+fn add_back<R: Real, S: Number>(to: &mut [R], from: &[S], along: fn(&S) -> f64) {
     for (to, from) in to.iter_mut().zip(from) {
-        let [value, along, ..] = hyper_parts(from);
-        to.add_to_part(0, value);
-        to.add_to_part(1, along);
+        to.add_to_part(0, Scalar::re(from));
+        to.add_to_part(1, along(from));
     }
 }
 
 /// Adds what all elements of some batches add to 𝓛_v, 𝓛_q + Q and dΦ/dt.
 pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
-    let mut lifted: Option<(HyperPoint, Sums<Hyper>)> = None;
+    let mut lifted: Option<(LiftedPoint<Slope>, Sums<Slope>)> = None;
     for item in batches.flat_map(|batch| &batch.items) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.add(formula, at, sums),
-            Plain::ByHyper(formula) => {
-                let start = || (HyperPoint::of(at), Sums::new(at.q.len(), at.sigma.len()));
+            Plain::BySlope(formula) => {
+                let start = || (LiftedPoint::of(at, lift_to_slope), Sums::new(at.q.len(), at.sigma.len()));
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.add(formula, &point.view(), own);
             }
         }
     }
     if let Some((_, own)) = lifted {
-        add_back(&mut sums.all, &own.all);
+        add_back(&mut sums.all, &own.all, slope);
     }
 }
 
 /// Writes Φ of all constraints.
 pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
-    let mut lifted: Option<(HyperPoint, Vec<Hyper>)> = None;
+    let mut lifted: Option<(LiftedPoint<Slope>, Vec<Slope>)> = None;
     let is_constraint = |item: &&PlacedElement| !item.sigma.is_empty();
     for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.write_phi(formula, at, phi),
-            Plain::ByHyper(formula) => {
-                let start = || (HyperPoint::of(at), vec![hyper(0.0, 0.0, 0.0, 0.0); phi.len()]);
+            Plain::BySlope(formula) => {
+                let start = || (LiftedPoint::of(at, lift_to_slope), vec![with_slope(0.0, 0.0); phi.len()]);
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.write_phi(formula, &point.view(), own);
             }
@@ -169,6 +168,6 @@ pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, a
     }
     if let Some((_, own)) = lifted {
         phi.fill(R::zero());
-        add_back(phi, &own);
+        add_back(phi, &own, slope);
     }
 }
