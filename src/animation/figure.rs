@@ -1,5 +1,7 @@
 //! [`Figure`]: the shapes of a scene in the frames of its bodies, and where these frames go.
 
+use std::collections::HashMap;
+
 use crate::model::{Drawn, Frame, Owner, Point, Shape};
 use crate::{Coordinate, Mechanics, System};
 
@@ -93,13 +95,15 @@ impl Figure {
     pub(super) fn new(system: &System, states: &[Mechanics], controls: &[Vec<f64>]) -> Self {
         let sketch = system.sketch();
         let first = &states[0];
-        let owners: Vec<Owner> = sketch.bodies.iter().map(|(_, frame)| frame.owner()).collect();
-        let index = |frame: Frame| owners.iter().position(|owner| *owner == frame.owner());
+        let owners = sketch.bodies.iter().enumerate().map(|(body, (_, frame))| (frame.owner(), body));
+        let owners: HashMap<Owner, usize> = owners.collect();
+        let index = |frame: Frame| owners.get(&frame.owner()).copied();
         let place = |point: Point| Place { body: index(point.frame()), at: point.at().map(|x| first.parameter(x)) };
         let poses = |frame: Frame| states.iter().map(|at| frame.place(|q: Coordinate| at.q()[q.index()])).collect();
-        let bodies = sketch.bodies.iter().enumerate().map(|(body, (name, frame))| Piece {
+        let fixed = fixed(sketch.bodies.len(), &sketch.drawn, &place, first);
+        let bodies = sketch.bodies.iter().zip(fixed).map(|((name, frame), fixed)| Piece {
             name: name.clone(),
-            outline: outline(body, &sketch.drawn, &place, first),
+            outline: outline(fixed),
             poses: poses(*frame),
         });
         let mut figure = Figure {
@@ -190,23 +194,32 @@ fn shares(values: &[f64]) -> Vec<f64> {
     values.iter().map(|x| if largest > 0.0 { x / largest } else { 0.0 }).collect()
 }
 
-/// The shape of a body, from what is fixed to it.
-fn outline(body: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: &Mechanics) -> Outline {
-    let mut points = vec![[0.0; 2]];
-    let mut carriage = None;
+/// What is fixed to a body: its centre and points of parts, and the point and angle of the first slider that it is.
+struct Fixed {
+    points: Vec<[f64; 2]>,
+    carriage: Option<([f64; 2], f64)>,
+}
+
+/// What is fixed to each of the bodies.
+fn fixed(bodies: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: &Mechanics) -> Vec<Fixed> {
+    let mut fixed: Vec<Fixed> = (0..bodies).map(|_| Fixed { points: vec![[0.0; 2]], carriage: None }).collect();
     for part in drawn {
         if matches!(part.shape, Shape::Torque { .. } | Shape::Wheel { .. }) {
             continue;
         }
-        for (which, point) in
-            [part.a, part.b].into_iter().map(place).enumerate().filter(|(_, point)| point.body == Some(body))
-        {
+        for (which, point) in [part.a, part.b].into_iter().map(place).enumerate() {
+            let Some(of) = point.body.map(|body| &mut fixed[body]) else { continue };
             if let (1, Shape::Slider { axis }) = (which, part.shape) {
-                carriage = carriage.or(Some((point.at, first.parameter(axis))));
+                of.carriage = of.carriage.or(Some((point.at, first.parameter(axis))));
             }
-            points.push(point.at);
+            of.points.push(point.at);
         }
     }
+    fixed
+}
+
+/// The shape of a body, from what is fixed to it.
+fn outline(Fixed { points, carriage }: Fixed) -> Outline {
     let mut hull = hull(points);
     if let [p, q] = hull[..]
         && [p, q].contains(&[0.0; 2])

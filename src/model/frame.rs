@@ -7,7 +7,7 @@ use super::{Coordinate, Param};
 pub struct Frame(pub(crate) Owner);
 
 /// Whose frame it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Owner {
     Ground,
     Body([Coordinate; 3]),
