@@ -129,6 +129,12 @@ fn a_rail_that_holds_the_cart_at_many_nodes_is_followed() {
             assert_eq!(outcome.reason, reason, "{rail:?}, {force} N");
             assert!(outcome.evaluations < most, "{}", outcome.evaluations);
             assert_eq!(outcome.violation < 1e-8, reason == Reason::Stationary, "{}", outcome.violation);
+            // Nothing is said of constraints that come closer slowly.
+            for iterations in [1, 19, 20, 21, 25, 32, 40, 50, 60].into_iter().filter(|_| reason == Reason::Stationary) {
+                let options = Options { iterations, ..options };
+                let outcome = interior_point(problem, &start, &options, &mut silent).expect("fits");
+                assert_eq!((outcome.reason, outcome.history.len() <= iterations + 1), (Reason::Iterations, true));
+            }
         });
     }
 }

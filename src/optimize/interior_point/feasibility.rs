@@ -8,18 +8,17 @@ use super::interior_point;
 use crate::Error;
 
 /// So many iterations at a time.
-const ITERATIONS: usize = 50;
-/// ½ Σ excess² is least where the last iteration changed it by less than this share; where there would have been more of them, the last few …
-const FLAT: f64 = 1e-4;
-const FEW: usize = 5;
-/// … and nothing is gained where this share of it is left.
-const LEFT: f64 = 0.81;
+const ITERATIONS: usize = 100;
+/// ½ Σ excess² is least where beginning again at the end changes it by less than this share; or, where there would have been more of them, the last few
+/// iterations. Nothing is said of ways that are merely slow.
+const FLAT: f64 = 1e-5;
+const FEW: usize = 10;
 
 /// What the way towards constraints alone found.
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
-    /// Whether constraints hold there, or are closer by enough to go on.
-    pub(super) is_closer: bool,
+    /// Whether this is the least violation, which is not none.
+    pub(super) is_least: bool,
     pub(super) iterations: usize,
     pub(super) step: f64,
 }
@@ -27,15 +26,24 @@ pub(super) struct Found {
 /// Goes from x towards constraints, whatever f becomes.
 pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64], options: &Options) -> Result<Found, Error> {
     let target = Some(0.5 * options.violation.powi(2));
-    let options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
-    // By address: it may ask for itself, though it never does without constraints.
-    let excess: &mut dyn Problem = &mut Excess::new(problem);
-    let Outcome { x: end, history, reason, .. } = interior_point(excess, x, &options, &mut silent)?;
-    let (first, last) = (history[0].value, history[history.len() - 1].value);
-    let back = if reason == Reason::Iterations { FEW } else { 1 };
-    let is_least = history[(history.len() - 1).saturating_sub(back)].value - last <= FLAT * last;
-    let is_closer = reason == Reason::Target || !is_least && last <= LEFT * first;
-    Ok(Found { step: largest_change(&end, x), x: end, is_closer, iterations: history.len() })
+    let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
+    let (mut end, mut before, mut iterations) = (x.to_vec(), f64::INFINITY, 0);
+    loop {
+        // By address: it may ask for itself, though it never does without constraints.
+        let excess: &mut dyn Problem = &mut Excess::new(problem);
+        let Outcome { x: next, history, reason, .. } = interior_point(excess, &end, &options, &mut silent)?;
+        end = next;
+        (iterations, options.iterations) = (iterations + history.len(), options.iterations.saturating_sub(history.len()));
+        let last = history[history.len() - 1].value;
+        let is_out = reason == Reason::Iterations;
+        let few_ago = history.len().checked_sub(FEW + 1).map_or(f64::INFINITY, |i| history[i].value);
+        let earlier = if is_out { few_ago } else { before };
+        let is_least = reason != Reason::Target && earlier - last <= FLAT * last;
+        if is_least || is_out || reason == Reason::Target {
+            return Ok(Found { step: largest_change(&end, x), x: end, is_least, iterations });
+        }
+        before = last;
+    }
 }
 
 /// ½ Σ excess² of the constraints of a problem.

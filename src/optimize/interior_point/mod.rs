@@ -48,7 +48,8 @@ const ROUNDING: f64 = 1e-14;
 const ROUNDED: f64 = 1e-13;
 
 /// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
-/// sweep for each.
+/// sweep for each. Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
+/// but `watch` does not see them, and the history only where they led.
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()); a problem without products.
@@ -103,12 +104,13 @@ pub fn interior_point<P: Problem + ?Sized>(
             break if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue };
         } else {
             let x = method.y.as_slice()[..counted.bounds.len()].to_vec();
-            let found = feasibility::approach(&mut counted, &x, options)?;
+            let left = Options { iterations: options.iterations + 1 - history.len() - spent, ..*options };
+            let found = feasibility::approach(&mut counted, &x, &left)?;
             method = Method::at(&mut counted, found.x, options.violation)?;
             (begin, spent) = (history.len(), spent + found.iterations);
             (idle, radius) = (0, method.first_radius(options));
             history.push(method.iterate(&counted, found.step));
-            if !found.is_closer {
+            if found.is_least {
                 break Reason::Infeasible;
             }
         }
