@@ -3,6 +3,7 @@
 use super::AdjointSweep;
 use crate::System;
 use crate::forward::Motion;
+use crate::forward::projection::MOST_CORRECTIONS;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
@@ -10,10 +11,7 @@ use crate::number::largest;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
-/// The corrections with 𝓛_vqᵀ shrink like the drift, as those of the projection do, which gives up after so many.
-pub(super) const MOST_CORRECTIONS: usize = 90;
-
-/// Whether such corrections have become rounding; slow ones have not.
+/// Whether corrections with 𝓛_vqᵀ, which shrink like the drift, have become rounding; slow ones have not.
 pub(super) fn is_rounding(correction: f64, last: f64, size: f64) -> bool {
     correction <= 1e-16 * size || correction >= 0.5 * last && correction <= 1e-13 * size
 }

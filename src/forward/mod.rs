@@ -10,7 +10,7 @@ mod failure;
 mod halving;
 mod monitor;
 mod motion;
-mod projection;
+pub(crate) mod projection;
 pub(crate) mod rank;
 pub(crate) mod redundancy;
 pub(crate) mod restart;

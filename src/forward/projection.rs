@@ -18,8 +18,9 @@ use crate::node::{Newton, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::NodeView;
 
-/// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then.
-const MOST_CORRECTIONS: usize = 90;
+/// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then. Those of its
+/// derivatives shrink alike.
+pub(crate) const MOST_CORRECTIONS: usize = 90;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
 /// A correction below this fraction of the largest coordinate is rounding …

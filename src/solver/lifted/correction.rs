@@ -3,30 +3,31 @@
 use crate::node::NOISE;
 use crate::number::Real;
 
-/// Corrections below this of which the smallest has not been halved for so many more are rounding as well, of a matrix close to singular.
+/// Corrections below this that have not been halved by so many more are rounding as well, of a matrix close to singular.
 ///
-/// Corrections by a wrong matrix shrink at every one, if slowly, or grow from the first.
+/// Corrections by a wrong matrix, or along a slow projection, shrink at every one, if slowly, or grow from the first.
 const LOST: (f64, usize) = (1e-5, 4);
 
 /// The sizes of corrections, one after the other.
 #[derive(Clone, Copy)]
 pub(super) struct Shrinking {
     pub(super) last: f64,
-    least: f64,
-    /// How many corrections have not halved the least.
+    /// The last that was half of the one that was halved before: slow corrections halve in several.
+    halved: f64,
+    /// How many corrections have not halved it.
     idle: usize,
 }
 
 impl Shrinking {
     pub(super) fn new() -> Self {
-        Shrinking { last: f64::INFINITY, least: f64::INFINITY, idle: 0 }
+        Shrinking { last: f64::INFINITY, halved: f64::INFINITY, idle: 0 }
     }
 
     /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
     pub(super) fn is_stalled(&mut self, size: f64) -> bool {
         let is_noise = size <= NOISE && size >= self.last;
-        self.idle = if size <= 0.5 * self.least { 0 } else { self.idle + 1 };
-        (self.last, self.least) = (size, self.least.min(size));
+        (self.halved, self.idle) = if size <= 0.5 * self.halved { (size, 0) } else { (self.halved, self.idle + 1) };
+        self.last = size;
         is_noise || size <= LOST.0 && self.idle >= LOST.1
     }
 }

@@ -300,14 +300,14 @@ impl<R: Real> Lifted<R> {
                 return Ok(());
             }
         }
-        Err(self.diverged(near, i, sizes.last, "the complex or dual part of the step"))
+        Err(self.diverged(near, i, (MOST_CORRECTIONS, sizes.last), "the complex or dual part of the step"))
     }
 
-    fn diverged(&self, near: &Near, i: usize, residual: f64, what: &str) -> Error {
+    fn diverged(&self, near: &Near, i: usize, (iterations, residual): (usize, f64), what: &str) -> Error {
         Error::Newton {
             step: near.motion.given_step(i),
             time: self.trajectory.times[i].part(0),
-            iterations: MOST_CORRECTIONS,
+            iterations,
             length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
             residual,
             equation: what.into(),

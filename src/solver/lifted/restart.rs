@@ -1,12 +1,16 @@
 //! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
 use super::correction::{Shrinking, add};
-use super::{CONVERGED, Lifted, MOST_CORRECTIONS, Near};
+use super::{CONVERGED, Lifted, Near};
 use crate::Error;
+use crate::forward::projection::MOST_CORRECTIONS;
 use crate::forward::restart::Restart;
 use crate::motion::{column, column_mut};
 use crate::number::Real;
 use crate::system::NodeView;
+
+/// Corrections above this part of the one before have stopped shrinking: slow projections that converge at all shrink by a third.
+const SHRINKING: f64 = 0.75;
 
 impl<R: Real> Lifted<R> {
     /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
@@ -51,8 +55,8 @@ impl<R: Real> Lifted<R> {
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
-                // The perturbation may be that of an input in far larger units: what still shrinks is no rounding.
-                let shrinks = size < 0.5 * sizes.last && correction + 1 < MOST_CORRECTIONS;
+                // The perturbation may be that of an input in far larger units: what still shrinks, if by a third, is no rounding.
+                let shrinks = size < SHRINKING * sizes.last && correction + 1 < MOST_CORRECTIONS;
                 let is_stalled = sizes.is_stalled(size);
                 done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
@@ -64,7 +68,7 @@ impl<R: Real> Lifted<R> {
         Err(self.diverged(
             near,
             i,
-            sizes.iter().fold(0.0, |most, sizes| sizes.last.max(most)),
+            (MOST_CORRECTIONS, sizes.iter().fold(0.0, |most, sizes| sizes.last.max(most))),
             "the complex or dual part of the projection onto Φ = 0",
         ))
     }
