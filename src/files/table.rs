@@ -116,9 +116,16 @@ impl Table {
         // Without steps there is but the time of the start.
         let tolerance = 1e-3 * grid.steps.iter().map(|dt| dt.abs()).min_by(f64::total_cmp).unwrap_or(0.0);
         let known = self.times.iter().zip(&self.columns[column]).filter_map(|(t, value)| value.map(|value| (*t, value)));
+        // Steps may lead back; of nodes at the same time the first comes first.
+        let mut nodes: Vec<usize> = (0..times.len()).collect();
+        nodes.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+        let first_from = |t: f64| nodes.partition_point(|node| times[*node] < t);
         let at = |(t, value): (f64, f64)| {
             let distance = |node: &usize| (times[*node] - t).abs();
-            let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let after = first_from(t);
+            let before = after.checked_sub(1).map(|last| nodes[first_from(times[nodes[last]])]);
+            let both = before.into_iter().chain(nodes.get(after).copied());
+            let nearest = both.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
             nearest.filter(|node| distance(node) <= tolerance).map(|node| (node, value)).ok_or_else(|| Error::File {
                 kind: "a table",
                 place: format!("column `{}`", self.names[column]),

@@ -223,7 +223,7 @@ impl Scene {
             self.parts.costs.len() - 1
         });
         if let Some(costs) = as_mut::<Costs<C>>(self.parts.costs[at].as_any_mut()) {
-            costs.items.push(item);
+            costs.push(item);
         }
     }
 }

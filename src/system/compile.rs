@@ -9,7 +9,6 @@ use super::parts::Parts;
 use super::point::Layout;
 use super::{Batch, CostMemory, NodeView, Positions, System, structure};
 use crate::model::Param;
-use crate::model::element::Sum;
 use crate::number::{Fingerprint, take_look};
 use crate::{Error, memory};
 
@@ -56,9 +55,9 @@ impl System {
         let integral = costs.iter().any(|costs| costs.has_integral());
         let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
         let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
-        let every = vec![1.0; 1 + names.outputs.len()];
-        let running = (0..every.len()).map(|of| costs.iter().any(|costs| costs.is_running(of))).collect();
-        let uses = uses_of(&costs, &|_| true, &every);
+        let mut running = vec![false; 1 + names.outputs.len()];
+        costs.iter().for_each(|costs| costs.mark_running(&mut running));
+        let uses = costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses()));
         let (initial, positive) = (scene.initial, scene.positive);
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -134,11 +133,6 @@ impl System {
             memory.is_ready = self.costs.iter().map(|costs| costs.fix(at, changed, memory)).sum::<usize>() == 0;
         }
     }
-}
-
-/// What is needed by the costs that are summed.
-pub(super) fn uses_of(costs: &[Box<dyn AnyCosts>], is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
-    costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses(is_summed, factors)))
 }
 
 fn fingerprint(batches: &[Batch], costs: &[Box<dyn AnyCosts>]) -> u64 {

@@ -39,6 +39,11 @@ impl<R: Real> Weights<R> {
         Weights { given: None, integral }
     }
 
+    /// The given node that this is, if it is one.
+    pub fn node(&self) -> Option<usize> {
+        self.given.as_ref().map(|given| given.node)
+    }
+
     /// The same on other numbers.
     pub fn map<T>(&self, f: impl Fn(R) -> T) -> Weights<T> {
         let given = self.given.as_ref().map(|given| GivenWeights {
@@ -262,7 +267,7 @@ pub trait PlainCosts<R: Real>: Send + Sync {
 pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     /// Takes the parameters of all costs through `resolve`.
     fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
-    /// Records every cost and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
+    /// Puts costs in order, records every one and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
     fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
     /// Takes over design variables, and formulas as they are now if they are `changed`; counts costs whose programs do not hold any more.
     fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize;
@@ -270,12 +275,14 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
-    /// Whether any of its costs that belong to an output (0 for J) has a value before the last node.
-    fn is_running(&self, output: usize) -> bool;
+    /// Marks J, the first, and the outputs that any of its costs gives a value before the last node.
+    fn mark_running(&self, outputs: &mut [bool]);
     /// The ways in which those of its costs that belong to an output are summed, and their names.
     fn sums(&self, output: usize) -> Vec<(Sum, &str)>;
-    /// What is needed by those that a weight says are summed here.
-    fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
+    /// What is needed by any of its costs.
+    fn uses(&self) -> CostUse;
+    /// What is needed by those that are summed at a given node, or between given nodes.
+    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
     /// Whether any of its costs is summed with the weights of the scheme.
     fn has_integral(&self) -> bool;
     /// The last single node at which a cost counts, and the name of the cost.

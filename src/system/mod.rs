@@ -16,6 +16,7 @@ mod cost;
 mod cost_formula;
 mod cost_second_order;
 mod cost_shape;
+mod costs;
 mod derivatives;
 mod element;
 mod element_programs;
@@ -59,12 +60,13 @@ pub(crate) use cost::{AnyCosts, CostRows, Depends, GivenWeights, Weights, factor
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_second_order::CostSecondOrder;
 pub(crate) use cost_shape::CostShape;
+pub(crate) use costs::Costs;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
-pub(crate) use placed_cost::{Costs, Fixed, PlacedCost};
+pub(crate) use placed_cost::{Fixed, PlacedCost};
 pub(crate) use products::Wanted;
 pub(crate) use restricted::Restricted;
 pub(crate) use second_order::SecondOrderEquations;
@@ -79,7 +81,7 @@ use crate::model::{Coordinate, Handle, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
 use blame::Suspect;
-use compile::{check_positive, uses_of};
+use compile::check_positive;
 pub(crate) use element::Formulas;
 use jet::ElementKind;
 use names::Names;
@@ -348,7 +350,8 @@ impl System {
         }
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        uses_of(&self.costs, &is_summed, factors).accelerations
+        let uses = self.costs.iter().map(|costs| costs.uses_here(weights.node(), &is_summed, factors));
+        uses.fold(CostUse::NONE, CostUse::and).accelerations
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.

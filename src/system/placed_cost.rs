@@ -1,12 +1,10 @@
-//! Costs of one type: their programs, and their values and derivatives at a node.
+//! [`PlacedCost`]: one cost, its program, and its value and derivatives at a node.
 
 use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64};
-use std::any::Any;
 
-use super::blame::Suspect;
-use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts, Weights};
-use super::cost_formula::{CostFormula, CostMemory, Partial};
+use super::cost::{CostRows, CostUse, Weights};
+use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
@@ -49,24 +47,13 @@ impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const 
 pub struct PlacedCost<C> {
     pub name: String,
     /// 0 for J, or 1 + the number of the output.
-    output: usize,
+    pub(super) output: usize,
     cost: C,
-    sum: Sum,
-    shape: CostShape,
-    b: Vec<Param>,
-    formula: Option<CostFormula>,
-    uses: CostUse,
-}
-
-/// All costs of one type.
-pub struct Costs<C> {
-    pub items: Vec<PlacedCost<C>>,
-}
-
-impl<C> Default for Costs<C> {
-    fn default() -> Self {
-        Costs { items: Vec::new() }
-    }
+    pub(super) sum: Sum,
+    pub(super) shape: CostShape,
+    pub(super) b: Vec<Param>,
+    pub(super) formula: Option<CostFormula>,
+    pub(super) uses: CostUse,
 }
 
 impl<C: ListCost> PlacedCost<C> {
@@ -89,7 +76,7 @@ impl<C: ListCost> PlacedCost<C> {
     }
 
     /// Its formula, and the numbers in it; the values are for one that looks at them.
-    fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
+    pub(super) fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
         let (graph, results) = record(|put| {
             let argument = |i: usize| Symbol::input(i, self.argument(at, i));
             put(self.evaluate(argument, |p| Symbol::parameter(p, self.b[p].value(at.design))));
@@ -97,20 +84,20 @@ impl<C: ListCost> PlacedCost<C> {
         Ok(Template::new(&graph, &results, self.b.len()))
     }
 
-    fn find_uses(&self, template: Option<&Template>) -> CostUse {
+    pub(super) fn find_uses(&self, template: Option<&Template>) -> CostUse {
         let Some(template) = template else { return CostUse::UNKNOWN };
         let depends = template.depends(self.shape.len());
         CostUse::of(depends.iter().zip(&self.shape.places).filter(|(depends, _)| **depends).map(|(_, (of, _))| *of))
     }
 
-    fn fingerprint(&self, sum: &mut Fingerprint) {
+    pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {
         if self.formula.is_some() {
             let constant = |p: usize| Fingerprint::input(self.shape.len() + p);
             sum.join(self.evaluate(Fingerprint::input, constant));
         }
     }
 
-    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+    pub(super) fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         let factor = rows.factors[self.output];
         if factor == 0.0 {
             return;
@@ -142,7 +129,7 @@ impl<C: ListCost> PlacedCost<C> {
     }
 
     /// The change of value and derivatives along a direction.
-    fn gradient_along(
+    pub(super) fn gradient_along(
         &self,
         program: &mut Option<CostSecondOrder>,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
@@ -243,131 +230,7 @@ impl<C: ListCost> PlacedCost<C> {
         self.value(at)
     }
 
-    fn value<R: Real>(&self, at: &NodeView<R>) -> R {
+    pub(super) fn value<R: Real>(&self, at: &NodeView<R>) -> R {
         self.evaluate(|which| self.argument(at, which), |p| self.b[p].value(at.design))
-    }
-}
-
-impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
-        for item in self.items.iter().filter(|item| factors[item.output] != 0.0) {
-            let Some(weight) = weights.of(item.sum) else { continue };
-            if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
-                sums[item.output] += item.value(at) * weight * factors[item.output];
-            }
-        }
-    }
-}
-
-impl<C: ListCost> AnyCosts for Costs<C> {
-    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
-        self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
-    }
-
-    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
-        for item in &mut self.items {
-            let recorded = item.record(at);
-            item.uses = item.find_uses(recorded.as_ref().ok().map(|(template, _)| template));
-            if !without_programs {
-                let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
-                let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, *fixed));
-                item.formula = formula.ok();
-                *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
-            }
-        }
-    }
-
-    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize {
-        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
-        let broken = programs.filter(|(item, formula)| {
-            let now = changed.then(|| item.record(at).ok()).flatten();
-            let constants: Vec<f64> = item.b.iter().map(|b| b.value(at.design)).collect();
-            changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
-        });
-        broken.count()
-    }
-
-    fn fingerprint(&self, sum: &mut Fingerprint) {
-        self.items.iter().for_each(|item| item.fingerprint(sum));
-    }
-
-    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
-        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
-        let depends = |item: &PlacedCost<C>| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
-        let mut changed = programs.filter(|(item, formula)| depends(item).as_ref() != Ok(&formula.depends));
-        changed.next().map(|(item, _)| item.name.as_str())
-    }
-
-    fn is_running(&self, output: usize) -> bool {
-        self.items.iter().any(|item| item.output == output && item.sum != Sum::Terminal)
-    }
-
-    fn sums(&self, output: usize) -> Vec<(Sum, &str)> {
-        self.items.iter().filter(|item| item.output == output).map(|item| (item.sum, item.name.as_str())).collect()
-    }
-
-    fn uses(&self, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
-        let here = self.items.iter().filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
-        here.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
-    }
-
-    fn last_node(&self) -> Option<(usize, &str)> {
-        let single = self.items.iter().filter_map(|item| match item.sum {
-            Sum::Node(node) => Some((node, item.name.as_str())),
-            _ => None,
-        });
-        single.max_by_key(|(node, _)| *node)
-    }
-
-    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str> {
-        self.items.iter().find(|item| is(&item.uses, item.sum)).map(|item| item.name.as_str())
-    }
-
-    fn has_integral(&self) -> bool {
-        self.items.iter().any(|item| item.sum == Sum::Integral)
-    }
-
-    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        for item in &self.items {
-            item.gradient(at, weights, rows);
-        }
-    }
-
-    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
-        let of = |item: &PlacedCost<C>| {
-            item.formula.as_ref()?;
-            let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
-            CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
-        };
-        self.items.iter().map(of).collect()
-    }
-
-    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
-        for (item, program) in self.items.iter().zip(programs) {
-            program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
-        }
-    }
-
-    fn gradient_along(
-        &self,
-        programs: &mut [Option<CostSecondOrder>],
-        at: (&NodeView<f64>, &NodeView<f64>),
-        weights: &Weights<Dual64>,
-        rows: &mut CostRows,
-    ) {
-        self.items.iter().zip(programs).for_each(|(item, program)| item.gradient_along(program, at, weights, rows));
-    }
-
-    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
-        let bad = self.items.iter().find(|item| {
-            rows.clear();
-            item.gradient(at, weights, rows);
-            !rows.is_finite()
-        });
-        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
     }
 }

@@ -137,6 +137,9 @@ fn readings_belong_to_nodes_of_the_grid() {
     let readings = |grid: &Grid| table.readings(0, grid);
     assert_eq!(readings(&Grid::uniform(2, 0.05)).expect("readings"), [(0, 1.0), (2, 2.0)]);
     assert_says(&readings(&Grid::uniform(0, 0.05)).expect_err("one node"), &["`x`", "0.1 s", "no node"]);
+    // Steps back and forth: the node that is nearest, of those at the same time the first.
+    let there_and_back = Grid::new(-0.125, vec![0.25, -0.125, 0.125, -0.025, -0.05, 0.05, -0.125]);
+    assert_eq!(readings(&there_and_back).expect("readings"), [(2, 1.0), (4, 2.0)]);
 }
 
 proptest! {

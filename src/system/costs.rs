@@ -1,0 +1,206 @@
+//! [`Costs`]: all costs of one type, and which of them count at a node.
+
+use num_dual::Dual64;
+use std::any::Any;
+
+use super::blame::Suspect;
+use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts, Weights};
+use super::cost_formula::{CostFormula, CostMemory};
+use super::cost_second_order::CostSecondOrder;
+use super::placed_cost::PlacedCost;
+use super::view::NodeView;
+use crate::model::Param;
+use crate::model::element::{ListCost, Sum};
+use crate::number::{Fingerprint, Real};
+
+/// All costs of one type.
+pub struct Costs<C> {
+    items: Vec<PlacedCost<C>>,
+    /// Those that may count anywhere.
+    anywhere: Vec<usize>,
+    /// Nodes in order, each with a cost that counts there alone: with a reading at each of many nodes, nodes need not look at all.
+    at_node: Vec<(usize, usize)>,
+}
+
+impl<C> Default for Costs<C> {
+    fn default() -> Self {
+        Costs { items: Vec::new(), anywhere: Vec::new(), at_node: Vec::new() }
+    }
+}
+
+impl<C: ListCost> Costs<C> {
+    pub fn push(&mut self, item: PlacedCost<C>) {
+        self.items.push(item);
+    }
+
+    fn arrange(&mut self) {
+        for (index, item) in self.items.iter().enumerate() {
+            match item.sum {
+                Sum::Node(node) => self.at_node.push((node, index)),
+                _ => self.anywhere.push(index),
+            }
+        }
+        self.at_node.sort_unstable();
+    }
+
+    /// The costs that may count at a given node, or between given nodes, by their numbers.
+    fn here(&self, node: Option<usize>) -> impl Iterator<Item = usize> + '_ {
+        let first = self.at_node.partition_point(|(other, _)| Some(*other) < node);
+        let at_node = self.at_node[first..].iter().take_while(move |(other, _)| Some(*other) == node);
+        self.anywhere.iter().copied().chain(at_node.map(|(_, index)| *index))
+    }
+}
+
+impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
+        let here = self.here(weights.node()).map(|index| &self.items[index]);
+        for item in here.filter(|item| factors[item.output] != 0.0) {
+            let Some(weight) = weights.of(item.sum) else { continue };
+            if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
+                sums[item.output] += item.value(at) * weight * factors[item.output];
+            }
+        }
+    }
+}
+
+impl<C: ListCost> AnyCosts for Costs<C> {
+    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
+        self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
+    }
+
+    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
+        self.arrange();
+        for item in &mut self.items {
+            let recorded = item.record(at);
+            item.uses = item.find_uses(recorded.as_ref().ok().map(|(template, _)| template));
+            if !without_programs {
+                let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
+                let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, *fixed));
+                item.formula = formula.ok();
+                *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
+            }
+        }
+    }
+
+    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize {
+        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
+        let broken = programs.filter(|(item, formula)| {
+            let now = changed.then(|| item.record(at).ok()).flatten();
+            let constants: Vec<f64> = item.b.iter().map(|b| b.value(at.design)).collect();
+            changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
+        });
+        broken.count()
+    }
+
+    fn fingerprint(&self, sum: &mut Fingerprint) {
+        self.items.iter().for_each(|item| item.fingerprint(sum));
+    }
+
+    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
+        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
+        let depends = |item: &PlacedCost<C>| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
+        let mut changed = programs.filter(|(item, formula)| depends(item).as_ref() != Ok(&formula.depends));
+        changed.next().map(|(item, _)| item.name.as_str())
+    }
+
+    fn mark_running(&self, outputs: &mut [bool]) {
+        self.items.iter().filter(|item| item.sum != Sum::Terminal).for_each(|item| outputs[item.output] = true);
+    }
+
+    fn sums(&self, output: usize) -> Vec<(Sum, &str)> {
+        self.items.iter().filter(|item| item.output == output).map(|item| (item.sum, item.name.as_str())).collect()
+    }
+
+    fn uses(&self) -> CostUse {
+        self.items.iter().fold(CostUse::NONE, |uses, item| uses.and(item.uses))
+    }
+
+    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
+        let here = self.here(node).map(|index| &self.items[index]);
+        let summed = here.filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
+        summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
+    }
+
+    fn last_node(&self) -> Option<(usize, &str)> {
+        self.at_node.last().map(|(node, index)| (*node, self.items[*index].name.as_str()))
+    }
+
+    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str> {
+        self.items.iter().find(|item| is(&item.uses, item.sum)).map(|item| item.name.as_str())
+    }
+
+    fn has_integral(&self) -> bool {
+        self.items.iter().any(|item| item.sum == Sum::Integral)
+    }
+
+    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+        self.here(weights.node()).for_each(|index| self.items[index].gradient(at, weights, rows));
+    }
+
+    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
+        let of = |item: &PlacedCost<C>| {
+            item.formula.as_ref()?;
+            let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
+            CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
+        };
+        self.items.iter().map(of).collect()
+    }
+
+    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
+        for (item, program) in self.items.iter().zip(programs) {
+            program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
+        }
+    }
+
+    fn gradient_along(
+        &self,
+        programs: &mut [Option<CostSecondOrder>],
+        at: (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    ) {
+        let here = self.here(weights.node());
+        here.for_each(|index| self.items[index].gradient_along(&mut programs[index], at, weights, rows));
+    }
+
+    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
+        let bad = self.items.iter().find(|item| {
+            rows.clear();
+            item.gradient(at, weights, rows);
+            !rows.is_finite()
+        });
+        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scalar;
+    use crate::model::element::ListPoint;
+    use crate::system::CostShape;
+
+    struct Nothing;
+    impl ListCost for Nothing {
+        fn cost<S: Scalar>(&self, _: &ListPoint<S>) -> S {
+            S::zero()
+        }
+    }
+
+    #[test]
+    fn a_node_looks_at_its_own_readings_and_at_what_counts_anywhere() {
+        let mut costs = Costs::default();
+        for sum in [Sum::Node(7), Sum::Node(3), Sum::Integral, Sum::Node(900), Sum::Node(3), Sum::Terminal] {
+            costs.push(PlacedCost::new(("of a node", 0), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));
+        }
+        costs.arrange();
+        let here = |node| costs.here(node).collect::<Vec<usize>>();
+        assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
+        assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
+        assert_eq!(costs.last_node().map(|(node, _)| node), Some(900));
+    }
+}
