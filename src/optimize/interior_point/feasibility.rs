@@ -29,7 +29,7 @@ pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64],
     let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
     let (mut end, mut before, mut iterations) = (x.to_vec(), f64::INFINITY, 0);
     loop {
-        // By address: it may ask for itself, though it never does without constraints.
+        // As `dyn`: the method calls itself here, and with a type of its own each time that could not be compiled.
         let excess: &mut dyn Problem = &mut Excess::new(problem);
         let Outcome { x: next, history, reason, .. } = interior_point(excess, &end, &options, &mut silent)?;
         end = next;
