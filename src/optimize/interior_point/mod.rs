@@ -5,47 +5,27 @@
 //!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
 //! ```
 //!
-//! for smaller and smaller μ; steps ([`step`]) are judged where they lead ([`trial`]). Where constraints come no closer, they alone are looked at
+//! for smaller and smaller μ ([`method`]); steps ([`step`]) are judged where they lead. Where constraints come no closer, they alone are looked at
 //! ([`feasibility`]).
 
 mod barrier;
 mod feasibility;
+mod method;
 mod step;
-mod trial;
-
-use std::rc::Rc;
-
-use nalgebra::{DMatrix, DVector};
 
 use super::outcome::Counted;
-use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
-use barrier::Barrier;
-use step::{Model, Projection, product};
-use trial::Trial;
+use method::Method;
 
-/// μ becomes this share of itself where its problem is solved to ten times μ …
-const LESS: f64 = 0.2;
-const SOLVED: f64 = 10.0;
-/// … and at first as large as the forces on the variables: with less, slacks would be at their bounds before constraints hold.
-const FIRST: f64 = 1.0;
-/// Steps that φ falls by this share of what was foreseen are taken.
-const ACCEPTED: f64 = 1e-8;
-/// The radius below which there is nothing to be found.
-const LEAST: f64 = 1e-13;
-/// Constraints come no closer where so many iterations leave this share of a violation, and each the other share of the largest …
+/// Constraints come no closer where so many iterations leave this share of a violation, and each the other share of the largest.
 const SLOW_FOR: usize = 20;
 const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
-/// … and in a step that changes less than this share of it.
-const STUCK: f64 = 1e-9;
 /// So many steps of which nothing was foreseen but rounding, and no constraint to come closer, are the last.
 const MOST_IDLE: usize = 10;
 /// Differences of φ below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
-/// The share of the terms of a gradient that may be rounding.
-const ROUNDED: f64 = 1e-13;
 
 /// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
 /// sweep for each. Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
@@ -61,297 +41,120 @@ pub fn interior_point<P: Problem + ?Sized>(
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start)?;
     let mut method = Method::new(&mut counted, x, options.violation)?;
-    let mut history = vec![method.iterate(&counted, 0.0)];
-    let first = history[0].stationarity;
+    let mut iterations = Iterations::new(method.iterate(&counted, 0.0));
     let mut radius = method.first_radius(options);
-    let mut idle = 0;
-    // Where the method began last, and the iterations of others.
-    let (mut begin, mut spent) = (0, 0);
     let reason = loop {
-        let last = history[history.len() - 1];
-        if watch(&last, &method.y.as_slice()[..counted.bounds.len()]).is_break() {
+        let last = iterations.last();
+        if watch(&last, method.x(&counted)).is_break() {
             break Reason::Asked;
         }
         let feasible = last.violation <= options.violation;
         if feasible && options.target.is_some_and(|target| last.value <= target) {
             break Reason::Target;
         }
-        let asked = options.stationarity * method.scale().max(first);
-        if feasible && last.stationarity <= asked && method.barrier.mu <= asked {
+        let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
+        if feasible && is_stationary(&method, &mut counted, &iterations, asked)? {
             break Reason::Stationary;
         }
-        let before = history.iter().rev().nth(1);
-        let stays = before.is_some_and(|before| (last.value - before.value).abs() <= ROUNDING * last.value.abs());
-        if feasible && stays && last.stationarity <= method.rounding(&mut counted)? {
-            break Reason::Stationary;
-        }
-        if history.len() + spent > options.iterations {
+        if iterations.count() >= options.iterations {
             break Reason::Iterations;
         }
         method.lower_barrier(asked.max(f64::MIN_POSITIVE));
-        let ends = idle >= MOST_IDLE || !feasible && is_slow(&history[begin..]);
-        let step = if ends { None } else { method.advance(&mut counted, &mut radius)? };
-        if let Some((length, is_idle)) = step {
-            idle = if is_idle { idle + 1 } else { 0 };
-            history.push(method.iterate(&counted, length));
-        } else if feasible {
-            // Multipliers are those of a smaller barrier meanwhile.
-            let rounding = method.rounding(&mut counted)?;
-            let now = method.iterate(&counted, last.step);
-            history.pop();
-            history.push(now);
-            let small = if method.barrier.mu <= asked { asked.max(rounding) } else { rounding };
-            break if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue };
-        } else {
-            let x = method.y.as_slice()[..counted.bounds.len()].to_vec();
-            let left = Options { iterations: options.iterations + 1 - history.len() - spent, ..*options };
-            let found = feasibility::approach(&mut counted, &x, &left)?;
-            method = Method::at(&mut counted, found.x, options.violation)?;
-            (begin, spent) = (history.len(), spent + found.iterations);
-            (idle, radius) = (0, method.first_radius(options));
-            history.push(method.iterate(&counted, found.step));
-            if found.is_least {
-                break Reason::Infeasible;
+        let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
+        match if ends { None } else { method.advance(&mut counted, &mut radius)? } {
+            Some((length, is_idle)) => iterations.go(method.iterate(&counted, length), is_idle),
+            None if feasible => break last_reason(&method, &mut counted, &mut iterations, asked)?,
+            None => {
+                let left = Options { iterations: options.iterations - iterations.count(), ..*options };
+                let x = method.x(&counted).to_vec();
+                let found = feasibility::approach(&mut counted, &x, &left)?;
+                method = Method::at(&mut counted, found.x, options.violation)?;
+                radius = method.first_radius(options);
+                iterations.begin_again(method.iterate(&counted, found.step), found.iterations);
+                if found.is_least {
+                    break Reason::Infeasible;
+                }
             }
         }
     };
-    let (n, multipliers) = (counted.bounds.len(), method.all_multipliers(&counted));
-    let (x, value) = (method.y.as_slice()[..n].to_vec(), method.value);
+    let multipliers = method.all_multipliers(&counted);
+    let (x, value) = (method.x(&counted).to_vec(), method.value);
     // What the problem keeps is the motion of the answer.
     counted.ensure(&x);
-    Ok(counted.outcome(x, value, multipliers, history, reason))
+    Ok(counted.outcome(x, value, multipliers, iterations.history, reason))
 }
 
-/// Whether constraints stay violated as they are: near to where they hold, violations come and go.
-fn is_slow(history: &[Iterate]) -> bool {
-    let lately = history.iter().rev().take(SLOW_FOR).map(|of| of.violation);
-    let (least, most) = lately.fold((f64::INFINITY, 0.0f64), |(least, most), x| (least.min(x), most.max(x)));
-    history.len() >= SLOW_FOR && least > ALIKE * most && least > SLOW * history[history.len() - SLOW_FOR].violation
+/// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
+fn is_stationary<P: Problem + ?Sized>(
+    method: &Method,
+    problem: &mut Counted<P>,
+    iterations: &Iterations,
+    asked: f64,
+) -> Result<bool, Error> {
+    let last = iterations.last();
+    let is_small = last.stationarity <= asked && method.barrier.mu <= asked;
+    Ok(is_small || iterations.stays() && last.stationarity <= method.rounding(problem)?)
 }
 
-/// The point y = (x, s) with all that is known of it.
-struct Method {
-    /// The constraints that count, and those of them that are inequalities.
-    rows: Vec<usize>,
-    inequalities: Vec<usize>,
-    barrier: Barrier,
-    y: DVector<f64>,
-    value: f64,
-    /// Of f alone.
-    gradient: DVector<f64>,
-    c: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    /// What constraints may be violated by.
-    allowed: f64,
-    /// Of each row, whether it is an inequality that holds and that no variable changes here, such as a bound at the node where a motion starts: it may
-    /// leave no way between bounds that a slack could keep away from.
-    still: Vec<bool>,
-    /// D, and what constraints leave of steps in these units.
-    scales: DVector<f64>,
-    projection: Rc<Projection>,
-    /// Of C.
-    multipliers: DVector<f64>,
-    penalty: f64,
+/// Why there is no further step where constraints hold; multipliers are those of a smaller barrier by now.
+fn last_reason<P: Problem + ?Sized>(
+    method: &Method,
+    problem: &mut Counted<P>,
+    iterations: &mut Iterations,
+    asked: f64,
+) -> Result<Reason, Error> {
+    let rounding = method.rounding(problem)?;
+    let now = method.iterate(problem, iterations.last().step);
+    iterations.history.pop();
+    iterations.history.push(now);
+    let small = if method.barrier.mu <= asked { asked.max(rounding) } else { rounding };
+    Ok(if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue })
 }
 
-impl Method {
-    /// At x, moved inside its bounds.
-    fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, mut x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
-        Barrier::new(problem, &[], &mut x);
-        Method::at(problem, x, allowed)
+/// The iterations so far.
+struct Iterations {
+    history: Vec<Iterate>,
+    /// The last steps of which nothing was foreseen.
+    idle: usize,
+    /// Where the method began last, and the iterations towards constraints alone.
+    begin: usize,
+    apart: usize,
+}
+
+impl Iterations {
+    fn new(first: Iterate) -> Self {
+        Iterations { history: vec![first], idle: 0, begin: 0, apart: 0 }
     }
 
-    /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
-    fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
-        let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
-        let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
-        let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
-        let value = problem.evaluate_start(&x)?;
-        let mut y: Vec<f64> = x.iter().copied().chain(inequalities.iter().map(|&j| problem.c[j])).collect();
-        let barrier = Barrier::new(problem, &inequalities, &mut y);
-        y[..x.len()].copy_from_slice(&x);
-        let (m, len) = (rows.len(), y.len());
-        let mut method = Method {
-            rows,
-            inequalities,
-            barrier,
-            y: DVector::from_vec(y),
-            value,
-            gradient: DVector::zeros(len),
-            c: DVector::zeros(m),
-            jacobian: DMatrix::zeros(m, len),
-            allowed,
-            still: vec![false; m],
-            scales: DVector::zeros(len),
-            projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
-            multipliers: DVector::zeros(m),
-            penalty: 1.0,
-        };
-        method.linearise(problem)?;
-        if method.barrier.is_there() {
-            let forces = method.forces(problem)?;
-            method.barrier.set(FIRST * forces, method.y.as_slice());
-        }
-        method.find_multipliers();
-        Ok(method)
+    fn last(&self) -> Iterate {
+        self.history[self.history.len() - 1]
     }
 
-    /// C(y), with the values of c that the problem has at hand.
-    fn constraints<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &DVector<f64>) -> DVector<f64> {
-        let mut slacks = y.iter().skip(problem.bounds.len());
-        let differences = self.rows.iter().zip(&self.still).map(|(&j, is_still)| {
-            let of = problem.intervals[j];
-            let target = if of.is_equality() { Some(&of.least) } else { slacks.next() };
-            target.filter(|_| !is_still).map_or(0.0, |target| problem.c[j] - target)
-        });
-        DVector::from_iterator(self.rows.len(), differences)
+    fn count(&self) -> usize {
+        self.history.len() - 1 + self.apart
     }
 
-    /// C and the derivatives at the point that was evaluated last.
-    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
-        let n = problem.bounds.len();
-        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
-        self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
-        self.scales = self.barrier.scales(self.y.as_slice()).into();
-        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality());
-        for (slack, (k, &j)) in (n..).zip(inequalities) {
-            let changes = self.jacobian.view((k, 0), (1, n)).amax() > 0.0;
-            self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
-            let moves = if self.still[k] { 0.0 } else { 1.0 };
-            self.jacobian[(k, slack)] = -moves;
-            self.scales[slack] *= moves;
-        }
-        self.c = self.constraints(problem, &self.y);
-        self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
-        Ok(())
+    fn go(&mut self, to: Iterate, is_idle: bool) {
+        self.idle = if is_idle { self.idle + 1 } else { 0 };
+        self.history.push(to);
     }
 
-    /// The gradient of f + barrier in units of the scales.
-    fn scaled_gradient(&self) -> DVector<f64> {
-        let mut gradient = self.gradient.clone();
-        self.barrier.add_gradient(self.y.as_slice(), gradient.as_mut_slice());
-        gradient.component_mul(&self.scales)
+    fn begin_again(&mut self, at: Iterate, apart: usize) {
+        (self.idle, self.begin, self.apart) = (0, self.history.len(), self.apart + apart);
+        self.history.push(at);
     }
 
-    /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
-    fn forces<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
-        let scales = &self.scales;
-        let forces = self.gradient.component_mul(scales).amax();
-        if forces > 0.0 {
-            return Ok(forces);
-        }
-        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut vec![0.0; problem.bounds.len()])?;
-        let ones = DVector::from_element(scales.len(), 1.0);
-        Ok(product(problem, &ones, scales, &vec![0.0; scales.len()])?.amax())
+    /// Whether the last step changed the value by rounding alone.
+    fn stays(&self) -> bool {
+        let before = self.history.iter().rev().nth(1);
+        before.is_some_and(|before| (self.last().value - before.value).abs() <= ROUNDING * self.last().value.abs())
     }
 
-    fn find_multipliers(&mut self) {
-        self.multipliers = self.projection.multipliers(&self.scaled_gradient());
-    }
-
-    /// The multipliers of all constraints of the problem.
-    fn all_multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
-        let mut all = vec![0.0; problem.c.len()];
-        self.rows.iter().zip(&self.multipliers).for_each(|(&j, w)| all[j] = *w);
-        all
-    }
-
-    fn first_radius(&self, options: &Options) -> f64 {
-        options.first_step.unwrap_or(1.0).max(self.y.amax())
-    }
-
-    /// What the gradient of the Lagrangian is small against.
-    fn scale(&self) -> f64 {
-        let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
-        terms.fold(self.gradient.amax(), f64::max)
-    }
-
-    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
-    fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
-        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
-        self.prepare_products(problem)?;
-        let ones = DVector::from_element(self.y.len(), 1.0);
-        let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
-        let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
-        Ok(ROUNDED * terms.component_mul(&self.scales).amax())
-    }
-
-    fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
-        let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
-        Iterate {
-            value: self.value,
-            violation: problem.violation(),
-            stationarity: self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice()),
-            step,
-            evaluations: problem.evaluations,
-        }
-    }
-
-    /// Makes μ smaller where its problem is solved, but not less than is asked for.
-    fn lower_barrier(&mut self, asked: f64) {
-        while self.barrier.mu > 0.0 {
-            let left = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
-            if left > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
-                return;
-            }
-            self.barrier.mu *= LESS;
-            self.find_multipliers();
-        }
-    }
-
-    /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
-    fn advance<P: Problem + ?Sized>(
-        &mut self,
-        problem: &mut Counted<P>,
-        radius: &mut f64,
-    ) -> Result<Option<(f64, bool)>, Error> {
-        let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
-        let curvature = self.barrier.curvature(self.y.as_slice());
-        self.prepare_products(problem)?;
-        let least = self.multipliers.norm();
-        // Without forces any penalty will do, but for none.
-        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
-            self.penalty = 2.0 * least;
-        }
-        let (y, c) = (self.y.clone(), self.c.clone());
-        let barrier = self.barrier.clone();
-        let model = Model { gradient: &gradient, c: &c, projection: &projection, barrier: &barrier, y: &y, scales: &scales };
-        let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
-        while step.length > LEAST {
-            let foreseen = self.weigh(&step);
-            let here = self.merit(self.value, &self.y, &self.c);
-            let (next, ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
-            if ratio >= ACCEPTED {
-                *radius = match ratio {
-                    _ if ratio >= 0.9 => radius.max(3.0 * step.length),
-                    _ if ratio >= 0.3 => radius.max(2.0 * step.length),
-                    _ => *radius,
-                };
-                let is_idle = foreseen <= ROUNDING * here.abs() && step.closer <= STUCK * self.c.norm();
-                return self.take(problem, next).map(|length| Some((length, is_idle)));
-            }
-            let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
-            *radius = shorter * step.length.min(*radius);
-            step = model.shorter(*radius, &known);
-        }
-        Ok(None)
-    }
-
-    /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
-    fn prepare_products<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(), Error> {
-        let mut lagrangian = vec![0.0; problem.bounds.len()];
-        problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
-    }
-
-    /// Goes there.
-    fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
-        let length = (&to.y - &self.y).amax();
-        self.barrier.step(self.y.as_slice(), to.y.as_slice());
-        (self.y, self.value) = (to.y, to.value);
-        // A second trial may have been evaluated after the one that is taken.
-        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
-        self.linearise(problem)?;
-        self.find_multipliers();
-        Ok(length)
+    /// Whether constraints stay violated as they are: near to where they hold, violations come and go.
+    fn is_slow(&self) -> bool {
+        let Some(lately) = self.history[self.begin..].last_chunk::<SLOW_FOR>() else { return false };
+        let violations = lately.map(|of| of.violation);
+        let (least, most) = violations.iter().fold((f64::INFINITY, 0.0f64), |(least, most), &x| (least.min(x), most.max(x)));
+        least > ALIKE * most && least > SLOW * violations[0]
     }
 }

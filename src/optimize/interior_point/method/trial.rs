@@ -5,11 +5,12 @@
 
 use nalgebra::DVector;
 
-use super::super::Problem;
-use super::super::outcome::Counted;
-use super::barrier::TO_BOUND;
-use super::step::{Projection, Step};
-use super::{ACCEPTED, Method, ROUNDING};
+use super::super::super::Problem;
+use super::super::super::outcome::Counted;
+use super::super::ROUNDING;
+use super::super::barrier::TO_BOUND;
+use super::super::step::{Projection, Step};
+use super::{ACCEPTED, Method};
 
 /// What constraints come closer must count for this share of what φ falls by.
 const SHARE: f64 = 0.3;

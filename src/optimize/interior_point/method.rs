@@ -1,0 +1,263 @@
+//! The point y = (x, s) of the interior-point method, and its steps.
+
+mod trial;
+
+use std::rc::Rc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::outcome::Counted;
+use super::super::problem::Interval;
+use super::super::{Iterate, Options, Problem};
+use super::ROUNDING;
+use super::barrier::Barrier;
+use super::step::{Model, Projection, product};
+
+use crate::Error;
+use trial::Trial;
+
+/// μ becomes this share of itself where its problem is solved to ten times μ …
+const LESS: f64 = 0.2;
+const SOLVED: f64 = 10.0;
+/// … and at first as large as the forces on the variables: with less, slacks would be at their bounds before constraints hold.
+const FIRST: f64 = 1.0;
+/// Steps that φ falls by this share of what was foreseen are taken.
+const ACCEPTED: f64 = 1e-8;
+/// The radius below which there is nothing to be found.
+const LEAST: f64 = 1e-13;
+/// A step that takes less than this share of their violation brings constraints no closer.
+const STUCK: f64 = 1e-9;
+/// The share of the terms of a gradient that may be rounding.
+const ROUNDED: f64 = 1e-13;
+
+/// The point y = (x, s) with all that is known of it.
+pub(super) struct Method {
+    /// The constraints that count, and those of them that are inequalities.
+    rows: Vec<usize>,
+    inequalities: Vec<usize>,
+    pub(super) barrier: Barrier,
+    y: DVector<f64>,
+    pub(super) value: f64,
+    /// Of f alone.
+    gradient: DVector<f64>,
+    c: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    /// What constraints may be violated by.
+    allowed: f64,
+    /// Of each row, whether it is an inequality that holds and that no variable changes here, such as a bound at the node where a motion starts: it may
+    /// leave no way between bounds that a slack could keep away from.
+    still: Vec<bool>,
+    /// D, and what constraints leave of steps in these units.
+    scales: DVector<f64>,
+    projection: Rc<Projection>,
+    /// Of C.
+    multipliers: DVector<f64>,
+    penalty: f64,
+}
+
+impl Method {
+    /// At x, moved inside its bounds.
+    pub(super) fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, mut x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
+        Barrier::new(problem, &[], &mut x);
+        Method::at(problem, x, allowed)
+    }
+
+    /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
+    pub(super) fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
+        let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
+        let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
+        let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
+        let value = problem.evaluate_start(&x)?;
+        let mut y: Vec<f64> = x.iter().copied().chain(inequalities.iter().map(|&j| problem.c[j])).collect();
+        let barrier = Barrier::new(problem, &inequalities, &mut y);
+        y[..x.len()].copy_from_slice(&x);
+        let (m, len) = (rows.len(), y.len());
+        let mut method = Method {
+            rows,
+            inequalities,
+            barrier,
+            y: DVector::from_vec(y),
+            value,
+            gradient: DVector::zeros(len),
+            c: DVector::zeros(m),
+            jacobian: DMatrix::zeros(m, len),
+            allowed,
+            still: vec![false; m],
+            scales: DVector::zeros(len),
+            projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
+            multipliers: DVector::zeros(m),
+            penalty: 1.0,
+        };
+        method.linearise(problem)?;
+        if method.barrier.is_there() {
+            let forces = method.forces(problem)?;
+            method.barrier.set(FIRST * forces, method.y.as_slice());
+        }
+        method.find_multipliers();
+        Ok(method)
+    }
+
+    /// x.
+    pub(super) fn x<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> &[f64] {
+        &self.y.as_slice()[..problem.bounds.len()]
+    }
+
+    /// C(y), with the values of c that the problem has at hand.
+    fn constraints<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &DVector<f64>) -> DVector<f64> {
+        let mut slacks = y.iter().skip(problem.bounds.len());
+        let differences = self.rows.iter().zip(&self.still).map(|(&j, is_still)| {
+            let of = problem.intervals[j];
+            let target = if of.is_equality() { Some(&of.least) } else { slacks.next() };
+            target.filter(|_| !is_still).map_or(0.0, |target| problem.c[j] - target)
+        });
+        DVector::from_iterator(self.rows.len(), differences)
+    }
+
+    /// C and the derivatives at the point that was evaluated last.
+    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let n = problem.bounds.len();
+        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
+        self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
+        self.scales = self.barrier.scales(self.y.as_slice()).into();
+        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality());
+        for (slack, (k, &j)) in (n..).zip(inequalities) {
+            let changes = self.jacobian.view((k, 0), (1, n)).amax() > 0.0;
+            self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
+            let moves = if self.still[k] { 0.0 } else { 1.0 };
+            self.jacobian[(k, slack)] = -moves;
+            self.scales[slack] *= moves;
+        }
+        self.c = self.constraints(problem, &self.y);
+        self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
+        Ok(())
+    }
+
+    /// The gradient of f + barrier in units of the scales.
+    fn scaled_gradient(&self) -> DVector<f64> {
+        let mut gradient = self.gradient.clone();
+        self.barrier.add_gradient(self.y.as_slice(), gradient.as_mut_slice());
+        gradient.component_mul(&self.scales)
+    }
+
+    /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
+    fn forces<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+        let scales = &self.scales;
+        let forces = self.gradient.component_mul(scales).amax();
+        if forces > 0.0 {
+            return Ok(forces);
+        }
+        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut vec![0.0; problem.bounds.len()])?;
+        let ones = DVector::from_element(scales.len(), 1.0);
+        Ok(product(problem, &ones, scales, &vec![0.0; scales.len()])?.amax())
+    }
+
+    fn find_multipliers(&mut self) {
+        self.multipliers = self.projection.multipliers(&self.scaled_gradient());
+    }
+
+    /// The multipliers of all constraints of the problem.
+    pub(super) fn all_multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+        let mut all = vec![0.0; problem.c.len()];
+        self.rows.iter().zip(&self.multipliers).for_each(|(&j, w)| all[j] = *w);
+        all
+    }
+
+    pub(super) fn first_radius(&self, options: &Options) -> f64 {
+        options.first_step.unwrap_or(1.0).max(self.y.amax())
+    }
+
+    /// What the gradient of the Lagrangian is small against.
+    pub(super) fn scale(&self) -> f64 {
+        let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
+        terms.fold(self.gradient.amax(), f64::max)
+    }
+
+    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
+    pub(super) fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
+        self.prepare_products(problem)?;
+        let ones = DVector::from_element(self.y.len(), 1.0);
+        let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
+        let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
+        Ok(ROUNDED * terms.component_mul(&self.scales).amax())
+    }
+
+    pub(super) fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
+        let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
+        Iterate {
+            value: self.value,
+            violation: problem.violation(),
+            stationarity: self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice()),
+            step,
+            evaluations: problem.evaluations,
+        }
+    }
+
+    /// Makes μ smaller where its problem is solved, but not less than is asked for.
+    pub(super) fn lower_barrier(&mut self, asked: f64) {
+        while self.barrier.mu > 0.0 {
+            let left = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
+            if left > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
+                return;
+            }
+            self.barrier.mu *= LESS;
+            self.find_multipliers();
+        }
+    }
+
+    /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
+    pub(super) fn advance<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut Counted<P>,
+        radius: &mut f64,
+    ) -> Result<Option<(f64, bool)>, Error> {
+        let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
+        let curvature = self.barrier.curvature(self.y.as_slice());
+        self.prepare_products(problem)?;
+        let least = self.multipliers.norm();
+        // Without forces any penalty will do, but for none.
+        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
+            self.penalty = 2.0 * least;
+        }
+        let (y, c) = (self.y.clone(), self.c.clone());
+        let barrier = self.barrier.clone();
+        let model = Model { gradient: &gradient, c: &c, projection: &projection, barrier: &barrier, y: &y, scales: &scales };
+        let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
+        while step.length > LEAST {
+            let foreseen = self.weigh(&step);
+            let here = self.merit(self.value, &self.y, &self.c);
+            let (next, ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
+            if ratio >= ACCEPTED {
+                *radius = match ratio {
+                    _ if ratio >= 0.9 => radius.max(3.0 * step.length),
+                    _ if ratio >= 0.3 => radius.max(2.0 * step.length),
+                    _ => *radius,
+                };
+                let is_idle = foreseen <= ROUNDING * here.abs() && step.closer <= STUCK * self.c.norm();
+                return self.take(problem, next).map(|length| Some((length, is_idle)));
+            }
+            let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
+            *radius = shorter * step.length.min(*radius);
+            step = model.shorter(*radius, &known);
+        }
+        Ok(None)
+    }
+
+    /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
+    fn prepare_products<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let mut lagrangian = vec![0.0; problem.bounds.len()];
+        problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
+    }
+
+    /// Goes there.
+    fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
+        let length = (&to.y - &self.y).amax();
+        self.barrier.step(self.y.as_slice(), to.y.as_slice());
+        (self.y, self.value) = (to.y, to.value);
+        // A second trial may have been evaluated after the one that is taken.
+        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
+        self.linearise(problem)?;
+        self.find_multipliers();
+        Ok(length)
+    }
+}
