@@ -205,7 +205,7 @@ impl ForwardSweep {
         // Every part begins or ends at an inserted node.
         let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
-        let time = grid.steps[..first - 1].iter().fold(grid.start, |t, dt| t + dt);
+        let time = grid.time(first - 1);
         let step = self.motion.given_step(first);
         self.monitor.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
     }

@@ -31,7 +31,7 @@ use nalgebra::DMatrix;
 
 use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
-use crate::motion::{Report, Task, Watch, column, column_mut};
+use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
 use crate::node::Predictor;
 use crate::node::{StepFailure, Unknowns};
 use crate::number::largest;
@@ -132,6 +132,7 @@ impl ForwardSweep {
         self.motion.trajectory.compliance.clear();
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
         self.stepper.newton.evaluation.set_compliance(&[]);
+        self.stepper.set_clock(0, Clock::new(self.motion.inputs.grid.start));
         start::solve(self, system, settings)?;
         self.check_energies(system, 0)?;
         restart::keep_end(self, 0);

@@ -2,7 +2,7 @@
 
 use super::Motion;
 use super::continuation::Continuation;
-use crate::motion::column;
+use crate::motion::{Clock, column};
 use crate::node::{Newton, Predictor};
 use crate::scheme::known_part;
 use crate::{Scheme, System};
@@ -14,6 +14,9 @@ pub(crate) struct Stepper {
     pub(crate) continuation: Continuation,
     /// The first node that may be extrapolated from.
     pub(crate) smooth_from: usize,
+    /// The node at hand, and the time before it and at it.
+    node: usize,
+    clocks: [Clock; 2],
     /// The stage at hand.
     pub(crate) stage: usize,
     /// Its known part, q̄ and p̄, and σ₋.
@@ -30,6 +33,8 @@ impl Stepper {
             predictor: Predictor::new(n, m),
             continuation: Continuation::new(n, m),
             smooth_from: 0,
+            node: 0,
+            clocks: [Clock::new(0.0); 2],
             stage: scheme.stages(),
             start_q: vec![0.0; n],
             start_p: vec![0.0; n],
@@ -44,6 +49,16 @@ impl Stepper {
         self.start_sigma.copy_from_slice(sigma);
     }
 
+    /// The clock at this node, which is the last one that is known.
+    pub(crate) fn set_clock(&mut self, node: usize, clock: Clock) {
+        (self.node, self.clocks) = (node, [clock; 2]);
+    }
+
+    /// The clock at the node at hand.
+    pub(crate) fn clock(&self) -> Clock {
+        self.clocks[1]
+    }
+
     /// h = Δt a_ss of the stage at hand.
     pub(crate) fn half_step(&self, scheme: &Scheme, dt: f64) -> f64 {
         dt * scheme.a(self.stage, self.stage)
@@ -53,8 +68,11 @@ impl Stepper {
     #[inline]
     pub(crate) fn begin_stage(&mut self, motion: &mut Motion, k: usize, s: usize, dt: f64) {
         let Motion { trajectory, inputs, first, .. } = motion;
-        let begin = trajectory.times[k - 1];
-        trajectory.times[k] = begin + dt;
+        if self.node < *first + k {
+            (self.node, self.clocks[0]) = (*first + k, self.clocks[1]);
+        }
+        self.clocks[1] = self.clocks[0].after(dt);
+        trajectory.times[k] = self.clocks[1].time();
         self.stage = s;
         if s < trajectory.last_stage() {
             trajectory.place_stage(k, s, dt, inputs.at_ends(*first + k));

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::motion::column;
+use crate::motion::{Clock, column};
 use crate::number::Real;
 use crate::{Control, Coordinate, Error, System, memory};
 
@@ -28,17 +28,9 @@ impl Grid {
         Grid::new(0.0, vec![dt; steps])
     }
 
-    /// The time since the start at each node, to the last digits, whenever the start and however many steps: what their additions lose is added up
-    /// beside them (Neumaier 1974).
+    /// The time since the start at each node, to rounding, whenever the start.
     pub(crate) fn passed(&self) -> Vec<f64> {
-        let (mut sum, mut lost) = (0.0f64, 0.0);
-        let after = self.steps.iter().map(|&dt| {
-            let next = sum + dt;
-            lost += if sum.abs() < dt.abs() { (dt - next) + sum } else { (sum - next) + dt };
-            sum = next;
-            sum + lost
-        });
-        std::iter::once(0.0).chain(after).collect()
+        clocks(0.0, &self.steps).map(Clock::time).collect()
     }
 }
 
@@ -48,19 +40,29 @@ impl<R: Real> Grid<R> {
         Grid { start, steps, stages: 1 }
     }
 
-    /// The times of the nodes 0 … N.
+    /// The times of the nodes 0 … N, each right to rounding however many steps are before it.
     pub fn times(&self) -> Vec<R> {
-        let after = self.steps.iter().scan(self.start, |t, &dt| {
-            *t += dt;
-            Some(*t)
-        });
-        std::iter::once(self.start).chain(after).collect()
+        clocks(self.start, &self.steps).map(Clock::time).collect()
+    }
+
+    /// The time of one node.
+    pub(crate) fn time(&self, node: usize) -> R {
+        clocks(self.start, &self.steps[..node]).last().map_or(self.start, Clock::time)
     }
 
     /// The number of nodes, N + 1.
     pub fn nodes(&self) -> usize {
         self.steps.len() + 1
     }
+}
+
+/// The clocks at the nodes.
+fn clocks<R: Real>(start: R, steps: &[R]) -> impl Iterator<Item = Clock<R>> {
+    let after = steps.iter().scan(Clock::new(start), |clock, &dt| {
+        *clock = clock.after(dt);
+        Some(*clock)
+    });
+    std::iter::once(Clock::new(start)).chain(after)
 }
 
 /// What a start keeps of its guess when it is assembled.
@@ -351,6 +353,7 @@ impl Inputs {
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;
+        finite([self.grid.time(nodes - 1)], |_| "the end of the time grid".into())?;
         finite(self.start.q().iter().copied(), |i| format!("q0 {}", of(i)))?;
         finite(self.start.rate().iter().copied(), |i| format!("{rate} {}", of(i)))?;
         finite(self.design.iter().copied(), |p| format!("design variable `{}`", system.design_name(p)))?;

@@ -1,5 +1,6 @@
 //! Motions as data: what they follow from, the grid they were computed on, and their states.
 
+mod clock;
 mod composition;
 mod inputs;
 mod progress;
@@ -8,6 +9,7 @@ mod report;
 mod stages;
 mod trajectory;
 
+pub(crate) use clock::Clock;
 pub use composition::Composition;
 pub use inputs::{Grid, Held, Inputs, Start};
 pub(crate) use progress::Watch;

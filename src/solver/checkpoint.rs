@@ -1,13 +1,14 @@
 //! [`Checkpoint`]: what a motion goes on from, to the last bit as if it had never stopped.
 
 use crate::Trajectory;
-use crate::forward::{ForwardSweep, HISTORY};
-use crate::motion::column_mut;
+use crate::forward::{ForwardSweep, HISTORY, Stepper};
+use crate::motion::{Clock, column_mut};
 
 /// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ: σ₋ stands behind the columns.
 pub(super) struct Checkpoint {
     pub(super) node: usize,
     smooth_from: usize,
+    clock: Clock,
     most_range: f64,
     last_end: usize,
     columns: Vec<f64>,
@@ -26,7 +27,8 @@ impl ForwardSweep {
         (computed - count..computed).for_each(|k| self.motion.trajectory.append_column(k, &mut columns));
         columns.extend_from_slice(&self.restarting.last_end.sigma);
         let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
-        Checkpoint { node, smooth_from: self.stepper.smooth_from, most_range: self.restarting.most_range, last_end, columns }
+        let Stepper { smooth_from, .. } = self.stepper;
+        Checkpoint { node, clock: self.stepper.clock(), smooth_from, most_range: self.restarting.most_range, last_end, columns }
     }
 
     /// Goes on from a checkpoint.
@@ -43,6 +45,7 @@ impl ForwardSweep {
         self.motion.ahead.again();
         self.motion.trajectory.restarted.truncate(1);
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
+        self.stepper.set_clock(checkpoint.node, checkpoint.clock);
     }
 }
 
