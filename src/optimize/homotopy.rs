@@ -30,6 +30,7 @@ pub fn homotopy<P: Problem + ?Sized>(
     set: &mut dyn FnMut(&mut P, f64) -> Result<(), Error>,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
+    options.check()?;
     let on_the_way = Options {
         stationarity: options.stationarity.max(STATIONARITY),
         violation: options.violation.max(VIOLATION),

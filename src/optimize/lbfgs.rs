@@ -47,7 +47,7 @@ impl<P: Problem + ?Sized> Merit<P> for Cost {
 /// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
 ///
 /// # Errors
-/// Sizes or bounds that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian()) knows; a gradient that
+/// Sizes, bounds or options that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian()) knows; a gradient that
 /// could not be computed.
 pub fn lbfgs<P: Problem + ?Sized>(
     problem: &mut P,
@@ -55,6 +55,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
+    options.check()?;
     let (mut counted, x) = Counted::new(problem, start)?;
     if counted.intervals.iter().any(|of| *of != Interval::FREE) {
         let what = "the number of constraints".to_string();

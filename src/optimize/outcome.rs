@@ -31,6 +31,28 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Refuses what no comparison would ever meet or exceed.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let refused = |name: &str, value, must_be| {
+            Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be })
+        };
+        match *self {
+            Options { stationarity, .. } if !(stationarity >= 0.0 && stationarity.is_finite()) => {
+                refused("stationarity", stationarity, "finite and not negative")
+            }
+            Options { violation, .. } if violation.is_nan() || violation < 0.0 => {
+                refused("violation", violation, "a number that is not negative")
+            }
+            Options { target: Some(target), .. } if target.is_nan() => refused("target", target, "a number"),
+            Options { first_step: Some(length), .. } if !(length > 0.0 && length.is_finite()) => {
+                refused("first_step", length, "finite and positive")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Why a method stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {

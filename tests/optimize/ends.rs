@@ -30,12 +30,38 @@ fn where_nothing_lower_is_found_need_not_be_a_minimum() {
         g[0] = (x[0] - 0.3).signum() + 0.1;
         (x[0] - 0.3).abs() + 0.1 * x[0]
     };
-    let still = Options { first_step: Some(0.0), ..Options::default() };
+    let still = Options { first_step: Some(1e-300), ..Options::default() };
     for (function, options) in [(wall, Options::default()), (kink, Options::default()), (bowl, still)] {
         for method in [lbfgs, augmented_lagrangian] {
             let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![]);
             let outcome = method(&mut problem, &[4.0, 0.0], &options, &mut silent).expect("fits");
             assert_eq!(outcome.reason, Reason::NoLowerValue, "{outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn options_that_mean_nothing_are_refused_by_name() {
+    let usual = Options::default;
+    let refused = [
+        ("stationarity", [-1.0, f64::NAN, f64::INFINITY].map(|stationarity| Options { stationarity, ..usual() }).to_vec()),
+        ("violation", [-1e-9, f64::NAN].map(|violation| Options { violation, ..usual() }).to_vec()),
+        ("target", vec![Options { target: Some(f64::NAN), ..usual() }]),
+        (
+            "first_step",
+            [0.0, -1.0, f64::NAN, f64::INFINITY].map(|step| Options { first_step: Some(step), ..usual() }).to_vec(),
+        ),
+    ];
+    for (name, options) in refused.iter().flat_map(|(name, of)| of.iter().map(move |options| (name, options))) {
+        let (mut free, start) = (Given::new(bowl, vec![Interval::FREE; 2], vec![]), [4.0, 0.0]);
+        let errors = [
+            lbfgs(&mut free, &start, options, &mut silent).map(drop),
+            augmented_lagrangian(&mut free, &start, options, &mut silent).map(drop),
+            levenberg_marquardt(&mut free, &start, options, &mut silent).map(drop),
+            homotopy(&mut free, &start, options, &mut |_, _| Ok(()), &mut silent).map(drop),
+        ];
+        for error in errors {
+            assert_says(&error.expect_err(name), &[&format!("`Options::{name}`")]);
         }
     }
 }
