@@ -27,7 +27,7 @@ use crate::Error;
 /// Controls are linear between nodes. A running cost that shall be summed with the order of the method wants
 /// [`Sum::Integral`](crate::Sum::Integral).
 ///
-/// A table of your own has public fields too; it is checked before a motion is computed.
+/// A table of your own has public fields too; it is checked before a motion is computed, and of both orders what quadrature asks for.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, gradient, scenes::CartPendulum};
@@ -97,7 +97,7 @@ impl Scheme {
         let refused = |what: &str, value: f64, must_be| {
             Err(Error::Parameter { what: format!("`{}`: {what}", self.name), value, must_be })
         };
-        let Some(last) = self.rows.last() else {
+        let Some(&last) = self.rows.last() else {
             return refused("the number of stages", 0.0, "1 or more");
         };
         for (s, row) in self.rows.iter().enumerate() {
@@ -116,14 +116,46 @@ impl Scheme {
                 );
             }
         }
-        let sum: f64 = last.iter().sum();
-        if (sum - 1.0).abs() > ROUNDING {
-            return refused("the sum of the last row", sum, "1: it ends the step");
+        if self.order == 0 {
+            return refused("the order", 0.0, "1 or more");
         }
-        if !self.embedded.is_empty() && self.embedded.len() != self.stages() + 1 {
+        if let Some((power, sum)) = self.missed(last, self.order) {
+            return match power {
+                0 => refused("the sum of the last row", sum, "1: it ends the step"),
+                _ => refused(&format!("Σ b c^{power} with the last row"), sum, "1 over one more than the power, below the order"),
+            };
+        }
+        if self.embedded.is_empty() {
+            return Ok(());
+        }
+        if self.embedded.len() != self.stages() + 1 {
             return refused("the number of embedded weights", self.embedded.len() as f64, "one more than the stages, or 0");
         }
-        Ok(())
+        if let Some(&value) = self.embedded.iter().find(|x| !x.is_finite()) {
+            return refused("an embedded weight", value, "finite");
+        }
+        if self.embedded_order == 0 {
+            return refused("the order of the embedded weights", 0.0, "1 or more");
+        }
+        match self.missed(self.embedded, self.embedded_order) {
+            Some((0, sum)) => refused("the sum of the embedded weights", sum, "1"),
+            Some((power, sum)) => {
+                let what = format!("Σ b c^{power} with the embedded weights");
+                refused(&what, sum, "1 over one more than the power, below their order")
+            }
+            None if self.embedded == last => refused(
+                "the largest difference of the embedded weights from the last row",
+                0.0,
+                "more than 0: it estimates the error of a step",
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// The first power of c, below the order, that weights do not integrate over a step, ∫₀¹ cᵏ dc = 1/(k + 1), and what they give for it.
+    fn missed(&self, weights: &[f64], order: usize) -> Option<(i32, f64)> {
+        let sum = |power: i32| -> f64 { weights.iter().enumerate().map(|(s, b)| b * self.c(s).powi(power)).sum() };
+        (0..order as i32).map(|power| (power, sum(power))).find(|(power, sum)| !((sum * f64::from(power + 1) - 1.0).abs() <= ROUNDING))
     }
 }
 
@@ -242,5 +274,20 @@ mod tests {
             assert!(matches!(scheme.check(), Err(Error::Parameter { .. })), "{rows:?}");
         }
         assert!(Scheme { embedded: &[1.0], ..Scheme::TRAPEZOIDAL }.check().is_err());
+        let wrong: [(Scheme, &str); 8] = [
+            (Scheme { order: 0, ..Scheme::TRAPEZOIDAL }, "the order is 0"),
+            (Scheme { order: 3, ..Scheme::TRAPEZOIDAL }, "Σ b c^2 with the last row"),
+            (Scheme { embedded: &[0.5, 0.5], embedded_order: 2, ..Scheme::TRAPEZOIDAL }, "difference"),
+            (Scheme { embedded: &[f64::NAN, 0.5], embedded_order: 1, ..Scheme::TRAPEZOIDAL }, "an embedded weight is NaN"),
+            (Scheme { embedded: &[0.6, 0.5], embedded_order: 1, ..Scheme::TRAPEZOIDAL }, "the sum of the embedded weights"),
+            (Scheme { embedded: &[0.6, 0.4], embedded_order: 2, ..Scheme::TRAPEZOIDAL }, "Σ b c^1 with the embedded"),
+            (Scheme { embedded: &[0.6, 0.4], embedded_order: 0, ..Scheme::TRAPEZOIDAL }, "the order of the embedded"),
+            (Scheme { embedded_order: 4, ..Scheme::ESDIRK4 }, "Σ b c^3 with the embedded"),
+        ];
+        for (scheme, words) in wrong {
+            let error = scheme.check().expect_err(words).to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        Scheme { embedded: &[0.6, 0.4], embedded_order: 1, ..Scheme::TRAPEZOIDAL }.check().expect("an estimate of order 1");
     }
 }
