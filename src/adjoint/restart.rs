@@ -3,7 +3,7 @@
 use super::AdjointSweep;
 use crate::System;
 use crate::forward::Motion;
-use crate::forward::projection::MOST_CORRECTIONS;
+use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
@@ -90,7 +90,7 @@ impl AdjointSweep {
         let StageAdjoint { c, d, e, .. } = &mut self.step[self.stage];
         self.rows.q.fill(0.0);
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
             // c of the iterate before, to see what changes.
             d.copy_from_slice(c);
             let (positions, right) = (system.positions(), &mut self.right);

@@ -20,7 +20,7 @@ use crate::system::NodeView;
 
 /// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then. Those of its
 /// derivatives shrink alike.
-pub(crate) const MOST_CORRECTIONS: usize = 90;
+pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
 /// A correction below this fraction of the largest coordinate is rounding …
@@ -47,7 +47,7 @@ impl Projection<'_> {
         let momentum = largest(&at.left.v);
         at.x.v.fill(0.0);
         let mut last = f64::INFINITY;
-        for corrections in 0..MOST_CORRECTIONS {
+        for corrections in 0..MOST_CORRECTIONS_OF_PROJECTION {
             self.l_v(at);
             if corrections == 0 {
                 check_quadratic(&at.left.v, momentum)?;
@@ -75,7 +75,7 @@ impl Projection<'_> {
             }
             at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
-        Err(StepFailure::Projection { iterations: MOST_CORRECTIONS, correction: last })
+        Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: last })
     }
 
     /// Φ, and with compliances Φ − μ ν.

@@ -14,7 +14,7 @@ use crate::adjoint::AdjointSweep;
 use crate::adjoint::record::{Crossed, Record};
 use crate::adjoint::restart::is_rounding;
 use crate::forward::Motion;
-use crate::forward::projection::MOST_CORRECTIONS;
+use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::motion::column;
 use crate::node::Newton;
@@ -113,7 +113,7 @@ impl SecondOrderSweep {
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
         newton.factor(system, 0.0, blocks, report).map_err(singular)?;
         let (mut x, mut left, mut last) = (Pair::new(w.len(), nu.len()), right.clone(), f64::INFINITY);
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
             newton.solve(system, &mut left);
             x.add(&left);
             let correction = largest(&left.v);

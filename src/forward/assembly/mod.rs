@@ -28,9 +28,9 @@ use crate::number::{Real, larger, largest};
 use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Coordinate, Error, Start, System};
 
-const MOST_CORRECTIONS: usize = 50;
+const MOST_CORRECTIONS_OF_START: usize = 50;
 /// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
-const LEAST_CORRECTIONS: usize = 3;
+const LEAST_CORRECTIONS_OF_START: usize = 3;
 /// A correction below this part of the largest number is rounding …
 const ROUNDING: f64 = 1e-15;
 /// … and below this one if corrections have stopped shrinking.
@@ -175,7 +175,7 @@ impl Assembler<'_> {
         let zeros = moved.clone();
         let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
         let (mut worst, mut last) = (self.violation(q, &moved.v, given), f64::INFINITY);
-        for corrections in 1..=MOST_CORRECTIONS {
+        for corrections in 1..=MOST_CORRECTIONS_OF_START {
             let q0 = sum(q, &moved.v);
             let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
             let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held)?;
@@ -198,7 +198,7 @@ impl Assembler<'_> {
             let size = larger(largest(q), largest(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
-            if corrections >= LEAST_CORRECTIONS && (correction <= ROUNDING * size || is_stalled) {
+            if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= ROUNDING * size || is_stalled) {
                 break;
             }
         }
@@ -233,7 +233,7 @@ impl Assembler<'_> {
         let (n, m) = (self.system.n(), self.system.m());
         let mut left = Unknowns { x: vec![R::zero(); n], multipliers: vec![R::zero(); m] };
         let (mut delta, mut last) = (Pair::new(n, m), vec![f64::INFINITY; R::PARTS]);
-        for corrections in 1..=MOST_CORRECTIONS {
+        for corrections in 1..=MOST_CORRECTIONS_OF_START {
             residual(self, unknowns, &mut left);
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate() {
@@ -247,7 +247,7 @@ impl Assembler<'_> {
                 is_done &= correction <= ROUNDING * size || is_stalled;
                 *last = correction;
             }
-            if corrections >= LEAST_CORRECTIONS && is_done {
+            if corrections >= LEAST_CORRECTIONS_OF_START && is_done {
                 return Ok(());
             }
         }

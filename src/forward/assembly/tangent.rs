@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use super::bordered::Bordered;
-use super::{Assembler, LEAST_CORRECTIONS, MOST_CORRECTIONS, STALLED};
+use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, STALLED};
 use crate::forward::redundancy::masses;
 use crate::node::Newton;
 use crate::number::{larger, largest};
@@ -148,7 +148,7 @@ impl Tangent {
         let sizes = right.v.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
         let given = sizes.fold(0.0, larger);
         let mut last = f64::INFINITY;
-        for corrections in 1..=MOST_CORRECTIONS {
+        for corrections in 1..=MOST_CORRECTIONS_OF_START {
             self.bordered.solve_close(system, newton, &mut left, &mut product);
             let correction = largest(&left.v);
             x.add(&left);
@@ -156,7 +156,7 @@ impl Tangent {
             left.subtract_from(right);
             let size = larger(given, largest(&x.v));
             let is_done = correction <= ROUNDING * size || correction >= 0.5 * last && correction <= STALLED * size;
-            if corrections >= LEAST_CORRECTIONS && is_done {
+            if corrections >= LEAST_CORRECTIONS_OF_START && is_done {
                 return Ok((x, left));
             }
             last = correction;

@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-13;
 /// Velocities below this part of the largest of the motion are rounding.
 const AT_REST: f64 = 1e-14;
 /// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
-const MOST_CORRECTIONS: usize = 30;
+const MOST_CORRECTIONS_OF_STAGE: usize = 30;
 
 /// Simulates on numbers of type R, many times near one real motion.
 ///
@@ -289,7 +289,7 @@ impl<R: Real> Lifted<R> {
         let blocks = restart.map_or_else(|| column(&motion.blocks, at), |restart| restart.step_blocks);
         near.factor(i, h.part(0), blocks)?;
         let mut sizes = Shrinking::new();
-        for correction in 0..MOST_CORRECTIONS {
+        for correction in 0..MOST_CORRECTIONS_OF_STAGE {
             self.evaluate(near, (i, s), h);
             let (size, is_rounding) = self.correct(near, (i, s), h);
             let is_stalled = sizes.is_stalled(size.of_part);
@@ -300,7 +300,7 @@ impl<R: Real> Lifted<R> {
                 return Ok(());
             }
         }
-        Err(self.diverged(near, i, (MOST_CORRECTIONS, sizes.last), "the complex or dual part of the step"))
+        Err(self.diverged(near, i, (MOST_CORRECTIONS_OF_STAGE, sizes.last), "the complex or dual part of the step"))
     }
 
     fn diverged(&self, near: &Near, i: usize, (iterations, residual): (usize, f64), what: &str) -> Error {

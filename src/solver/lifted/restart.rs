@@ -3,7 +3,7 @@
 use super::correction::{Shrinking, add};
 use super::{CONVERGED, Lifted, Near};
 use crate::Error;
-use crate::forward::projection::MOST_CORRECTIONS;
+use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::motion::{column, column_mut};
 use crate::number::Real;
@@ -40,7 +40,7 @@ impl<R: Real> Lifted<R> {
         let mut phi = vec![R::zero(); nu.len()];
         near.factor(i, 0.0, motion.node_blocks(i))?;
         let mut sizes = vec![Shrinking::new(); R::PARTS];
-        for correction in 0..MOST_CORRECTIONS {
+        for correction in 0..MOST_CORRECTIONS_OF_PROJECTION {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
             system.phi(&at, &mut phi);
@@ -56,7 +56,7 @@ impl<R: Real> Lifted<R> {
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 // The perturbation may be that of an input in far larger units: what still shrinks, if by a third, is no rounding.
-                let shrinks = size < SHRINKING * sizes.last && correction + 1 < MOST_CORRECTIONS;
+                let shrinks = size < SHRINKING * sizes.last && correction + 1 < MOST_CORRECTIONS_OF_PROJECTION;
                 let is_stalled = sizes.is_stalled(size);
                 done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
@@ -68,7 +68,7 @@ impl<R: Real> Lifted<R> {
         Err(self.diverged(
             near,
             i,
-            (MOST_CORRECTIONS, sizes.iter().fold(0.0, |most, sizes| sizes.last.max(most))),
+            (MOST_CORRECTIONS_OF_PROJECTION, sizes.iter().fold(0.0, |most, sizes| sizes.last.max(most))),
             "the complex or dual part of the projection onto Φ = 0",
         ))
     }
