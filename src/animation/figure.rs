@@ -132,7 +132,7 @@ impl Figure {
             Shape::Wheel { radius } => mark(MarkKind::Wheel(number(radius).abs()), b),
             Shape::Rod => self.links.push(Link { kind: LinkKind::Rod, ends: [a, b], name }),
             Shape::Spring => self.links.push(Link { kind: LinkKind::Spring, ends: [a, b], name }),
-            Shape::Cylinder => self.links.push(Link { kind: LinkKind::Cylinder, ends: [a, b], name }),
+            Shape::Cylinder { .. } => self.links.push(Link { kind: LinkKind::Cylinder, ends: [a, b], name }),
             Shape::Force { axis, control } => {
                 let values = shares(&controls[control.index()]);
                 self.arrows.push(Arrow { place: b, axis: Some((a.body, number(axis))), values, name });

@@ -1,16 +1,30 @@
 //! [`Trajectory`] to CSV: a row for each node, a column for each number, with its unit where it is known.
 
+use std::collections::HashMap;
+
 use super::inputs::{controls, coordinates};
-use crate::model::Owner;
+use crate::error::quoted;
+use crate::model::{Owner, Shape};
 use crate::motion::column;
 use crate::{Error, Inputs, System, Trajectory};
 
-/// The unit of a coordinate.
+/// What a coordinate or a constraint measures, or a control works along.
 #[derive(Clone, Copy, PartialEq)]
 enum Unit {
     Length,
     Angle,
     Unknown,
+}
+
+impl Unit {
+    /// A name with the unit for lengths or angles.
+    fn beside(self, before: &str, name: &str, (length, angle): (&str, &str)) -> String {
+        match self {
+            Unit::Length => format!("{before}{name} [{length}]"),
+            Unit::Angle => format!("{before}{name} [{angle}]"),
+            Unit::Unknown => format!("{before}{name}"),
+        }
+    }
 }
 
 impl Trajectory {
@@ -20,18 +34,16 @@ impl Trajectory {
     /// Inputs that do not belong to the motion.
     pub fn to_csv(&self, system: &System, inputs: &Inputs) -> Result<String, Error> {
         self.check_fits(system, inputs)?;
-        let units = units(system);
         let mut writer = csv::Writer::from_writer(Vec::new());
         let mut header = vec!["t [s]".to_string()];
+        let of_coordinates = units(system);
         for (before, length, angle) in [("", "m", "rad"), ("v of ", "m/s", "rad/s"), ("p* of ", "N s", "N m s")] {
-            header.extend(coordinates(system).zip(&units).map(|(name, unit)| match unit {
-                Unit::Length => format!("{before}{name} [{length}]"),
-                Unit::Angle => format!("{before}{name} [{angle}]"),
-                Unit::Unknown => format!("{before}{name}"),
-            }));
+            header.extend(coordinates(system).zip(&of_coordinates).map(|(name, unit)| unit.beside(before, name, (length, angle))));
         }
-        header.extend((0..system.m()).map(|j| format!("σ of {}", system.equation_name(j))));
-        header.extend(controls(system).map(str::to_string));
+        let of_equations = equations(system);
+        header.extend(of_equations.iter().map(|(name, unit)| unit.beside("σ of ", name, ("N s", "N m s"))));
+        let of_controls = units_of_controls(system);
+        header.extend(controls(system).zip(&of_controls).map(|(name, unit)| unit.beside("", name, ("N", "N m"))));
         let wrong = |error: csv::Error| Error::File { kind: "a table", place: "writing".into(), problem: error.to_string() };
         writer.write_record(header.iter().map(|name| harmless(name))).map_err(wrong)?;
         for i in 0..self.computed {
@@ -58,6 +70,44 @@ fn units(system: &System) -> Vec<Unit> {
         }
     }
     units
+}
+
+/// The equations by their names; what those of joints measure is known.
+fn equations(system: &System) -> Vec<(&str, Unit)> {
+    let of_shape = |shape: Shape| -> &[Unit] {
+        match shape {
+            Shape::Hinge => &[Unit::Length, Unit::Length],
+            Shape::Weld => &[Unit::Length, Unit::Length, Unit::Angle],
+            // With one equation it is a driven one.
+            Shape::Slider { .. } => &[Unit::Length, Unit::Angle],
+            Shape::Rod | Shape::Cylinder { .. } => &[Unit::Length],
+            _ => &[],
+        }
+    };
+    let drawn = system.sketch().drawn.iter();
+    let known: HashMap<String, &[Unit]> = drawn.map(|part| (quoted(&part.name), of_shape(part.shape))).collect();
+    let unit = |name: &str| {
+        let (constraint, row) = name.rsplit_once(" (equation ").unwrap_or((name, "0)"));
+        let row: usize = row.trim_end_matches(')').parse().ok()?;
+        known.get(constraint)?.get(row).copied()
+    };
+    let names = (0..system.m()).map(|j| system.equation_name(j));
+    names.map(|name| (name, unit(name).unwrap_or(Unit::Unknown))).collect()
+}
+
+/// Those of the controls of actuators are known, where a control has no other.
+fn units_of_controls(system: &System) -> Vec<Unit> {
+    let mut units: Vec<Option<Unit>> = vec![None; system.k()];
+    for part in &system.sketch().drawn {
+        let (control, unit) = match part.shape {
+            Shape::Force { control, .. } | Shape::Cylinder { control: Some(control) } => (control, Unit::Length),
+            Shape::Torque { control } => (control, Unit::Angle),
+            _ => continue,
+        };
+        let known = &mut units[control.index()];
+        *known = Some(if known.is_some_and(|other| other != unit) { Unit::Unknown } else { unit });
+    }
+    units.into_iter().map(|unit| unit.unwrap_or(Unit::Unknown)).collect()
 }
 
 /// A name that no spreadsheet evaluates.

@@ -29,7 +29,10 @@ pub(crate) enum Shape {
     Weld,
     Rod,
     Spring,
-    Cylinder,
+    /// A force by a control, if it has one, or a prescribed distance.
+    Cylinder {
+        control: Option<Control>,
+    },
     /// A force on b along an axis of a, or a torque on b, by a control.
     Force {
         axis: Param,

@@ -1,8 +1,10 @@
 //! Inputs, gradients and motions as files: whole round trips, and files of strangers.
 use crate::common::assert_says;
-use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::planar::{Body, Revolute};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Solver, Start, Sum, System, Table, gradient};
+use hamiltonian_adjoint::{
+    Error, Grid, Inputs, Scene, Scheme, Settings, Solver, Start, Sum, System, Table, Trajectory, gradient,
+};
 use nalgebra::DVector;
 use proptest::prelude::*;
 use serde_json::Value;
@@ -62,6 +64,38 @@ fn gradients_and_motions_are_written_by_name() {
         assert_eq!(table.columns[0][i], Some(motion.q[(0, i)]), "to the last bit");
         assert_eq!(table.columns[angle][i], Some(motion.p_star[(5, i)]));
     }
+}
+
+#[test]
+fn columns_of_a_motion_have_their_units_where_they_are_known() {
+    let mut scene = Scene::new();
+    let [a, b] = ["a", "b"].map(|name| scene.body(name, 1.0, 0.1, [0.0; 3]));
+    scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, a.at(0.0, 0.0), 0.0);
+    scene.revolute("hinge (equation 1)", a.at(0.0, 0.0), b.at(0.0, 0.0));
+    let ([x, y, phi], [x_b, y_b, phi_b]) = (a.coordinates, b.coordinates);
+    scene.constraint("own", Revolute, [x, y, phi, x_b, y_b, phi_b], [0.0.into(); 4]);
+    let [force, torque, both, _] = ["force", "torque", "both", "none"].map(|name| scene.control(name));
+    scene.actuator("pusher", Body::GROUND.at(0.0, 0.0), 0.0, a.at(0.0, 0.0), force);
+    scene.two_point_actuator("cylinder", Body::GROUND.at(1.0, 0.0), b.at(0.1, 0.0), both);
+    scene.torque_actuator("motor", a, b, torque);
+    scene.torque_actuator("another motor", a, b, both);
+    let system = scene.compile().expect("a scene");
+    let motion = Trajectory::zeros(&system, 1, Scheme::TRAPEZOIDAL);
+    let csv = motion.to_csv(&system, &Inputs::at_rest(&system, Grid::uniform(0, 1.0))).expect("a file");
+    let header: Vec<&str> = csv.trim_end().split(',').collect();
+    let expected = [
+        "σ of `rail` (equation 0) [N s]",
+        "σ of `rail` (equation 1) [N m s]",
+        "σ of `hinge (equation 1)` (equation 0) [N s]",
+        "σ of `hinge (equation 1)` (equation 1) [N s]",
+        "σ of `own` (equation 0)",
+        "σ of `own` (equation 1)",
+        "force [N]",
+        "torque [N m]",
+        "both",
+        "none",
+    ];
+    assert_eq!(header[1 + 3 * system.n()..], expected);
 }
 
 #[test]

@@ -95,9 +95,9 @@ pub(super) static DRIVEN_SLIDER: Kind = Kind::of_points("driven slider", &["axis
 .moving();
 
 pub(super) static TWO_POINT_ACTUATOR: Kind = Kind::of_points("two-point actuator", &[], |scene, name, part| {
-    let [a, b] = part.both();
-    scene.draw(name, Shape::Cylinder, a, b);
-    scene.between_force(name, TwoPointActuator, (part.frames(), Ends::Points), part.by(), points(a, b, []));
+    let ([a, b], [control]) = (part.both(), part.by());
+    scene.draw(name, Shape::Cylinder { control: Some(control) }, a, b);
+    scene.between_force(name, TwoPointActuator, (part.frames(), Ends::Points), [control], points(a, b, []));
 })
 .driven_by("force");
 
@@ -134,7 +134,7 @@ impl Scene {
     {
         self.multipliers_of(|scene| {
             scene.driven(name, &DRIVEN_DISTANCE, [a, b], [], motion, parameters, |scene, motion| {
-                scene.draw(name, Shape::Cylinder, a, b);
+                scene.draw(name, Shape::Cylinder { control: None }, a, b);
                 scene.joint(
                     name,
                     DrivenDistance(motion),
