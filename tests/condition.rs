@@ -196,6 +196,15 @@ impl Constraint<2, 1> for Swing {
     }
 }
 
+/// Φ = x − sin t − 2 exp(−t/10): what reaches far at first.
+struct Settling;
+
+impl Constraint<2, 1> for Settling {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - t.sin() - (-t * 0.1).exp() * 2.0])
+    }
+}
+
 /// Φ = x − ln(1 − 3 t), of which dΦ/dt goes on behind the pole.
 struct Pole;
 
@@ -231,6 +240,30 @@ fn a_drift_that_becomes_less_is_told_as_it_was() {
 fn a_position_that_has_no_value_is_told_as_drift() {
     let told = drift_along_x(Pole, -3.0, Grid::uniform(1, 1.0));
     assert!(matches!(told, Some(Warning::Drift { violation: f64::INFINITY, share: f64::INFINITY, .. })), "{told:?}");
+}
+
+#[test]
+fn drift_from_constraints_of_ones_own_does_not_depend_on_memory() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("particle", ["x", "y"]);
+    scene.kinetic_energy("particle", Particle, q, []);
+    scene.constraint("slot", Settling, q, []);
+    scene.place(q[0], 2.0);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(2000, 0.8));
+    inputs.start.rate_mut()[0] = 0.8;
+    for settings in [Settings::default(), Settings { drift_bound: 3e-3, ..Settings::default() }] {
+        let mut stored = Solver::new(&system, settings);
+        let motion = stored.simulate(&inputs).expect("motion").clone();
+        let mut long = LongSolver::new(&system, settings, 90_000);
+        let mut is_same = true;
+        long.simulate(&inputs, |state| is_same &= *state.q == *motion.q.column(state.node).as_slice()).expect("motion");
+        assert!(is_same);
+        assert_eq!(long.report().warnings, stored.report().warnings);
+        assert_eq!(drift(stored.report()).is_some(), settings.drift_bound > 1.0);
+        assert!(long.gradient(&inputs).expect("gradient") == stored.gradient().expect("gradient"));
+        assert_eq!(drift(long.report()), drift(stored.report()));
+    }
 }
 
 #[test]

@@ -5,22 +5,34 @@
 //!
 //! ```text
 //!   Φ_j = … + α₁ sin q₁ + β₁ cos q₁ + …      ℓ_j = Σ √(α² + β²)                     (hinges: the distances from the centres of mass)
-//!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| in memory for the rest
+//!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| so far for the rest
 //! ```
 
 use super::Motion;
 use super::monitor::Monitor;
-use crate::motion::column;
 use crate::node::Newton;
 use crate::number::larger;
 use crate::{Settings, System, Warning};
 
 /// Besides the last node, those are looked at whose numbers are powers of two, from this one on: what is rare costs nothing.
 const FIRST: usize = 128;
-/// Of the nodes in memory not many more are asked how far a coordinate reaches.
-const MOST: usize = 64;
 
 impl Monitor {
+    /// Before a motion: nothing is known of how far its coordinates reach.
+    pub(crate) fn begin(&mut self, system: &System, newton: &Newton) {
+        self.measure_sinusoidal(newton);
+        self.reach.clear();
+        if self.lengths.contains(&0.0) {
+            self.reach.resize(system.n(), 0.0);
+        }
+    }
+
+    /// Takes the coordinates of a node into account.
+    #[inline]
+    pub(crate) fn reach(&mut self, q: &[f64]) {
+        self.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
+    }
+
     /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.
     #[inline]
     pub(crate) fn watch_drift(
@@ -64,22 +76,24 @@ impl Monitor {
 
     /// ℓ of the equations that are violated.
     pub(crate) fn measure_lengths(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize) {
-        let lengths = &mut self.lengths;
-        lengths.fill(0.0);
-        let waves = &newton.evaluation.constants.waves;
-        waves.iter().for_each(|wave| lengths[wave.equation] += wave.sine.hypot(wave.cosine));
+        self.measure_sinusoidal(newton);
         if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
             self.measure_other_lengths(system, motion, node);
         }
     }
 
+    /// ℓ of the equations that are sinusoidal, and zero for the others.
+    fn measure_sinusoidal(&mut self, newton: &Newton) {
+        self.lengths.fill(0.0);
+        let waves = &newton.evaluation.constants.waves;
+        waves.iter().for_each(|wave| self.lengths[wave.equation] += wave.sine.hypot(wave.cosine));
+    }
+
     /// ℓ of the equations that are not sinusoidal, with Φ_q at a node.
     fn measure_other_lengths(&mut self, system: &System, motion: &Motion, node: usize) {
         let is_sinusoidal: Vec<bool> = self.lengths.iter().map(|length| *length > 0.0).collect();
-        let computed = node + 1 - motion.first;
-        let nodes = (0..computed).step_by(computed.div_ceil(MOST));
-        let reach = |i: usize| nodes.clone().fold(0.0, |reach, k| larger(reach, column(&motion.trajectory.q, k)[i].abs()));
-        let of_coordinate = |i: usize| if system.sines().coordinates().any(|angle| angle == i) { 1.0 } else { reach(i) };
+        let reach = &self.reach;
+        let of_coordinate = |i: usize| if system.sines().coordinates().any(|angle| angle == i) { 1.0 } else { reach[i] };
         for entry in system.phi_q(&motion.at(node)).into_iter().filter(|entry| !is_sinusoidal[entry.row]) {
             self.lengths[entry.row] += entry.value.abs() * of_coordinate(entry.col);
         }

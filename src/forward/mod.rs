@@ -60,7 +60,7 @@ impl ForwardSweep {
         ForwardSweep {
             motion: Motion::new(system, scheme),
             stepper: Stepper::new(system, scheme),
-            monitor: Monitor::new(m),
+            monitor: Monitor::new(n, m),
             restarting: Restarting::new(n, m),
             watch: Watch::default(),
             relaxed: None,
@@ -104,6 +104,7 @@ impl ForwardSweep {
         let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
         let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
         self.stepper.newton.evaluation.set_start(system, &start)?;
+        self.monitor.begin(system, &self.stepper.newton);
         self.assemble(system, inputs, settings)
     }
 
@@ -136,6 +137,8 @@ impl ForwardSweep {
         start::solve(self, system, settings)?;
         self.check_energies(system, 0)?;
         restart::keep_end(self, 0);
+        self.monitor.reach.fill(0.0);
+        self.monitor.reach(column(&self.motion.trajectory.q, 0));
         Ok(())
     }
 

@@ -11,10 +11,18 @@ pub(crate) struct Monitor {
     /// Φ of a node, and what its entries are compared with.
     pub(crate) phi: Vec<f64>,
     pub(crate) lengths: Vec<f64>,
+    /// The largest |q_i| up to the last node; empty where no length asks for it.
+    pub(crate) reach: Vec<f64>,
 }
 
 impl Monitor {
-    pub(crate) fn new(m: usize) -> Self {
-        Monitor { report: Report::default(), most_turn: Warning::TURN, phi: vec![0.0; m], lengths: vec![0.0; m] }
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Monitor {
+            report: Report::default(),
+            most_turn: Warning::TURN,
+            phi: vec![0.0; m],
+            lengths: vec![0.0; m],
+            reach: Vec::with_capacity(n),
+        }
     }
 }

@@ -164,8 +164,9 @@ impl Settings {
     }
 }
 
-/// Restarts the motion at a node that ends a macro step, if it is due there.
+/// Restarts the motion at a node that was taken and ends a macro step, if it is due there.
 pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+    forward.monitor.reach(column(&forward.motion.trajectory.q, node - forward.motion.first));
     if !settings.may_restart() {
         return Ok(());
     }

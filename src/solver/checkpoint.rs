@@ -4,11 +4,12 @@ use crate::Trajectory;
 use crate::forward::{ForwardSweep, HISTORY, Stepper};
 use crate::motion::{Clock, column_mut};
 
-/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ: σ₋ stands behind the columns.
+/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ and lengths of q: both stand behind the
+/// columns.
 pub(super) struct Checkpoint {
     pub(super) node: usize,
-    smooth_from: usize,
     clock: Clock,
+    smooth_from: usize,
     most_range: f64,
     last_end: usize,
     columns: Vec<f64>,
@@ -23,9 +24,11 @@ impl ForwardSweep {
     pub(super) fn save(&self) -> Checkpoint {
         let computed = self.motion.trajectory.computed;
         let count = HISTORY.min(computed);
-        let mut columns = Vec::with_capacity(count * self.len_of_node() + self.restarting.last_end.sigma.len());
+        let behind = self.restarting.last_end.sigma.len() + self.monitor.reach.len();
+        let mut columns = Vec::with_capacity(count * self.len_of_node() + behind);
         (computed - count..computed).for_each(|k| self.motion.trajectory.append_column(k, &mut columns));
         columns.extend_from_slice(&self.restarting.last_end.sigma);
+        columns.extend_from_slice(&self.monitor.reach);
         let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
         let Stepper { smooth_from, .. } = self.stepper;
         Checkpoint { node, clock: self.stepper.clock(), smooth_from, most_range: self.restarting.most_range, last_end, columns }
@@ -33,19 +36,21 @@ impl ForwardSweep {
 
     /// Goes on from a checkpoint.
     pub(super) fn load(&mut self, checkpoint: &Checkpoint) {
-        let (columns, sigma) = checkpoint.columns.split_at(checkpoint.columns.len() - self.restarting.last_end.sigma.len());
+        let (columns, reach) = checkpoint.columns.split_at(checkpoint.columns.len() - self.monitor.reach.len());
+        let (columns, sigma) = columns.split_at(columns.len() - self.restarting.last_end.sigma.len());
+        self.monitor.reach.copy_from_slice(reach);
         self.restarting.last_end.node = checkpoint.last_end;
         self.restarting.last_end.sigma.copy_from_slice(sigma);
         let columns = columns.chunks_exact(self.len_of_node());
         self.motion.trajectory.computed = columns.len();
         self.motion.first = checkpoint.node + 1 - columns.len();
         columns.enumerate().for_each(|(k, column)| self.motion.trajectory.set_column(k, column));
+        self.stepper.set_clock(checkpoint.node, checkpoint.clock);
         (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
         self.motion.restarts.clear();
         self.motion.ahead.again();
         self.motion.trajectory.restarted.truncate(1);
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
-        self.stepper.set_clock(checkpoint.node, checkpoint.clock);
     }
 }
 

@@ -250,7 +250,8 @@ impl<'s> LongSolver<'s> {
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
         let stored = self.system.bytes_per_node(&self.settings);
         let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
-        let checkpoint = (HISTORY * len + self.system.m()) * size_of::<f64>() + size_of::<Checkpoint>();
+        let behind = self.system.m() + self.system.n();
+        let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
         let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
         if free >= nodes * stored {
             return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
