@@ -86,6 +86,27 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
 
 /// The bytes that a solver holds after a motion of so many steps.
 fn bytes_held(system: &System, settings: Settings, steps: usize) -> isize {
+#[test]
+fn restarts_allocate_nothing_also_where_a_gradient_is_recorded_for_products() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let of = |steps: usize| {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
+        inputs.controls.fill(10.0);
+        let mut solver = Solver::new(&system, Settings { drift_bound: 0.0, rebase_every: 1, ..Settings::default() });
+        let mut run = || {
+            let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
+            let gradient = allocations(|| _ = solver.gradient().expect("gradient"));
+            solver.hessian_product(&inputs.no_change()).expect("product");
+            [forward, gradient]
+        };
+        run();
+        run()
+    };
+    let (short, long) = (of(50), of(500));
+    println!("allocations of simulate and gradient with restarts: {short:?} for 50 steps, {long:?} for 500");
+    assert_eq!(short, long);
+}
+
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.005));
     inputs.controls.fill(10.0);
     let before = BYTES.get();

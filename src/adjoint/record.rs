@@ -15,11 +15,13 @@ pub(super) struct Record {
     c: DMatrix<f64>,
     d: DMatrix<f64>,
     e: DMatrix<f64>,
-    /// From the last to the first.
+    /// From the last to the first; behind so many stand those of earlier motions, whose memory is used again.
     crossed: Vec<Crossed>,
+    crossings: usize,
 }
 
 /// A restart: the adjoint variables of the motion that was started anew, and (c, e) of the projection.
+#[derive(Default)]
 pub(super) struct Crossed {
     node: usize,
     pub(super) anew: StageAdjoint,
@@ -29,7 +31,7 @@ pub(super) struct Crossed {
 impl Record {
     /// Makes room for so many stages.
     pub(super) fn fit(&mut self, system: &System, stages: usize) {
-        self.crossed.clear();
+        self.crossings = 0;
         if self.a.shape() == (system.n(), stages) {
             return;
         }
@@ -53,20 +55,27 @@ impl Record {
 
     /// Keeps what comes behind the restart of a node.
     pub(super) fn begin_crossing(&mut self, node: usize, anew: &StageAdjoint) {
-        let projection = Pair { v: Vec::new(), sigma: Vec::new() };
-        self.crossed.push(Crossed { node, anew: anew.clone(), projection });
+        if self.crossings == self.crossed.len() {
+            self.crossed.push(Crossed::default());
+        }
+        let Crossed { node: own_node, anew: own, .. } = &mut self.crossed[self.crossings];
+        *own_node = node;
+        let lists = [(&mut own.a, &anew.a), (&mut own.b, &anew.b), (&mut own.c, &anew.c), (&mut own.d, &anew.d)];
+        lists.into_iter().chain([(&mut own.e, &anew.e)]).for_each(|(own, list)| own.clone_from(list));
+        self.crossings += 1;
     }
 
     /// Keeps (c, e) of the projection of the restart at hand.
     pub(super) fn end_crossing(&mut self, of: &StageAdjoint) {
-        if let Some(crossed) = self.crossed.last_mut() {
-            crossed.projection = Pair { v: of.c.clone(), sigma: of.e.clone() };
+        if let Some(Crossed { projection, .. }) = self.crossed[..self.crossings].last_mut() {
+            projection.v.clone_from(&of.c);
+            projection.sigma.clone_from(&of.e);
         }
     }
 
     /// The restart of a node.
     pub(super) fn crossed(&self, node: usize) -> Option<&Crossed> {
-        let at = self.crossed.binary_search_by(|crossed| node.cmp(&crossed.node)).ok()?;
+        let at = self.crossed[..self.crossings].binary_search_by(|crossed| node.cmp(&crossed.node)).ok()?;
         Some(&self.crossed[at])
     }
 
