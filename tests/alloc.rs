@@ -5,7 +5,9 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod structures;
 
-use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Scene, Settings, Solver, System, scenes::CartPendulum};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, LongSolver, Scene, Settings, Solver, Sum, System};
+use num_dual::Dual64;
 use std::alloc::{GlobalAlloc, Layout, System as Memory};
 use std::cell::Cell;
 
@@ -84,8 +86,6 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
     assert_eq!(short, long);
 }
 
-/// The bytes that a solver holds after a motion of so many steps.
-fn bytes_held(system: &System, settings: Settings, steps: usize) -> isize {
 #[test]
 fn restarts_allocate_nothing_also_where_a_gradient_is_recorded_for_products() {
     let system = CartPendulum::default().scene().compile().expect("scene");
@@ -107,6 +107,8 @@ fn restarts_allocate_nothing_also_where_a_gradient_is_recorded_for_products() {
     assert_eq!(short, long);
 }
 
+/// The bytes that a solver holds after a motion of so many steps.
+fn bytes_held(system: &System, settings: Settings, steps: usize) -> isize {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.005));
     inputs.controls.fill(10.0);
     let before = BYTES.get();
@@ -216,6 +218,27 @@ fn the_bytes_that_halved_steps_take_grow_like_their_number() {
     let ratio = of_many as f64 / of_few as f64 * few as f64 / many as f64;
     println!("{of_few} bytes for {few} inserted nodes, {of_many} for {many}: {ratio:.2}");
     assert!(few > 50 && many > 10 * few && ratio < 2.0, "{ratio}");
+}
+
+#[test]
+fn the_bytes_that_the_values_of_readings_take_grow_like_their_number() {
+    let [few, many] = [100, 800].map(|count| {
+        let mut cart = CartPendulum::with_links(1).mechanism();
+        let angle = cart.links[0].coordinates[2];
+        for node in 1..=count {
+            let output = cart.scene.output(&format!("output {node}"));
+            let sum = Sum::Node(node);
+            cart.scene.term(output, &format!("reading {node}"), AngleError, sum, [angle], [], [], [0.1.into()]);
+        }
+        let system = cart.scene.compile().expect("a scene");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(count, 0.001));
+        let mut lifted = LiftedSolver::<Dual64>::new(&system, &inputs, Settings::default()).expect("a motion");
+        lifted.simulate(&inputs.lift()).expect("the same motion");
+        bytes_of(|| assert_eq!(lifted.outputs().expect("readings").len(), count))
+    });
+    let ratio = many as f64 / few as f64 / 8.0;
+    println!("{few} bytes for 100 readings, {many} for 800: {ratio:.2}");
+    assert!(ratio < 1.5, "{ratio}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ impl<'a> CostSum<'a> {
         CostSum { refinement, factors, accelerations: None, missing: None }
     }
 
-    /// Adds all costs at a node, or at a stage of the step into it, to the sums of J and of the outputs.
+    /// Adds all costs at a node, or at a stage of the step into it, to J and to the outputs.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
@@ -32,11 +32,11 @@ impl<'a> CostSum<'a> {
         system: &System,
         (at, node): (&NodeView<R>, usize),
         weights: &Weights<R>,
-        sums: &mut [R],
+        add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
         let uses = system.use_of_accelerations(weights, &self.factors);
         if uses == Depends::Never {
-            system.add_costs(at, weights, &self.factors, sums);
+            system.add_costs(at, weights, &self.factors, add);
             return Ok(());
         }
         let [v_dot, lambda] = match self.lift(system, at, node) {
@@ -48,7 +48,7 @@ impl<'a> CostSum<'a> {
             }
             Err(error) => return Err(error),
         };
-        system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, sums);
+        system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, add);
         Ok(())
     }
 }
@@ -93,14 +93,17 @@ impl<R: Real> Trajectory<R> {
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };
-        let (mut sums, mut values) = (vec![R::zero(); costs.factors.len()], vec![R::zero(); costs.factors.len()]);
+        let mut sums = vec![R::zero(); costs.factors.len()];
         for i in first..self.computed {
-            self.costs_of_step(system, (inputs, &design), (&mut costs, i), &mut values)?;
-            if !values.iter().all(|value| is_finite(*value)) {
+            let mut all_finite = true;
+            self.costs_of_step(system, (inputs, &design), (&mut costs, i), &mut |output, term| {
+                all_finite &= is_finite(term);
+                sums[output] += term;
+            })?;
+            if !all_finite {
                 let missing = costs.missing.take();
                 return Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, &design), &costs, i)));
             }
-            sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += *value);
         }
         match sums.iter().position(|sum| !is_finite(*sum)) {
             None => Ok(sums),
@@ -112,7 +115,7 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// Writes all that J and the outputs get from node `i` and from the stages between it and the node before.
+    /// Adds all that J and the outputs get from node `i` and from the stages between it and the node before.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
@@ -121,10 +124,9 @@ impl<R: Real> Trajectory<R> {
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
         (costs, i): (&mut CostSum, usize),
-        values: &mut [R],
+        add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
         let mut u_dot = Vec::new();
-        values.fill(R::zero());
         costs.missing = None;
         if system.has_control_rates() {
             u_dot.resize(system.k(), R::zero());
@@ -134,12 +136,12 @@ impl<R: Real> Trajectory<R> {
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
-                costs.add(system, (&at, i), &weights, values)?;
+                costs.add(system, (&at, i), &weights, add)?;
             }
         }
         let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
         let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
-        costs.add(system, (&at, i), &weights, values)
+        costs.add(system, (&at, i), &weights, add)
     }
 
     /// Which cost of a node is not finite.

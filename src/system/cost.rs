@@ -259,8 +259,8 @@ impl Slopes<'_> {
 
 /// Costs on numbers of type R.
 pub trait PlainCosts<R: Real>: Send + Sync {
-    /// Adds every cost of the batch at one node, with its weight and the factor of J or of the output that it belongs to, to the sum of that.
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]);
+    /// Adds every cost of the batch at one node, with its weight and the factor of J or of the output that it belongs to, to that (0 for J).
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], add: &mut dyn FnMut(usize, R));
 }
 
 /// Costs in real numbers, with derivatives.

@@ -52,12 +52,12 @@ impl<C: ListCost> Costs<C> {
 }
 
 impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], add: &mut dyn FnMut(usize, R)) {
         let here = self.here(weights.node()).map(|index| &self.items[index]);
         for item in here.filter(|item| factors[item.output] != 0.0) {
             let Some(weight) = weights.of(item.sum) else { continue };
             if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
-                sums[item.output] += item.value(at) * weight * factors[item.output];
+                add(item.output, item.value(at) * weight * factors[item.output]);
             }
         }
     }

@@ -338,9 +338,15 @@ impl System {
         write_phi(self.batches.iter(), at, phi);
     }
 
-    /// Adds all costs at one node, with their weights and factors, to J and to the outputs.
-    pub(crate) fn add_costs<R: Real>(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], sums: &mut [R]) {
-        add_costs(&self.costs, (at, weights), factors, sums);
+    /// Adds all costs at one node, with their weights and factors, to J and to the outputs, of which no others are touched.
+    pub(crate) fn add_costs<R: Real>(
+        &self,
+        at: &NodeView<R>,
+        weights: &Weights<R>,
+        factors: &[f64],
+        add: &mut dyn FnMut(usize, R),
+    ) {
+        add_costs(&self.costs, (at, weights), factors, add);
     }
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.

@@ -64,32 +64,33 @@ impl<'a> Family for OfCosts<'a> {
     }
 }
 
-/// Adds all costs of some batches at one node to the sums of J and of the outputs.
+/// Adds all costs of some batches at one node, each to J or to the output that it belongs to.
 pub(super) fn add_costs<R: Real>(
     all: &[Box<dyn AnyCosts>],
     (at, weights): (&NodeView<R>, &Weights<R>),
     factors: &[f64],
-    sums: &mut [R],
+    add: &mut dyn FnMut(usize, R),
 ) {
-    let mut lifted: Option<(LiftedPoint<Hyper>, Weights<Hyper>, Vec<Hyper>)> = None;
+    let mut lifted: Option<(LiftedPoint<Hyper>, Weights<Hyper>)> = None;
     for costs in all {
         match R::of(OfCosts(costs.as_ref())) {
-            PlainCost::Direct(costs) => costs.add(at, weights, factors, sums),
+            PlainCost::Direct(costs) => costs.add(at, weights, factors, add),
             PlainCost::ByHyper(costs) => {
-                let start =
-                    || (LiftedPoint::of_cost(at, lift), weights.map(lift), vec![hyper(0.0, 0.0, 0.0, 0.0); sums.len()]);
-                let (point, weights, own) = lifted.get_or_insert_with(start);
-                costs.add(&point.view(), weights, factors, own);
+                let (point, weights) = lifted.get_or_insert_with(|| (LiftedPoint::of_cost(at, lift), weights.map(lift)));
+                costs.add(&point.view(), weights, factors, &mut |output, term| add(output, lower(term)));
             }
         }
-    }
-    if let Some((_, _, own)) = lifted {
-        add_back(sums, &own, |x| hyper_parts(x)[1]);
     }
 }
 
 fn lift<R: Real>(x: R) -> Hyper {
     hyper(x.part(0), x.part(1), 0.0, 0.0)
+}
+
+fn lower<R: Real>(x: Hyper) -> R {
+    let mut lowered = R::from(x.re());
+    lowered.add_to_part(1, hyper_parts(&x)[1]);
+    lowered
 }
 
 fn lift_to_slope<R: Real>(x: R) -> Slope {

@@ -58,11 +58,10 @@ pub(super) fn identity(
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
     let factors = factors_of(which, system.outputs());
-    let mut values = vec![Dual64::from(0.0); factors.len()];
     let mut costs = CostSum::new(&refinement, factors);
     for i in (1..taken.grid.nodes()).rev() {
-        motion.costs_of_step(system, (moved, &design), (&mut costs, i), &mut values)?;
-        by_tangent += values[which].eps;
+        // All others have the factor 0.
+        motion.costs_of_step(system, (moved, &design), (&mut costs, i), &mut |_, term: Dual64| by_tangent += term.eps)?;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }
