@@ -1,9 +1,10 @@
 //! [`Pipe`]: derivatives from a program in any language, one line of JSON in, one line out.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -17,8 +18,10 @@ use crate::Error;
 /// A program that is about to end is waited for so often, and so long each time.
 const MOST_WAITS: usize = 200;
 const WAIT: Duration = Duration::from_millis(10);
-/// A line of more bytes than this is no answer.
-const MOST_BYTES: usize = 10_000_000;
+/// An answer may have so many bytes for each pair of two numbers of the question, which a square matrix has an entry for, …
+const OF_ENTRY: usize = 64;
+/// … and always so many: a matrix may have more rows than its function has arguments.
+const LEAST_BYTES: usize = 10_000_000;
 
 /// A program that is asked for matrices: C, Python, Matlab, anything that reads and writes lines.
 ///
@@ -42,6 +45,8 @@ struct Talk {
     program: Child,
     questions: Option<ChildStdin>,
     answers: Receiver<Result<String, String>>,
+    /// The most bytes that the answer may have.
+    most: Arc<AtomicUsize>,
     patience: Duration,
     asked: usize,
     /// The first thing that went wrong; nothing is asked any more.
@@ -56,18 +61,22 @@ impl Pipe {
     pub fn new(command: &mut Command) -> Result<Self, Error> {
         let started = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
         let mut program = started.map_err(|error| wrong(format!("{command:?} does not start: {error}")))?;
-        let (tell, answers) = channel();
-        let output = program.stdout.take().ok_or_else(|| wrong("it has no output".into()))?;
+        let most = Arc::new(AtomicUsize::new(LEAST_BYTES));
+        // What was not asked for waits in the program.
+        let (tell, answers) = sync_channel(1);
+        let mut output = BufReader::new(program.stdout.take().ok_or_else(|| wrong("it has no output".into()))?);
+        let bound = Arc::clone(&most);
         thread::spawn(move || {
-            for line in BufReader::new(output).lines() {
-                if tell.send(line.map_err(|error| error.to_string())).is_err() {
+            while let Some(line) = read_line(&mut output, &bound).transpose() {
+                let is_last = line.is_err();
+                if tell.send(line).is_err() || is_last {
                     return;
                 }
             }
         });
         let questions = program.stdin.take();
         let patience = Duration::from_secs(10);
-        Ok(Pipe(Mutex::new(Talk { program, questions, answers, patience, asked: 0, problem: None })))
+        Ok(Pipe(Mutex::new(Talk { program, questions, answers, most, patience, asked: 0, problem: None })))
     }
 
     /// The matrix called `name` at the arguments of a check; NaN from the first problem on, which [`finish`](Self::finish) tells.
@@ -96,6 +105,7 @@ impl Pipe {
 impl Talk {
     fn exchange(&mut self, question: &Value) -> Result<DMatrix<f64>, String> {
         self.asked += 1;
+        self.most.store(most_bytes(question), Ordering::Relaxed);
         let input = self.questions.as_mut().ok_or("it has no input")?;
         let sent = writeln!(input, "{question}").and_then(|()| input.flush());
         sent.map_err(|error| format!("it does not listen any more: {error}"))?;
@@ -134,11 +144,40 @@ impl Drop for Talk {
     }
 }
 
+/// The most bytes that the answer to a question may have.
+fn most_bytes(question: &Value) -> usize {
+    let lists = question.as_object().into_iter().flat_map(|lists| lists.values());
+    let numbers: usize = lists.map(|list| list.as_array().map_or(1, Vec::len)).sum();
+    LEAST_BYTES.max(OF_ENTRY.saturating_mul(numbers).saturating_mul(numbers))
+}
+
+/// The next line; none at the end of the output.
+fn read_line(output: &mut impl BufRead, most: &AtomicUsize) -> Result<Option<String>, String> {
+    let mut line = Vec::new();
+    loop {
+        let part = match output.fill_buf() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            read => read.map_err(|error| error.to_string())?,
+        };
+        let end = part.iter().position(|byte| *byte == b'\n');
+        let taken = end.unwrap_or(part.len());
+        let is_over = end.is_some() || part.is_empty();
+        line.extend_from_slice(&part[..taken]);
+        output.consume(taken + usize::from(end.is_some()));
+        let most = most.load(Ordering::Relaxed);
+        if line.len() > most {
+            return Err(format!("its line has more than {most} bytes, which no matrix that was asked for has"));
+        }
+        if is_over {
+            let is_end = line.is_empty() && end.is_none();
+            let text = String::from_utf8(line).map_err(|error| error.to_string())?;
+            return Ok((!is_end).then_some(text));
+        }
+    }
+}
+
 /// A matrix in a line.
 fn matrix(line: &str) -> Result<DMatrix<f64>, String> {
-    if line.len() > MOST_BYTES {
-        return Err(format!("{} bytes are no answer", line.len()));
-    }
     let shown = || line.chars().take(60).collect::<String>();
     let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is no JSON: {error}", shown()))?;
     match value.get("error") {
