@@ -120,6 +120,27 @@ fn initial_coordinates_off_the_constraints_are_refused() {
 }
 
 #[test]
+fn a_chain_that_is_stretched_too_far_at_first_is_no_contradiction_unless_it_is_too_short() {
+    // Three bars of 1 m in a row, between points 2 m or 4 m apart.
+    for (distance, words) in [(2.0, ["violate", "`end`", "correct q0"]), (4.0, ["contradict", "`end`", "remove or correct"])] {
+        let mut scene = Scene::new();
+        let bars = [0.5, 1.5, 2.5].map(|x| scene.body(&format!("bar at {x}"), 1.0, 0.1, [x, 0.0, 0.0]));
+        scene.revolute("begin", Body::GROUND.at(0.0, 0.0), bars[0].at(-0.5, 0.0));
+        scene.revolute("first", bars[0].at(0.5, 0.0), bars[1].at(-0.5, 0.0));
+        scene.revolute("second", bars[1].at(0.5, 0.0), bars[2].at(-0.5, 0.0));
+        scene.revolute("end", bars[2].at(0.5, 0.0), Body::GROUND.at(distance, 0.0));
+        let system = scene.compile().expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+        let q = system.initial_coordinates();
+        let p_star = DVector::zeros(q.len());
+        for start in [inputs.start.clone(), Start::Momentum { q, p_star }] {
+            inputs.start = start;
+            assert_says(&simulate(&system, &inputs, Settings::default()).expect_err("off").error, &words);
+        }
+    }
+}
+
+#[test]
 fn initial_velocities_off_the_constraints_are_refused() {
     let error = refused(|inputs| inputs.start.rate_mut()[3] = 0.5);
     let Error::InitialVelocity { equation, violation, .. } = &error else { panic!("{error:?}") };

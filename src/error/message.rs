@@ -50,7 +50,7 @@ impl fmt::Display for Error {
             Error::InitialVelocity { equation, violation, tolerance } => write!(
                 f,
                 "the initial velocities violate the rate of {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
-                 correct v0 or p*0, let `Start::Assembled` do it, or raise `Settings::velocity_tolerance`"
+                 correct v0, let `Start::Assembled` do it, or raise `Settings::velocity_tolerance`"
             ),
             Error::Assembly { equation, violation, tolerance } => write!(
                 f,

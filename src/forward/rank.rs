@@ -43,6 +43,17 @@ impl Scaled {
         finite.then_some(Scaled { phi_q, mass, row, column })
     }
 
+    /// Coordinates a little aside, where the constraints leave room.
+    fn aside(&self, at: &NodeView<f64>) -> DVector<f64> {
+        let free = null_space(&self.phi_q, RANK);
+        // Any direction: that of every coordinate counts.
+        let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
+        let direction = (free * weights).component_mul(&self.column);
+        let largest = at.q.iter().fold(0.0f64, |largest, q| largest.max(q.abs()));
+        let length = 1e-3 * if largest > 0.0 { largest } else { 1.0 };
+        DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE))
+    }
+
     /// Combinations of rows that vanish, by columns.
     fn dependencies(&self) -> DMatrix<f64> {
         null_space(&self.phi_q.transpose(), RANK)
@@ -93,15 +104,28 @@ pub(crate) fn dependent(system: &System, at: &NodeView<f64>) -> Option<Vec<Strin
 /// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
 pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
-    let free = null_space(&here.phi_q, RANK);
-    // Any direction: that of every coordinate counts.
-    let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
-    let direction = (free * weights).component_mul(&here.column);
-    let largest = at.q.iter().fold(0.0f64, |largest, q| largest.max(q.abs()));
-    let length = 1e-3 * if largest > 0.0 { largest } else { 1.0 };
-    let mut q = DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE));
-    let mut nearby = None;
-    for _ in 0..20 {
+    let (_, nearby) = corrected(system, at, here.aside(at), 20)?;
+    let dependencies = nearby.dependencies().ncols();
+    let (rows, time) = (system.m(), at.t);
+    (rows - dependencies > rank).then_some(Error::SingularConfiguration { step: 0, time, rank, rows, equations })
+}
+
+/// Whether other coordinates satisfy constraints that contradict each other as far as their derivatives here tell: those of a chain that is stretched too far
+/// do not let it shorten, but to the side it can go.
+pub(crate) fn can_be_met(here: &Scaled, system: &System, at: &NodeView<f64>) -> bool {
+    let size = |q: &[f64]| {
+        let mut phi = vec![0.0; system.m()];
+        system.phi(&NodeView { q, ..*at }, &mut phi);
+        phi.iter().fold(0.0, |most: f64, phi| if phi.is_nan() { f64::INFINITY } else { most.max(phi.abs()) })
+    };
+    let found = corrected(system, at, here.aside(at), 30);
+    found.is_some_and(|(q, _)| size(q.as_slice()) <= 1e-6 * size(at.q))
+}
+
+/// Coordinates after so many corrections of least length towards Φ = 0, and Φ_q before the last.
+fn corrected(system: &System, at: &NodeView<f64>, mut q: DVector<f64>, count: usize) -> Option<(DVector<f64>, Scaled)> {
+    let mut last = None;
+    for _ in 0..count {
         let there = NodeView { q: q.as_slice(), ..*at };
         let scaled = Scaled::at(system, &there)?;
         let mut phi = vec![0.0; system.m()];
@@ -109,11 +133,9 @@ pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) ->
         let values = DVector::from_vec(phi).component_mul(&scaled.row);
         let back = decomposition(scaled.phi_q.clone())?.pseudo_inverse(RANK).ok()? * values;
         q -= back.component_mul(&scaled.column);
-        nearby = Some(scaled);
+        last = Some(scaled);
     }
-    let dependencies = nearby?.dependencies().ncols();
-    let (rows, time) = (system.m(), at.t);
-    (rows - dependencies > rank).then_some(Error::SingularConfiguration { step: 0, time, rank, rows, equations })
+    Some((q, last?))
 }
 
 /// What a step that failed can have met: Φ_q of nearly deficient rank.

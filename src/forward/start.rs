@@ -73,11 +73,13 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
     let tolerance = settings.position_tolerance;
     match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
         Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
-        Some((j, violation)) => Err(contradiction(forward, system, q, &phi).unwrap_or_else(|| Error::InitialPosition {
-            equation: system.equation_name(j).into(),
-            violation,
-            tolerance,
-        })),
+        Some((j, violation)) => {
+            let at = point(forward, q);
+            let here = Scaled::at(system, &at);
+            let clash = here.and_then(|here| Some((here.contradiction(system, &phi, at.t)?, here)));
+            let clash = clash.filter(|(_, here)| !rank::can_be_met(here, system, &at)).map(|(error, _)| error);
+            Err(clash.unwrap_or_else(|| Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance }))
+        }
         None => Ok(()),
     }
 }
@@ -91,12 +93,6 @@ fn not_finite(forward: &ForwardSweep, system: &System, q: &[f64], equation: usiz
     }
 }
 
-/// Whether no initial value would satisfy all constraints, as far as they can be told from here.
-fn contradiction(forward: &ForwardSweep, system: &System, q: &[f64], values: &[f64]) -> Option<Error> {
-    let at = point(forward, q);
-    Scaled::at(system, &at)?.contradiction(system, values, at.t)
-}
-
 fn check_velocity(
     forward: &ForwardSweep,
     system: &System,
@@ -107,11 +103,13 @@ fn check_velocity(
     let tolerance = settings.velocity_tolerance;
     match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
         Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
-        Some((j, violation)) => Err(contradiction(forward, system, q, phi_dot).unwrap_or_else(|| Error::InitialVelocity {
-            equation: system.equation_name(j).into(),
-            violation,
-            tolerance,
-        })),
+        Some((j, violation)) => {
+            let at = point(forward, q);
+            // No other velocities satisfy them either, since dΦ/dt is linear in v.
+            let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));
+            let equation = || system.equation_name(j).into();
+            Err(clash.unwrap_or_else(|| Error::InitialVelocity { equation: equation(), violation, tolerance }))
+        }
         None => Ok(()),
     }
 }
