@@ -312,3 +312,12 @@ fn what_looks_moved_because_neighbours_are_alike_is_called_what_it_is() {
     let moved = nalgebra::DMatrix::from_fn(2, 21, |k, node: usize| right.controls[(k, node.saturating_sub(1))]);
     assert_eq!(says(Part::Controls, moved.as_slice()), "moved by a node: node i has the derivatives of node i − 1");
 }
+
+#[test]
+fn a_mechanism_at_rest_for_long_has_no_derivative_by_step_lengths_and_no_wrong_one() {
+    let system = CartPendulum::with_links(2).scene().compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(2000, 0.015));
+    let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
+    println!("{report}");
+    report.assert_passed();
+}

@@ -6,6 +6,7 @@ mod hessian;
 mod identity;
 mod own;
 mod report;
+mod steps;
 mod taylor;
 mod ways;
 
@@ -124,7 +125,8 @@ impl GradientCheck<'_> {
         let gradient = solver.gradient_of(which)?.clone();
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
-        let mut ways = Ways::new(self.system, self.inputs, self.settings, which)?;
+        let of_steps = steps::sizes_of_terms(self.system, &mut solver);
+        let mut ways = Ways::new(self.system, self.inputs, self.settings, (which, of_steps))?;
         let mut rows = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {

@@ -29,7 +29,7 @@ pub struct DirectionReport {
     /// √Σ (g_j d_j)²: what the errors are relative to …
     pub size: f64,
     /// … unless dJ is rounding: 1e-6 |J| + 1e-4 |d²J|, since no dJ is known better than to the rounding of J, nor at an optimum than to what the
-    /// rounding of the motion changes it by; and 1e-6 of the largest row, or 1e-3 of the largest single input.
+    /// rounding of the motion changes it by; 1e-4 of the terms of dJ/dΔt, which cancel where a mechanism rests; and 1e-6 of the largest row, or 1e-3 of the largest single input.
     pub floor: f64,
     /// The outcome.
     pub verdict: Verdict,

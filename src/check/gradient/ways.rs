@@ -19,12 +19,16 @@ const BENT_STEP: f64 = 1e-4;
 /// 1e-14 makes of dJ.
 const OF_VALUE: f64 = 1e-6;
 const OF_CURVATURE: f64 = 1e-4;
+/// A tolerance of 1e-9 of this part of the terms of derivatives by step lengths is what rounding makes of the sum of some thousand of them.
+const OF_TERMS: f64 = 1e-4;
 
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
     inputs: &'a Inputs,
     /// J (0) or an output (from 1 on).
     which: usize,
+    /// How large the terms of dJ/dΔt are, step by step.
+    of_steps: Vec<f64>,
     dual: LiftedSolver<'a, Dual64>,
     complex: LiftedSolver<'a, Cx>,
     real: RefCell<Solver<'a>>,
@@ -33,9 +37,15 @@ pub(super) struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    pub(super) fn new(system: &'a System, inputs: &'a Inputs, settings: Settings, which: usize) -> Result<Self, Error> {
+    pub(super) fn new(
+        system: &'a System,
+        inputs: &'a Inputs,
+        settings: Settings,
+        (which, of_steps): (usize, Vec<f64>),
+    ) -> Result<Self, Error> {
         Ok(Ways {
             which,
+            of_steps,
             inputs,
             dual: LiftedSolver::new(system, inputs, settings)?,
             complex: LiftedSolver::new(system, inputs, settings)?,
@@ -65,12 +75,13 @@ impl<'a> Ways<'a> {
         (derivative[0], error[0])
     }
 
-    /// The size below which dJ along a direction is rounding of J, or of the motion where dJ passes zero, as at an optimum.
+    /// The size below which dJ along a direction is rounding of J, of its own terms, or of the motion where dJ passes zero, as at an optimum.
     pub(super) fn floor(&self, direction: &Inputs, value: f64) -> f64 {
         let [above, below] = [BENT_STEP, -BENT_STEP].map(|s| self.value_along(direction, s));
         let curvature = (above - 2.0 * value + below).abs() / (BENT_STEP * BENT_STEP);
+        let terms = self.of_steps.iter().zip(&direction.grid.steps).map(|(size, d)| (size * d).powi(2)).sum::<f64>().sqrt();
         // Without a motion there, nothing is known of it.
-        OF_VALUE * value.abs() + if curvature.is_finite() { OF_CURVATURE * curvature } else { 0.0 }
+        OF_VALUE * value.abs() + OF_TERMS * terms + if curvature.is_finite() { OF_CURVATURE * curvature } else { 0.0 }
     }
 
     /// J(x + s d); NaN where there is no motion.
