@@ -321,3 +321,29 @@ fn a_mechanism_at_rest_for_long_has_no_derivative_by_step_lengths_and_no_wrong_o
     println!("{report}");
     report.assert_passed();
 }
+
+/// ½ (φ − 0.3)² + b.
+struct Raised;
+
+impl Cost<1, 0, 0, 1> for Raised {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+        (at.q[0] - 0.3).powi(2) * 0.5 + b[0]
+    }
+}
+
+#[test]
+fn what_is_hidden_by_the_rounding_of_a_large_cost_is_told() {
+    for (raised, told) in [(0.0, false), (1e12, true)] {
+        let mut cart = CartPendulum::with_links(1).mechanism();
+        let angle = cart.links[0].coordinates[2];
+        let output = cart.scene.output("raised");
+        cart.scene.term(output, "raised", Raised, Sum::Terminal, [angle], [], [], [raised.into()]);
+        let system = cart.scene.compile().expect("scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.02));
+        inputs.controls.fill(5.0);
+        let report = check::gradient(&system, &inputs, Settings::default()).output(output).run().expect("motion");
+        println!("{report}");
+        report.assert_passed();
+        assert_eq!(report.to_string().contains("its rounding hides dJ"), told);
+    }
+}

@@ -98,6 +98,8 @@ impl DirectionReport {
     }
 }
 
+/// Where dJ is smaller than this part of J, errors are relative to that.
+const HIDDEN: f64 = super::ways::OF_VALUE;
 /// The least observed order that a right gradient has: half-way between 1 and 2.
 const ENOUGH: f64 = 1.5;
 
@@ -179,6 +181,15 @@ impl fmt::Display for GradientReport {
                 )?;
             }
             None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
+        }
+        let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
+        if most > 0.0 && most < HIDDEN * self.value.abs() {
+            let (of, share) = (&self.of, HIDDEN * self.value.abs() / most);
+            writeln!(
+                f,
+                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {HIDDEN:.0e} of {of}, which is {share:.0e} times \
+                 dJ, and differences and Taylor remainder tell less; to see more, leave out of {of} what does not change"
+            )?;
         }
         if let Some(identity) = self.identity {
             write!(f, "  adjoint–tangent identity: holds to {:.1e} at all nodes", identity.worst)?;

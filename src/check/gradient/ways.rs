@@ -17,7 +17,7 @@ const ENOUGH: f64 = 1e-8;
 const BENT_STEP: f64 = 1e-4;
 /// A tenth of a tolerance of 1e-9 of these parts of |J| and |d²J| is some units in the last place of J, and what a relative change of the motion by
 /// 1e-14 makes of dJ.
-const OF_VALUE: f64 = 1e-6;
+pub(super) const OF_VALUE: f64 = 1e-6;
 const OF_CURVATURE: f64 = 1e-4;
 /// A tolerance of 1e-9 of this part of the terms of derivatives by step lengths is what rounding makes of the sum of some thousand of them.
 const OF_TERMS: f64 = 1e-4;
