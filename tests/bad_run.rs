@@ -122,7 +122,8 @@ fn initial_coordinates_off_the_constraints_are_refused() {
 #[test]
 fn a_chain_that_is_stretched_too_far_at_first_is_no_contradiction_unless_it_is_too_short() {
     // Three bars of 1 m in a row, between points 2 m or 4 m apart.
-    for (distance, words) in [(2.0, ["violate", "`end`", "correct q0"]), (4.0, ["contradict", "`end`", "remove or correct"])] {
+    for (distance, words) in [(2.0, ["violate", "`end`", "correct q0"]), (4.0, ["contradict", "`end`", "remove or correct"])]
+    {
         let mut scene = Scene::new();
         let bars = [0.5, 1.5, 2.5].map(|x| scene.body(&format!("bar at {x}"), 1.0, 0.1, [x, 0.0, 0.0]));
         scene.revolute("begin", Body::GROUND.at(0.0, 0.0), bars[0].at(-0.5, 0.0));

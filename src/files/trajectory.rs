@@ -38,7 +38,9 @@ impl Trajectory {
         let mut header = vec!["t [s]".to_string()];
         let of_coordinates = units(system);
         for (before, length, angle) in [("", "m", "rad"), ("v of ", "m/s", "rad/s"), ("p* of ", "N s", "N m s")] {
-            header.extend(coordinates(system).zip(&of_coordinates).map(|(name, unit)| unit.beside(before, name, (length, angle))));
+            header.extend(
+                coordinates(system).zip(&of_coordinates).map(|(name, unit)| unit.beside(before, name, (length, angle))),
+            );
         }
         let of_equations = equations(system);
         header.extend(of_equations.iter().map(|(name, unit)| unit.beside("σ of ", name, ("N s", "N m s"))));

@@ -78,7 +78,11 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
             let here = Scaled::at(system, &at);
             let clash = here.and_then(|here| Some((here.contradiction(system, &phi, at.t)?, here)));
             let clash = clash.filter(|(_, here)| !rank::can_be_met(here, system, &at)).map(|(error, _)| error);
-            Err(clash.unwrap_or_else(|| Error::InitialPosition { equation: system.equation_name(j).into(), violation, tolerance }))
+            Err(clash.unwrap_or_else(|| Error::InitialPosition {
+                equation: system.equation_name(j).into(),
+                violation,
+                tolerance,
+            }))
         }
         None => Ok(()),
     }

@@ -34,9 +34,8 @@ impl Default for Options {
 impl Options {
     /// Refuses what no comparison would ever meet or exceed.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let refused = |name: &str, value, must_be| {
-            Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be })
-        };
+        let refused =
+            |name: &str, value, must_be| Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be });
         match *self {
             Options { stationarity, .. } if !(stationarity >= 0.0 && stationarity.is_finite()) => {
                 refused("stationarity", stationarity, "finite and not negative")

@@ -122,7 +122,11 @@ impl Scheme {
         if let Some((power, sum)) = self.missed(last, self.order) {
             return match power {
                 0 => refused("the sum of the last row", sum, "1: it ends the step"),
-                _ => refused(&format!("Σ b c^{power} with the last row"), sum, "1 over one more than the power, below the order"),
+                _ => refused(
+                    &format!("Σ b c^{power} with the last row"),
+                    sum,
+                    "1 over one more than the power, below the order",
+                ),
             };
         }
         if self.embedded.is_empty() {
@@ -155,7 +159,9 @@ impl Scheme {
     /// The first power of c, below the order, that weights do not integrate over a step, ∫₀¹ cᵏ dc = 1/(k + 1), and what they give for it.
     fn missed(&self, weights: &[f64], order: usize) -> Option<(i32, f64)> {
         let sum = |power: i32| -> f64 { weights.iter().enumerate().map(|(s, b)| b * self.c(s).powi(power)).sum() };
-        (0..order as i32).map(|power| (power, sum(power))).find(|(power, sum)| !((sum * f64::from(power + 1) - 1.0).abs() <= ROUNDING))
+        (0..order as i32)
+            .map(|power| (power, sum(power)))
+            .find(|(power, sum)| !((sum * f64::from(power + 1) - 1.0).abs() <= ROUNDING))
     }
 }
 

@@ -31,7 +31,14 @@ impl ForwardSweep {
         columns.extend_from_slice(&self.monitor.reach);
         let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
         let Stepper { smooth_from, .. } = self.stepper;
-        Checkpoint { node, clock: self.stepper.clock(), smooth_from, most_range: self.restarting.most_range, last_end, columns }
+        Checkpoint {
+            node,
+            clock: self.stepper.clock(),
+            smooth_from,
+            most_range: self.restarting.most_range,
+            last_end,
+            columns,
+        }
     }
 
     /// Goes on from a checkpoint.
