@@ -45,6 +45,11 @@ impl<R: Real> Grid<R> {
         clocks(self.start, &self.steps).map(Clock::time).collect()
     }
 
+    /// The same into a list.
+    pub(crate) fn write_times(&self, times: &mut [R]) {
+        times.iter_mut().zip(clocks(self.start, &self.steps)).for_each(|(time, clock)| *time = clock.time());
+    }
+
     /// The time of one node.
     pub(crate) fn time(&self, node: usize) -> R {
         clocks(self.start, &self.steps[..node]).last().map_or(self.start, Clock::time)

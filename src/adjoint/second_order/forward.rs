@@ -36,7 +36,7 @@ impl SecondOrderSweep {
 
     /// q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
     fn begin_motion(&mut self, system: &System, motion: &Motion, newton: &Newton) {
-        self.change.trajectory.times[0] = self.change.inputs.grid.start;
+        self.change.inputs.grid.write_times(&mut self.change.trajectory.times);
         self.known_q.copy_from_slice(self.change.inputs.start.q().as_slice());
         if let Start::Momentum { p_star, .. } = &self.change.inputs.start {
             self.known_p.copy_from_slice(p_star.as_slice());
@@ -57,8 +57,6 @@ impl SecondOrderSweep {
         let (scheme, dt, dt_dot) = (motion.trajectory.scheme, motion.length(node), inputs.grid.steps[node - 1]);
         if s < scheme.stages() {
             trajectory.place_stage(node, s, dt_dot, inputs.at_ends(node));
-        } else {
-            trajectory.times[node] = trajectory.times[node - 1] + dt_dot;
         }
         self.sigma_before.copy_from_slice(column(&trajectory.sigma, node - 1));
         let before = trajectory.columns(node - 1);

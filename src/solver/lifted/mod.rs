@@ -236,7 +236,7 @@ impl<R: Real> Lifted<R> {
         if let [_, first, second, mixed] = &mut self.unit[..] {
             *mixed = mixed.max(*first * *second);
         }
-        self.trajectory.times.copy_from_slice(&self.inputs.grid.times());
+        self.inputs.grid.write_times(&mut self.trajectory.times);
     }
 
     fn step(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
