@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use crate::error::quoted;
 use crate::model::Param;
@@ -19,15 +20,16 @@ pub(crate) struct Parameters {
     graph: Graph,
     /// Σ wⱼ ∂zⱼ/∂b of the expressions z, with w as further inputs.
     pulled_back: (Graph, Vec<Node>),
-    /// What z changes by along a direction of b, then what that sum does along one of b and w, with the directions as further inputs.
-    along: (Graph, Vec<Node>),
+    /// What z changes by along a direction of b, then what that sum does along one of b and w, with the directions as further inputs: made when a direction
+    /// is first asked for.
+    along: OnceLock<(Graph, Vec<Node>)>,
 }
 
 impl Parameters {
     /// For a scene with so many design variables and such a graph of expressions, of which none is used yet.
     pub(super) fn new(designs: usize, graph: Graph) -> Self {
         let (nodes, places) = (Vec::new(), HashMap::new());
-        Parameters { designs, nodes, places, graph, pulled_back: Default::default(), along: Default::default() }
+        Parameters { designs, nodes, places, graph, pulled_back: Default::default(), along: OnceLock::new() }
     }
 
     /// The same parameter by its place among the values.
@@ -48,10 +50,16 @@ impl Parameters {
         let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
         let inputs: Vec<Node> = (0..self.designs).map(|p| graph.input(p)).collect();
         let nodes = if self.nodes.is_empty() { Vec::new() } else { graph.reverse(&weighted, &inputs) };
-        let (mut further, len) = (graph.clone(), self.len());
-        let directions: Vec<_> = (0..len).map(|i| (further.input(i), further.input(len + i))).collect();
-        let changes = further.forward(&[&self.nodes[..], &nodes].concat(), &directions);
-        (self.pulled_back, self.along) = ((graph, nodes), (further, changes));
+        self.pulled_back = (graph, nodes);
+    }
+
+    fn tangent(&self) -> &(Graph, Vec<Node>) {
+        self.along.get_or_init(|| {
+            let ((mut graph, nodes), len) = (self.pulled_back.clone(), self.len());
+            let directions: Vec<_> = (0..len).map(|i| (graph.input(i), graph.input(len + i))).collect();
+            let changes = graph.forward(&[&self.nodes[..], &nodes].concat(), &directions);
+            (graph, changes)
+        })
     }
 
     /// The number of values.
@@ -93,7 +101,7 @@ impl Parameters {
     /// What z(b) changes by along a direction of b.
     pub(crate) fn along(&self, design: &[f64], direction: &[f64]) -> Vec<f64> {
         let zeros = vec![0.0; self.nodes.len()];
-        let (graph, nodes) = &self.along;
+        let (graph, nodes) = self.tangent();
         let all = graph.evaluate(&[], &[design, &zeros, direction, &zeros].concat());
         direction.iter().copied().chain(nodes[..self.nodes.len()].iter().map(|node| all[node.index()])).collect()
     }
@@ -101,7 +109,7 @@ impl Parameters {
     /// What (∂z/∂b)ᵀ w changes by along a direction of b and w.
     pub(crate) fn pull_back_along(&self, [design, w]: [&[f64]; 2], [direction, w_dot]: [&[f64]; 2], gradient: &mut [f64]) {
         gradient.copy_from_slice(&w_dot[..self.designs]);
-        let (graph, nodes) = &self.along;
+        let (graph, nodes) = self.tangent();
         let all = graph.evaluate(&[], &[design, &w[self.designs..], direction, &w_dot[self.designs..]].concat());
         gradient.iter_mut().zip(&nodes[self.nodes.len()..]).for_each(|(sum, node)| *sum += all[node.index()]);
     }
@@ -120,5 +128,24 @@ impl Parameters {
             Some((place, &value)) => Err(Error::NotFinite { what: self.name(place, designs), value }),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenes::CartPendulum;
+    use crate::{Grid, Inputs, Settings, Solver};
+
+    #[test]
+    fn what_only_directions_need_is_made_when_one_is_asked_for() -> Result<(), crate::Error> {
+        let system = CartPendulum::default().scene().compile()?;
+        let inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.01));
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs)?;
+        solver.gradient()?;
+        assert!(system.parameters().along.get().is_none());
+        solver.hessian_product(&inputs.no_change())?;
+        assert!(system.parameters().along.get().is_some());
+        Ok(())
     }
 }
