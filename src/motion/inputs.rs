@@ -339,10 +339,12 @@ impl Inputs {
         size("controls: rows (channels)", system.k(), self.controls.nrows())?;
         size("controls: columns (nodes, one more than steps)", nodes, self.controls.ncols())?;
         size("design variables", system.designs(), self.design.len())?;
+        let mut farthest = self.grid.start.abs();
         for (step, &length) in self.grid.steps.iter().enumerate() {
             if length == 0.0 || !length.is_finite() {
                 return Err(Error::TimeStep { step: step + 1, length });
             }
+            farthest += length.abs();
         }
         if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= nodes) {
             let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
@@ -358,7 +360,7 @@ impl Inputs {
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;
-        finite([self.grid.time(nodes - 1)], |_| "the end of the time grid".into())?;
+        finite([farthest], |_| "the farthest that the steps of the time grid lead".into())?;
         finite(self.start.q().iter().copied(), |i| format!("q0 {}", of(i)))?;
         finite(self.start.rate().iter().copied(), |i| format!("{rate} {}", of(i)))?;
         finite(self.design.iter().copied(), |p| format!("design variable `{}`", system.design_name(p)))?;
