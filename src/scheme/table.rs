@@ -159,9 +159,11 @@ impl Scheme {
     /// The first power of c, below the order, that weights do not integrate over a step, ∫₀¹ cᵏ dc = 1/(k + 1), and what they give for it.
     fn missed(&self, weights: &[f64], order: usize) -> Option<(i32, f64)> {
         let sum = |power: i32| -> f64 { weights.iter().enumerate().map(|(s, b)| b * self.c(s).powi(power)).sum() };
-        (0..order as i32)
-            .map(|power| (power, sum(power)))
-            .find(|(power, sum)| !((sum * f64::from(power + 1) - 1.0).abs() <= ROUNDING))
+        let is_missed = |(power, sum): &(i32, f64)| {
+            let off = (sum * f64::from(power + 1) - 1.0).abs();
+            off.is_nan() || off > ROUNDING
+        };
+        (0..order as i32).map(|power| (power, sum(power))).find(is_missed)
     }
 }
 
