@@ -58,6 +58,7 @@ fn options_that_mean_nothing_are_refused_by_name() {
             lbfgs(&mut free, &start, options, &mut silent).map(drop),
             augmented_lagrangian(&mut free, &start, options, &mut silent).map(drop),
             levenberg_marquardt(&mut free, &start, options, &mut silent).map(drop),
+            interior_point(&mut free, &start, options, &mut silent).map(drop),
             homotopy(&mut free, &start, options, &mut |_, _| Ok(()), &mut silent).map(drop),
         ];
         for error in errors {
