@@ -55,6 +55,8 @@ pub struct Scheme {
 
 /// Sums of weights may differ by rounding from what they should be.
 const ROUNDING: f64 = 1e-12;
+/// Tables are printed with ten digits or more.
+const DIGITS: f64 = 1e-8;
 
 impl Scheme {
     /// S, the stages that are solved in a step.
@@ -122,11 +124,7 @@ impl Scheme {
         if let Some((power, sum)) = self.missed(last, self.order) {
             return match power {
                 0 => refused("the sum of the last row", sum, "1: it ends the step"),
-                _ => refused(
-                    &format!("Σ b c^{power} with the last row"),
-                    sum,
-                    "1 over one more than the power, below the order",
-                ),
+                _ => refused(&format!("Σ b c^{power} with the last row"), sum, "1/(k + 1) for c^k, with k below the order"),
             };
         }
         if self.embedded.is_empty() {
@@ -145,7 +143,7 @@ impl Scheme {
             Some((0, sum)) => refused("the sum of the embedded weights", sum, "1"),
             Some((power, sum)) => {
                 let what = format!("Σ b c^{power} with the embedded weights");
-                refused(&what, sum, "1 over one more than the power, below their order")
+                refused(&what, sum, "1/(k + 1) for c^k, with k below their order")
             }
             None if self.embedded == last => refused(
                 "the largest difference of the embedded weights from the last row",
@@ -161,7 +159,7 @@ impl Scheme {
         let sum = |power: i32| -> f64 { weights.iter().enumerate().map(|(s, b)| b * self.c(s).powi(power)).sum() };
         let is_missed = |(power, sum): &(i32, f64)| {
             let off = (sum * f64::from(power + 1) - 1.0).abs();
-            off.is_nan() || off > ROUNDING
+            off.is_nan() || off > if *power == 0 { ROUNDING } else { DIGITS }
         };
         (0..order as i32).map(|power| (power, sum(power))).find(is_missed)
     }
