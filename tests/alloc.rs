@@ -87,7 +87,7 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
 }
 
 #[test]
-fn restarts_allocate_nothing_also_where_a_gradient_is_recorded_for_products() {
+fn restarts_allocate_nothing_in_gradients_that_are_recorded_for_products_nor_in_products() {
     let system = CartPendulum::default().scene().compile().expect("scene");
     let of = |steps: usize| {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
@@ -96,14 +96,15 @@ fn restarts_allocate_nothing_also_where_a_gradient_is_recorded_for_products() {
         let mut run = || {
             let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
             let gradient = allocations(|| _ = solver.gradient().expect("gradient"));
-            solver.hessian_product(&inputs.no_change()).expect("product");
-            [forward, gradient]
+            let push = inputs.no_change();
+            solver.hessian_product(&push).expect("product");
+            [forward, gradient, allocations(|| _ = solver.hessian_product(&push).expect("product"))]
         };
         run();
         run()
     };
     let (short, long) = (of(50), of(500));
-    println!("allocations of simulate and gradient with restarts: {short:?} for 50 steps, {long:?} for 500");
+    println!("allocations of simulate, gradient and product with restarts: {short:?} for 50 steps, {long:?} for 500");
     assert_eq!(short, long);
 }
 

@@ -6,17 +6,18 @@
 //!   Aᵀ (ċ, ė) + E k̇ = (v̄˙, 0) − Ȧᵀ (c, e),                        and so on
 //! ```
 
-use nalgebra::DVector;
-use num_dual::Dual64;
-
-use super::{SecondOrderSweep, dual};
+use super::SecondOrderSweep;
+use super::phi::ALONG;
+use super::sources::{direction, rows_along};
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::assembly::Side;
 use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
-use crate::system::{CostRows, Covector, Given, NodeView, Pair, StateRows};
+use crate::number::Real;
+use crate::system::{CostRows, Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
+use nalgebra::DVector;
 
 /// (ẇ, ν̇) and (v̇₀, μ̇).
 pub(super) struct AssemblyChange {
@@ -44,14 +45,11 @@ impl SecondOrderSweep {
         let (mut q, mut v) = (direction.start.q().clone(), direction.start.rate().clone());
         let side = self.sweep.side(system, newton, Which::Coordinates, (motion, assembly, &zeros))?;
         let mut right = self.change_of_residual(system, newton, &side, [q.as_slice(), &zeros.v]);
-        let lifted = [dual(motion.inputs.start.q().as_slice(), q.as_slice()), dual(&motion.design, &self.change.design)];
-        let (here, none) = (motion.at(0), dual(&zeros.v, &zeros.v));
-        let u: Vec<_> = here.u.iter().map(|u| (*u).into()).collect();
-        let t = Dual64::new(here.t, direction.grid.start);
-        let given = Given { u: &u, t, design: &lifted[1] };
-        let (no_sigma, mut phi) = (dual(&zeros.sigma, &zeros.sigma), dual(&zeros.sigma, &zeros.sigma));
-        system.phi(&given.at(&lifted[0], &none, &no_sigma), &mut phi);
-        right.sigma.iter_mut().zip(&phi).for_each(|(right, phi)| *right = -phi.eps);
+        let (no_v, no_sigma, design) = (&zeros.v, &zeros.sigma, &self.change.design);
+        let along =
+            NodeView::of_equations([q.as_slice(), no_v, no_sigma], (&self.no_controls, direction.grid.start, design));
+        self.phi.set(&NodeView { q: motion.inputs.start.q().as_slice(), ..motion.at(0) }, &along);
+        right.sigma.iter_mut().zip(self.phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
         let moved = side.tangent.solve(system, newton, &right)?;
         q += DVector::from_column_slice(&moved.v);
         let side = self.sweep.side(system, newton, Which::Velocities, (motion, assembly, &zeros))?;
@@ -151,7 +149,8 @@ impl SecondOrderSweep {
     ) -> Change {
         let [of_moved, of_unmoved] = side.covectors(x);
         let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), [v, sigma]: &[Vec<f64>; 2], with: &Covector| {
-            self.rows_along(system, newton, (0, at, blocks), [q, v, sigma], with);
+            let along = direction(&self.change, 0, [q, v, sigma]);
+            rows_along(system, (newton, &mut self.programs), (at, blocks), &along, with, &mut self.first_rows);
             let CostRows { q, v, sigma, design, .. } = &self.first_rows;
             Rows { state: StateRows { v: v.clone(), q: q.clone(), sigma: sigma.clone() }, design: design.clone() }
         };

@@ -42,7 +42,7 @@ impl SecondOrderSweep {
     ) -> Result<(), Error> {
         let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
         let (restart, h) = (motion.restarts.at(node), dt * scheme.a(last, last));
-        self.ended = None;
+        self.unused_restarts.extend(self.ended.take());
         self.sources_of_node(system, motion, (newton, first), node)?;
         let sweep = &mut self.sweep;
         sweep.take_sigma_before(node);

@@ -14,7 +14,8 @@ use crate::{Error, Start, System};
 impl SecondOrderSweep {
     pub(super) fn forward(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
-        self.restarts.clear();
+        self.unused_restarts.append(&mut self.restarts);
+        self.unused_restarts.extend(self.ended.take());
         self.begin_motion(system, motion, newton);
         self.sigma_before.fill(0.0);
         self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;

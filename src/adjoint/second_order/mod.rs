@@ -16,6 +16,7 @@ mod assembly;
 mod backward;
 mod forward;
 mod kept;
+mod phi;
 mod programs;
 mod restart;
 mod sources;
@@ -32,6 +33,7 @@ use crate::system::{CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use assembly::AssemblyChange;
 use kept::KeptFactors;
+use phi::PhiAlong;
 use programs::Programs;
 use restart::RestartChange;
 
@@ -50,6 +52,9 @@ pub(crate) struct SecondOrderSweep {
     /// Of the restarts, in order; on the way back, that of the node at hand.
     restarts: Vec<RestartChange>,
     ended: Option<RestartChange>,
+    /// Memory for others.
+    unused_restarts: Vec<RestartChange>,
+    phi: PhiAlong,
     /// The direction of the multipliers with which the step at hand begins.
     sigma_before: Vec<f64>,
     /// q̄˙ + ḣ v and p̄˙ + ḣ g of the stage at hand.
@@ -88,6 +93,8 @@ impl SecondOrderSweep {
             of_assembly: None,
             restarts: Vec::new(),
             ended: None,
+            unused_restarts: Vec::new(),
+            phi: PhiAlong::new(system),
             sigma_before: zeros(m),
             known_q: zeros(n),
             known_p: zeros(n),

@@ -5,11 +5,10 @@
 //!   ṗ* = D 𝓛_v(q, v⁻, s)                                   D along q̇, v̇⁻, ṡ = α σ̇⁻ + β σ̇₋ and the inputs
 //! ```
 
-use num_dual::Dual64;
-
+use super::SecondOrderSweep;
 use super::forward::stage_end;
-use super::sources::OfStage;
-use super::{SecondOrderSweep, dual};
+use super::phi::{ALONG, BOTH};
+use super::sources::{OfStage, direction, rows_along};
 use crate::adjoint::AdjointSweep;
 use crate::adjoint::record::{Crossed, Record};
 use crate::adjoint::restart::is_rounding;
@@ -18,18 +17,37 @@ use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::motion::column;
 use crate::node::Newton;
-use crate::number::{Hyper, Real, largest};
-use crate::system::{CostRows, Covector, Given, NodeView, Pair};
+use crate::number::{Real, largest};
+use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
 
-/// The directions of what a step ended with, of (w, ν) and of s.
+/// The directions of what a step ended with, of (w, ν), of q behind it and of s.
 pub(super) struct RestartChange {
     q: Vec<f64>,
     pub(super) v: Vec<f64>,
     sigma: Vec<f64>,
     pub(super) p_star_dot: Vec<f64>,
     projection: Pair,
+    q_behind: Vec<f64>,
     begin: Vec<f64>,
+}
+
+impl RestartChange {
+    fn new(n: usize, m: usize) -> Self {
+        let zeros = |len| vec![0.0; len];
+        let [q, v, p_star_dot, q_behind] = [zeros(n), zeros(n), zeros(n), zeros(n)];
+        RestartChange { q, v, sigma: zeros(m), p_star_dot, projection: Pair::new(n, m), q_behind, begin: zeros(m) }
+    }
+
+    /// With these directions at the end of a step, and without a projection.
+    fn at_end(mut self, end: &NodeView<f64>) -> Self {
+        let ends = [(&mut self.q, end.q), (&mut self.q_behind, end.q), (&mut self.v, end.v)];
+        ends.into_iter().chain([(&mut self.sigma, end.sigma)]).for_each(|(own, of)| own.copy_from_slice(of));
+        self.p_star_dot.copy_from_slice(end.p_star_dot);
+        self.projection.v.fill(0.0);
+        self.projection.sigma.fill(0.0);
+        self
+    }
 }
 
 /// A restart, what the gradient and the direction know of it.
@@ -38,13 +56,6 @@ struct Crossing<'a> {
     restart: &'a Restart<'a>,
     crossed: &'a Crossed,
     change: &'a RestartChange,
-}
-
-impl Crossing<'_> {
-    /// q̇ = q̇⁻ + ẇ.
-    fn direction_of_q(&self) -> Vec<f64> {
-        self.change.q.iter().zip(&self.change.projection.v).map(|(q, w)| q + w).collect()
-    }
 }
 
 impl SecondOrderSweep {
@@ -56,66 +67,59 @@ impl SecondOrderSweep {
         newton: &mut Newton,
         (node, restart): (usize, &Restart),
     ) -> Result<(), Error> {
-        let end = self.change.at(node);
-        let own = |list: &[f64]| list.to_vec();
-        let (q_end, v, sigma, p_star_dot) = (own(end.q), own(end.v), own(end.sigma), own(end.p_star_dot));
-        let mut q = q_end.clone();
-        let mut projection = Pair { v: vec![0.0; q.len()], sigma: vec![0.0; sigma.len()] };
+        let unused = self.unused_restarts.pop();
+        let mut of = unused.unwrap_or_else(|| RestartChange::new(system.n(), system.m())).at_end(&self.change.at(node));
         if let Some(of_projection) = restart.projection {
-            projection = self.project(system, motion, newton, (node, restart.q, of_projection), &q)?;
-            q.iter_mut().zip(&projection.v).for_each(|(q, w)| *q += w);
+            self.project(system, motion, newton, (node, restart.q, of_projection), &mut of)?;
         }
         let [now, before] = restart.weights;
         let sigma_before = column(&self.change.trajectory.sigma, restart.before);
-        let begin: Vec<f64> = sigma.iter().zip(sigma_before).map(|(end, start)| now * end + before * start).collect();
+        let both = of.sigma.iter().zip(sigma_before);
+        of.begin.iter_mut().zip(both).for_each(|(begin, (end, start))| *begin = now * end + before * start);
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(node) };
         let SecondOrderSweep { change, programs, sums, .. } = self;
-        let along = NodeView { q: &q, v: &v, sigma: &begin, ..change.at(node) };
+        let along = NodeView { q: &of.q_behind, v: &of.v, sigma: &of.begin, ..change.at(node) };
         newton.evaluation.push_forward(system, restart.momentum_blocks, &along, sums);
         if let Some(programs) = programs {
             programs.equations.add_changes(system.batches(), (&at, &along), sums);
         }
         self.known_p.copy_from_slice(self.sums.l_v());
-        self.known_q.copy_from_slice(&q);
-        self.sigma_before.copy_from_slice(&begin);
-        self.restarts.push(RestartChange { q: q_end, v, sigma, p_star_dot, projection, begin });
+        self.known_q.copy_from_slice(&of.q_behind);
+        self.sigma_before.copy_from_slice(&of.begin);
+        self.restarts.push(of);
         Ok(())
     }
 
-    /// ẇ and ν̇.
+    /// ẇ, ν̇ and q̇ = q̇⁻ + ẇ.
     fn project(
         &mut self,
         system: &System,
         motion: &Motion,
         newton: &mut Newton,
         (node, q_before, (nu, blocks)): (usize, &[f64], (&[f64], &[f64])),
-        q_dot: &[f64],
-    ) -> Result<Pair, Error> {
-        let w = displacement(motion, node, q_before);
-        let at = NodeView { v: &w, sigma: nu, ..motion.at(node) };
-        let SecondOrderSweep { change, programs, zeros, no_controls, sums, report, .. } = self;
-        let here = change.at(node);
+        of: &mut RestartChange,
+    ) -> Result<(), Error> {
+        let SecondOrderSweep { change, programs, zeros, no_controls, sums, report, right, left, x_q: w, phi, .. } = self;
+        let (here, q_dot) = (change.at(node), &of.q[..]);
+        set_displacement(motion, node, q_before, w);
+        let at = NodeView { v: w, sigma: nu, ..motion.at(node) };
         let along = NodeView { q: q_dot, v: &zeros.v, sigma: &zeros.sigma, ..here };
         newton.evaluation.push_forward(system, blocks, &along, sums);
         if let Some(programs) = programs {
             programs.equations.add_changes(system.batches(), (&at, &along), sums);
         }
-        let mut right = Pair::new(w.len(), nu.len());
         right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right = -l_v);
-        let [q, u] = [dual(at.q, q_dot), dual(at.u, here.u)];
-        let design = dual(at.design, here.design);
-        let given = Given { u: &u, t: Dual64::new(at.t, here.t), design: &design };
-        let (v, none) = (dual(&zeros.v, &zeros.v), dual(&zeros.sigma, &zeros.sigma));
-        let mut phi = none.clone();
-        system.phi(&given.at(&q, &v, &none), &mut phi);
-        right.sigma.iter_mut().zip(&phi).for_each(|(right, phi)| *right = -phi.eps);
+        phi.set(&at, &along);
+        right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
 
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
         newton.factor(system, 0.0, blocks, report).map_err(singular)?;
-        let (mut x, mut left, mut last) = (Pair::new(w.len(), nu.len()), right.clone(), f64::INFINITY);
+        let (x, mut last) = (&mut of.projection, f64::INFINITY);
+        left.v.copy_from_slice(&right.v);
+        left.sigma.copy_from_slice(&right.sigma);
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
-            newton.solve(system, &mut left);
-            x.add(&left);
+            newton.solve(system, left);
+            x.add(left);
             let correction = largest(&left.v);
             if is_rounding(correction, last, largest(&x.v)) {
                 break;
@@ -129,9 +133,10 @@ impl SecondOrderSweep {
             newton.evaluation.push_forward(system, blocks, &of_w, sums);
             left.sigma.copy_from_slice(sums.phi_dot());
             motion.trajectory.compliance.iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
-            left.subtract_from(&right);
+            left.subtract_from(right);
         }
-        Ok(x)
+        add(&mut of.q_behind, &of.projection.v, 1.0);
+        Ok(())
     }
 
     /// Back through the restart, to the end of the step before it, whose sources stand in the sweep then.
@@ -160,13 +165,12 @@ impl SecondOrderSweep {
     fn momentum_back(&mut self, system: &System, motion: &Motion, newton: &mut Newton, of: &Crossing) {
         let Crossing { node, restart, crossed, change } = of;
         self.sweep.cross_momentum(system, motion, newton, restart, *node);
-        let pi: Vec<f64> = crossed.anew.b.iter().map(|b| -b).collect();
-        let (q, zeros) = (of.direction_of_q(), self.zeros.clone());
+        let SecondOrderSweep { sweep, change: of_motion, programs, first_rows: rows, right, zeros, .. } = self;
+        right.v.iter_mut().zip(&crossed.anew.b).for_each(|(pi, b)| *pi = -b);
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(*node) };
-        let with = Covector { c: &pi, d: &zeros.v, e: &zeros.sigma };
-        let states = [&q[..], &change.v, &change.begin];
-        self.rows_along(system, newton, (*node, &at, restart.momentum_blocks), states, &with);
-        let SecondOrderSweep { sweep, first_rows: rows, .. } = self;
+        let with = Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma };
+        let along = direction(of_motion, *node, [&change.q_behind, &change.v, &change.begin]);
+        rows_along(system, (newton, programs), (&at, restart.momentum_blocks), &along, &with, rows);
         add(&mut sweep.cost.q, &rows.q, 1.0);
         add(&mut sweep.cost.v, &rows.v, 1.0);
         let [now, before] = restart.weights;
@@ -185,26 +189,26 @@ impl SecondOrderSweep {
     ) -> Result<(), Error> {
         let Crossing { node, restart, crossed, change } = of;
         let Some((nu, blocks)) = restart.projection else { return Ok(()) };
-        let (q, w) = (of.direction_of_q(), displacement(motion, *node, restart.q));
-        let (here, zeros) = (motion.at(*node), self.zeros.clone());
-        let at = NodeView { v: &w, sigma: nu, ..here };
-        let states = [&q[..], &change.projection.v, &change.projection.sigma];
+        let here = motion.at(*node);
+        let SecondOrderSweep { change: of_motion, programs, first_rows: rows, left: less, zeros, x_q: w, .. } = self;
+        set_displacement(motion, *node, restart.q, w);
+        let at = NodeView { v: w, sigma: nu, ..here };
+        let along = direction(of_motion, *node, [&change.q_behind, &change.projection.v, &change.projection.sigma]);
         let Pair { v: c, sigma: e } = &crossed.projection;
         let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
-        self.rows_along(system, newton, (*node, &at, blocks), states, &of_e);
-        let mut less = Pair { v: self.first_rows.v.clone(), sigma: zeros.sigma.clone() };
+        rows_along(system, (newton, programs), (&at, blocks), &along, &of_e, rows);
+        less.v.copy_from_slice(&rows.v);
         let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
-        self.rows_along(system, newton, (*node, &at, blocks), states, &of_c);
-        let rows = &self.first_rows;
+        rows_along(system, (newton, programs), (&at, blocks), &along, &of_c, rows);
         add(&mut less.v, &rows.v, 1.0);
         add(&mut less.v, &rows.q, 1.0);
-        add(&mut less.sigma, &rows.sigma, 1.0);
+        less.sigma.copy_from_slice(&rows.sigma);
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(*node), here.t);
-        let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&less)), *node);
+        let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&self.left)), *node);
         crossed.map_err(singular)?;
         add(&mut self.sweep.cost.q, &self.first_rows.v, -1.0);
         self.sweep.add_inputs_of(&self.first_rows);
-        self.add_change_of_phi(system, (&here, *node), (e, 1.0), &q);
+        self.add_change_of_phi(system, (&here, *node), (e, 1.0), &change.q_behind);
         Ok(())
     }
 
@@ -236,30 +240,22 @@ impl SecondOrderSweep {
         (e, sign): (&[f64], f64),
         q_dot: &[f64],
     ) {
-        let along = self.change.at(node);
-        let number = |(x, dot): (&f64, &f64)| {
-            let mut number = Hyper::from(*x);
-            number.add_to_part(2, *dot);
-            number
-        };
-        let moving = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(number).collect::<Vec<Hyper>>();
-        let (q, u) = (moving(here.q, q_dot), moving(here.u, along.u));
-        let zeros = [vec![Hyper::from(0.0); q.len()], vec![Hyper::from(0.0); e.len()]];
-        let mut phi = zeros[1].clone();
-        for p in 0..=self.sweep.design.len() {
-            let (mut design, mut t) = (moving(here.design, along.design), number((&here.t, &along.t)));
-            design.get_mut(p).unwrap_or(&mut t).add_to_part(1, 1.0);
-            let given = Given { u: &u, t, design: &design };
-            system.phi(&given.at(&q, &zeros[0], &zeros[1]), &mut phi);
-            let own = sign * phi.iter().zip(e).map(|(phi, e)| phi.part(3) * e).sum::<f64>();
-            *self.sweep.design.get_mut(p).unwrap_or(&mut self.sweep.time) += own;
+        let SecondOrderSweep { change, sweep, phi, .. } = self;
+        phi.set(here, &NodeView { q: q_dot, ..change.at(node) });
+        for p in 0..=sweep.design.len() {
+            phi.vary(p, 1.0);
+            let changes = phi.evaluate(system).iter().map(|phi| phi.part(BOTH));
+            let own = sign * changes.zip(e).map(|(change, e)| change * e).sum::<f64>();
+            phi.vary(p, -1.0);
+            *sweep.design.get_mut(p).unwrap_or(&mut sweep.time) += own;
         }
     }
 }
 
 /// w, by which a projection moved a node.
-fn displacement(motion: &Motion, node: usize, q_before: &[f64]) -> Vec<f64> {
-    motion.at(node).q.iter().zip(q_before).map(|(q, before)| q - before).collect()
+fn set_displacement(motion: &Motion, node: usize, q_before: &[f64], w: &mut [f64]) {
+    let moved = motion.at(node).q.iter().zip(q_before);
+    w.iter_mut().zip(moved).for_each(|(w, (q, before))| *w = q - before);
 }
 
 fn add(sum: &mut [f64], x: &[f64], factor: f64) {

@@ -153,25 +153,6 @@ impl SecondOrderSweep {
         }
     }
 
-    /// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction of the state, and of the inputs of a node.
-    pub(super) fn rows_along(
-        &mut self,
-        system: &System,
-        newton: &Newton,
-        (node, at, blocks): (usize, &NodeView<f64>, &[f64]),
-        state: [&[f64]; 3],
-        with: &Covector,
-    ) {
-        let SecondOrderSweep { change, programs, first_rows: rows, .. } = self;
-        let NodeView { u, t, design, .. } = change.at(node);
-        let along = NodeView::of_equations(state, (u, t, design));
-        rows.clear();
-        newton.evaluation.pull_back_along(blocks, &along, with, rows);
-        if let Some(programs) = programs {
-            programs.equations.pull_back(system.batches(), (at, &along), with, rows);
-        }
-    }
-
     /// Those of the equations of a stage; of a node where the motion was started anew, as it goes on.
     fn add_stage(
         &mut self,
@@ -219,4 +200,26 @@ impl SecondOrderSweep {
         sweep.refinement.add_controls(step - 1, -1.0, rows, controls);
         sweep.refinement.add_step(step, by_length / length, &mut sweep.gradient.steps);
     }
+}
+
+/// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction.
+pub(super) fn rows_along(
+    system: &System,
+    (newton, programs): (&Newton, &mut Option<Programs>),
+    (at, blocks): (&NodeView<f64>, &[f64]),
+    along: &NodeView<f64>,
+    with: &Covector,
+    rows: &mut CostRows,
+) {
+    rows.clear();
+    newton.evaluation.pull_back_along(blocks, along, with, rows);
+    if let Some(programs) = programs {
+        programs.equations.pull_back(system.batches(), (at, along), with, rows);
+    }
+}
+
+/// A direction of (q, v, σ), with that of the inputs of a node.
+pub(super) fn direction<'a>(change: &'a Motion, node: usize, state: [&'a [f64]; 3]) -> NodeView<'a, f64> {
+    let NodeView { u, t, design, .. } = change.at(node);
+    NodeView::of_equations(state, (u, t, design))
 }
