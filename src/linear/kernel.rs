@@ -109,7 +109,7 @@ impl<N: Size> NodeKernel for PhantomData<N> {
         let (own, scale) = state.scale[node.first..].split_at_mut(s);
 
         let worst = n.on_square(d, |d| {
-            let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own })?;
+            let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own, mixed: false })?;
             for column in u.chunks_exact_mut(s) {
                 n.on_vector(column, |y| lu::solve_lower(n, d, y));
             }

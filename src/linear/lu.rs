@@ -1,6 +1,7 @@
 //! Dense LU of one node, rows interchanged where a pivot loses digits: P D = L U.
 //!
-//! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column: those have other units.
+//! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column: those have other units. Where another row takes
+//! its place, units are taken from what was added up in the rows' diagonal entries (see [`choose_row`]).
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
@@ -32,6 +33,8 @@ pub(super) struct Rows<'a> {
     pub(super) swaps: &'a mut [usize],
     /// Magnitudes added to diagonal entry k before.
     pub(super) scale: &'a [f64],
+    /// Whether rows were interchanged.
+    pub(super) mixed: bool,
 }
 
 /// Factors D in place and returns the largest ratio of the magnitudes added up in a pivot to the pivot.
@@ -70,17 +73,19 @@ fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f6
 #[inline(always)]
 fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     let (s, k) = (n.get(), k.get());
-    let mut scale = magnitude(s, k, rows);
+    let added = if rows.mixed { added_by_others(k, k, rows) } else { rows.scale[k] };
+    let mut scale = magnitude(s, k, rows, added);
     rows.swaps[k] = k;
     // False for a NaN.
     let keeps_digits = scale < MOST_LOSS * rows.d[k * s + k].abs();
     if !keeps_digits {
-        let row = largest(&rows.d[k * s..(k + 1) * s], k);
-        rows.swaps[k] = row;
+        let row = choose_row(s, k, rows);
         if row != k {
+            let added = added_by_others(k, row, rows);
             swap_rows(s, rows.d, k, row);
             swap_rows(s, rows.u, k, row);
-            scale = magnitude(s, k, rows);
+            (rows.swaps[k], rows.mixed) = (row, true);
+            scale = magnitude(s, k, rows, added);
         }
     }
     let Rows { d, .. } = rows;
@@ -107,24 +112,66 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     Ok(())
 }
 
-/// The magnitudes that were added up in pivot k.
+/// The magnitudes that were added up in pivot k, with those that other nodes added.
 #[inline(always)]
-fn magnitude(s: usize, k: usize, rows: &Rows<'_>) -> f64 {
-    let Rows { d, scale, .. } = rows;
+fn magnitude(s: usize, k: usize, rows: &Rows<'_>, added: f64) -> f64 {
+    let d = &rows.d;
     let summands: f64 = (0..k).map(|m| (d[m * s + k] * d[k * s + m]).abs()).sum();
-    d[k * s + k].abs() + (summands + scale[k])
+    d[k * s + k].abs() + (summands + added)
 }
 
-/// Index of the largest |entry| of `column` from row k on.
-#[inline(always)]
-fn largest(column: &[f64], k: usize) -> usize {
-    let (mut row, mut largest) = (k, column[k].abs());
-    for (i, entry) in column.iter().enumerate().skip(k + 1) {
-        if entry.abs() > largest {
-            (row, largest) = (i, entry.abs());
-        }
-    }
-    row
+/// The row from k on whose entry in column k is largest in units of its own.
+///
+/// Equations have the unit J over that of their unknowns, so that m_j, the magnitudes added up in the diagonal entry of unknown j, have J over the square of
+/// it: |d_ik|/√m_j, with j the unknown whose equation stands in row i, has one unit for all rows. Where nothing was added up so far, as in a
+/// constraint before its velocities are eliminated, m_j is what eliminating them would add.
+#[cold]
+#[inline(never)]
+fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
+    let quality = |i: usize| {
+        let size = match own_magnitude(s, k, i, rows) {
+            0.0 => {
+                let others = (k..s).map(|m| (rows.d[m * s + i], own_magnitude(s, k, m, rows)));
+                others.filter(|(_, size)| *size > 0.0).map(|(entry, size)| coupled(entry, size)).sum()
+            }
+            size => size,
+        };
+        coupled(rows.d[k * s + i], size)
+    };
+    let first = (k, quality(k));
+    (k + 1..s).map(|i| (i, quality(i))).fold(first, |best, other| if other.1 > best.1 { other } else { best }).0
+}
+
+/// The magnitudes that other nodes added to entry (i, k), or a bound of them: √(m_j m_k), if row i has the equation of another unknown j.
+#[cold]
+#[inline(never)]
+fn added_by_others(k: usize, i: usize, rows: &Rows<'_>) -> f64 {
+    (rows.scale[equation(k, i, rows.swaps)] * rows.scale[k]).sqrt()
+}
+
+/// x²/size; infinite for an entry beside nothing.
+fn coupled(x: f64, size: f64) -> f64 {
+    // The sum of nothing is −0.
+    if x == 0.0 { 0.0 } else { (x * (x / size)).abs() }
+}
+
+/// The unknown whose equation stands in row i before step k.
+fn equation(k: usize, i: usize, swaps: &[usize]) -> usize {
+    let back = |i: usize, (m, &row): (usize, &usize)| match i {
+        i if i == m => row,
+        i if i == row => m,
+        i => i,
+    };
+    swaps[..k].iter().enumerate().rev().fold(i, back)
+}
+
+/// The magnitudes that were added up before step k in the diagonal entry of the unknown whose equation stands in row i.
+fn own_magnitude(s: usize, k: usize, i: usize, rows: &Rows<'_>) -> f64 {
+    let (d, j) = (&rows.d, equation(k, i, rows.swaps));
+    let summands: f64 = (0..j.min(k)).map(|m| (d[m * s + i] * d[j * s + m]).abs()).sum();
+    // Of an eliminated column the factor is left, which is to be multiplied by the pivot.
+    let rest = if j < k { d[j * s + i] / d[j * s + j] } else { d[j * s + i] };
+    rest.abs() + summands + rows.scale[j]
 }
 
 /// Exchanges rows k < row; searching for `row` keeps the indices constant once unrolled.

@@ -115,6 +115,35 @@ fn rows_are_interchanged() {
     }
 }
 
+/// K in other units is C K C with a diagonal C, and powers of two change no digit.
+#[test]
+fn interchanges_of_rows_do_not_depend_on_units() {
+    for size in 2..=10 {
+        let edges: Vec<_> = (1..5).map(|b| (0, b)).collect();
+        let pattern = blocks(&[size; 5], &edges);
+        let (s, random) = (Symbolic::analyse(&pattern), &mut Random(size as u64));
+        let mut matrix = fill(&pattern, 0.0, random);
+        (0..pattern.size).filter(|i| i % 3 != 1).for_each(|i| matrix[(i, i)] = 0.0);
+        let units: Vec<f64> = (0..pattern.size).map(|_| 2f64.powi(random.below(41) as i32 - 20)).collect();
+        let solution = |unit: &dyn Fn(usize) -> f64| {
+            let mut lu = Matrix::<BlockLu>::new(&s);
+            lu.set_constant(&s, 0, &[]).expect("nothing is constant");
+            let values = lu.reset();
+            for (i, j) in pattern.symmetric_entries() {
+                values[s.slot(i, j).expect("varying entry")] += unit(i) * matrix[(i, j)] * unit(j);
+            }
+            lu.factor(&s).expect("regular");
+            let mut x = permuted(&s, &DVector::from_fn(pattern.size, |i, _| unit(i)));
+            lu.solve(&s, &mut x);
+            let x: Vec<f64> = (0..pattern.size).map(|i| unit(i) * x[s.position(i)]).collect();
+            (lu.worst_pivot(), x)
+        };
+        let plain = solution(&|_| 1.0);
+        assert_eq!(plain, solution(&|i| units[i]), "{size}");
+        compare(&s, &permuted(&s, &DVector::from_vec(plain.1)), &matrix, &DVector::from_element(pattern.size, 1.0));
+    }
+}
+
 #[test]
 fn trees_have_no_fill() {
     for seed in 0..20 {
