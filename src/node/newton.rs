@@ -381,7 +381,7 @@ impl<F: Factorization> Newton<F> {
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {
-        let size = |position: &usize| self.delta[*position].abs();
+        let size = |position: &usize| self.delta[*position].abs() * self.weights.of_any_equation(*position);
         let free = self.condensed..self.delta.len();
         let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
         let positions = system.positions();

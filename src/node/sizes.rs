@@ -104,6 +104,11 @@ impl UnitWeights {
         self.of_equations.sizes(r, self.condensed)
     }
 
+    /// The weight of an equation, of a velocity or a multiplier.
+    pub(crate) fn of_any_equation(&self, position: usize) -> f64 {
+        self.of_equations.v[position] + self.of_equations.sigma[position]
+    }
+
     /// The weight of a velocity's equation.
     pub(crate) fn of_equation(&self, position: usize) -> f64 {
         self.of_equations.v[position]

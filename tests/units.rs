@@ -1,0 +1,107 @@
+//! Motions in other units are the same motions: powers of two as factors change no digit.
+
+#[path = "common/bench.rs"]
+#[allow(dead_code)]
+mod bench;
+
+use bench::number;
+use hamiltonian_adjoint::planar::{Body, ConstantSpeed, Harmonic};
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Grid, Inputs, KineticEnergy, Report, Scalar, Scene, Settings, Solver, Start, Sum, System,
+};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
+
+/// The units of mass and length, in parts of which all numbers are given.
+#[derive(Clone, Copy, Debug)]
+struct Units {
+    mass: f64,
+    length: f64,
+}
+
+const SI: Units = Units { mass: 1.0, length: 1.0 };
+/// About 1e±9 and 1e±3.
+const OTHERS: [Units; 5] = [
+    Units { mass: 1.0 / (1u64 << 30) as f64, ..SI },
+    Units { mass: (1u64 << 30) as f64, ..SI },
+    Units { length: 1.0 / 1024.0, ..SI },
+    Units { length: 1024.0, ..SI },
+    Units { mass: (1u64 << 30) as f64, length: 1.0 / 1024.0 },
+];
+
+impl Units {
+    /// The unit of moments of inertia, and of torques.
+    fn inertia(self) -> f64 {
+        self.mass * self.length * self.length
+    }
+
+    fn force(self) -> f64 {
+        self.mass * self.length
+    }
+
+    fn scene(self) -> Scene {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81 * self.length);
+        scene
+    }
+
+    fn body(self, scene: &mut Scene, name: &str, mass: f64, [x, y, angle]: [f64; 3]) -> Body {
+        scene.body(name, mass * self.mass, 0.1 * mass * self.inertia(), [x * self.length, y * self.length, angle])
+    }
+
+    fn hinge(self, scene: &mut Scene, name: &str, a: Option<Body>, b: Body, at: [f64; 2]) {
+        let [x, y] = at.map(|x| x * self.length);
+        let a = a.map_or(scene.at_world(Body::GROUND, x, y), |a| scene.at_world(a, x, y));
+        let b = scene.at_world(b, x, y);
+        scene.revolute(name, a, b);
+    }
+
+    /// Rows of planar bodies in these units, divided by them; `of` is the unit of their first two rows over that of the third.
+    fn plain(self, rows: &DMatrix<f64>, unit: f64) -> Vec<f64> {
+        let of = |row: usize| if row % 3 == 2 { unit / self.length } else { unit };
+        (0..rows.nrows()).flat_map(|row| rows.row(row).iter().map(|x| x / of(row)).collect::<Vec<_>>()).collect()
+    }
+}
+
+/// Velocities and what a run took, for a motion that succeeds, or the text of the error without its numbers.
+type Outcome = Result<(Vec<f64>, [usize; 3], f64), String>;
+
+fn outcome(units: Units, system: &System, inputs: &Inputs, settings: Settings) -> Outcome {
+    let mut solver = Solver::new(system, settings);
+    let v = solver.simulate(inputs).map(|motion| units.plain(&motion.v, units.length)).map_err(|error| named(&error))?;
+    let Report { newton_iterations, factorisations, restarts, worst_pivot, .. } = *solver.report();
+    Ok((v, [newton_iterations, factorisations, restarts], worst_pivot))
+}
+
+/// The kind of an error and what it names.
+fn named(error: &Error) -> String {
+    match error {
+        Error::Newton { step, equation, .. } => format!("Newton, step {step}: {equation}"),
+        Error::LinearEnergy { coordinate, step, .. } => format!("linear energy, step {step}: {coordinate}"),
+        Error::UndeterminedReaction { equation, .. } => format!("undetermined: {equation}"),
+        Error::ContradictoryConstraints { equations, .. } => format!("contradictory: {}", equations.join(", ")),
+        other => format!("{other}"),
+    }
+}
+
+fn assert_same(run: impl Fn(Units) -> Outcome) -> Outcome {
+    let plain = run(SI);
+    OTHERS.into_iter().for_each(|units| assert_eq!(run(units), plain, "{units:?}"));
+    plain
+}
+
+/// The equation that is named is that of which most is left in units of its own.
+#[test]
+fn a_step_without_a_solution_names_the_same_equation() {
+    let run = |units: Units| {
+        let mut scene = units.scene();
+        let arm = units.body(&mut scene, "arm", 1.0, [0.5, -0.2, 0.3]);
+        let tip = units.body(&mut scene, "tip", 0.01, [1.1, 0.4, -0.7]);
+        units.hinge(&mut scene, "shoulder", None, arm, [0.0, 0.0]);
+        units.hinge(&mut scene, "elbow", Some(arm), tip, [0.9, 0.1]);
+        let system = scene.compile().expect("a scene");
+        let settings = Settings { max_iterations: 3, max_halvings: 0, ..Settings::default() };
+        outcome(units, &system, &Inputs::at_rest(&system, Grid::uniform(20, 1.5)), settings)
+    };
+    let error = assert_same(run).expect_err("steps are far too long");
+    assert!(error.starts_with("Newton"), "{error}");
+}
