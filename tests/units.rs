@@ -105,3 +105,47 @@ fn a_step_without_a_solution_names_the_same_equation() {
     let error = assert_same(run).expect_err("steps are far too long");
     assert!(error.starts_with("Newton"), "{error}");
 }
+
+/// T = ½ m (ẋ² + ẏ² + k² φ̇²) + c (φ ẋ + (x/10) φ̇); b = [m, k, c].
+struct Gyroscope;
+impl KineticEnergy<3, 3> for Gyroscope {
+    fn kinetic_energy<S: Scalar>(&self, q: &Vector3<S>, v: &Vector3<S>, b: &Vector3<S>) -> S {
+        let quadratic = v[0] * v[0] + v[1] * v[1] + b[1] * b[1] * v[2] * v[2];
+        b[0] * quadratic * 0.5 + b[2] * (q[2] * v[0] + q[0] * v[2] * 0.1)
+    }
+}
+
+#[test]
+fn a_projection_with_a_linear_energy_names_the_same_coordinate() {
+    let run = |units: Units| {
+        let mut scene = units.scene();
+        let body = units.body(&mut scene, "body", 1.0, [0.6, 0.0, 0.4]);
+        scene.distance("rod", Body::GROUND.at(0.0, 0.0), body.at(0.0, 0.0), 0.6 * units.length);
+        let constants = [units.mass, 0.3 * units.length, 0.2 * units.force()].map(Into::into);
+        scene.kinetic_energy("gyroscope", Gyroscope, body.coordinates, constants);
+        let system = scene.compile().expect("a scene");
+        let settings = Settings { drift_bound: 0.0, ..Settings::default() };
+        outcome(units, &system, &Inputs::at_rest(&system, Grid::uniform(5, 0.02)), settings)
+    };
+    let error = assert_same(run).expect_err("no projection knows such an energy");
+    assert!(error.starts_with("linear energy"), "{error}");
+}
+
+/// A rod that swings in steps so long that Φ drifts by a part of its length, and a projection takes many corrections.
+#[test]
+fn slow_projections_converge() {
+    let run = |units: Units| {
+        let mut scene = units.scene();
+        let body = units.body(&mut scene, "body", 1.0, [0.0; 3]);
+        let [a, b] = [[0.9, 0.2], [0.5, -0.4]].map(|at| at.map(|x| x * units.length));
+        let length = 0.4f64.hypot(0.6) * units.length;
+        scene.distance("rod", Body::GROUND.at(a[0], a[1]), body.at(b[0], b[1]), length);
+        let system = scene.compile().expect("a scene");
+        let settings = Settings { drift_bound: 0.0, ..Settings::default() };
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.05));
+        let p_star = DVector::from_vec(vec![1.0 * units.force(), 1.5 * units.force(), 0.5 * units.inertia()]);
+        inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
+        outcome(units, &system, &inputs, settings)
+    };
+    assert!(assert_same(run).is_ok());
+}

@@ -7,7 +7,6 @@ use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
-use crate::number::largest;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
@@ -107,8 +106,9 @@ impl AdjointSweep {
             let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
-            let change = largest(d);
-            if is_rounding(change, last, largest(c)) {
+            let size = |c: &[f64]| newton.weights.of_velocities(positions, c.iter().copied());
+            let change = size(d);
+            if is_rounding(change, last, size(c)) {
                 break;
             }
             last = change;

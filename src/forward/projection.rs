@@ -23,7 +23,7 @@ use crate::system::NodeView;
 pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
-/// A correction below this fraction of the largest coordinate is rounding …
+/// A correction below this fraction of the largest coordinate, both in units of their masses, is rounding …
 const ROUNDING: f64 = 1e-15;
 /// … and below this one if corrections have stopped shrinking, as everywhere but close to singular configurations.
 const STALLED: f64 = 1e-13;
@@ -44,18 +44,18 @@ impl Projection<'_> {
     /// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
     pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
         self.l_v(at);
-        let momentum = largest(&at.left.v);
+        let momentum = self.newton.weights.of_momenta(self.system.positions(), &at.left.v);
         at.x.v.fill(0.0);
-        let mut last = f64::INFINITY;
+        let (mut last, mut moved) = (f64::INFINITY, f64::INFINITY);
         for corrections in 0..MOST_CORRECTIONS_OF_PROJECTION {
             self.l_v(at);
             if corrections == 0 {
-                check_quadratic(&at.left.v, momentum)?;
+                self.check_quadratic(&at.left.v, momentum)?;
             }
             self.violation(at);
             self.newton.solve(self.system, &mut at.left);
-            let correction = largest(&at.left.v);
-            let size = largest(&at.q);
+            let (correction, size) = (self.size(&at.left.v), self.size(&at.q));
+            moved = largest(&at.left.v);
             if correction <= ROUNDING * size {
                 return Ok(());
             }
@@ -64,7 +64,7 @@ impl Projection<'_> {
                     return Ok(());
                 }
                 if correction >= last {
-                    return Err(StepFailure::Projection { iterations: corrections, correction });
+                    return Err(StepFailure::Projection { iterations: corrections, correction: moved });
                 }
             }
             last = correction;
@@ -75,7 +75,24 @@ impl Projection<'_> {
             }
             at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
-        Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: last })
+        Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: moved })
+    }
+
+    /// The size of coordinates or their changes, which have other units.
+    fn size(&self, q: &[f64]) -> f64 {
+        self.newton.weights.of_velocities(self.system.positions(), q.iter().copied())
+    }
+
+    /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
+    fn check_quadratic(&self, at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
+        let (weights, positions) = (&self.newton.weights, self.system.positions());
+        let size = |i: usize| weights.of_equation(positions.v[i]) * at_rest[i].abs();
+        let Some(most) = (0..at_rest.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))) else { return Ok(()) };
+        if size(most) > LINEAR * momentum {
+            Err(StepFailure::LinearEnergy { coordinate: most, momentum: at_rest[most] })
+        } else {
+            Ok(())
+        }
     }
 
     /// Φ, and with compliances Φ − μ ν.
@@ -98,7 +115,7 @@ impl Projection<'_> {
         self.l_v(at);
         at.left.sigma.fill(0.0);
         self.newton.solve(self.system, &mut at.left);
-        let of_l_v = largest(&at.left.v);
+        let of_l_v = self.size(&at.left.v);
         self.violation(at);
         let terms = self.terms(at);
         let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;
@@ -125,13 +142,4 @@ impl Projection<'_> {
     fn l_v(&mut self, at: &mut Point) {
         at.evaluate(self.system, self.motion, self.newton, self.node, &mut self.monitor.report);
     }
-}
-
-/// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
-fn check_quadratic(at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
-    let linear = |p: &f64| p.abs() > LINEAR * momentum;
-    let Some(first) = at_rest.iter().position(linear) else { return Ok(()) };
-    let larger = |most: usize, i: usize| if at_rest[i].abs() > at_rest[most].abs() { i } else { most };
-    let coordinate = (0..at_rest.len()).fold(first, larger);
-    Err(StepFailure::LinearEnergy { coordinate, momentum: at_rest[coordinate] })
 }

@@ -17,7 +17,7 @@ use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::motion::column;
 use crate::node::Newton;
-use crate::number::{Real, largest};
+use crate::number::Real;
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
 
@@ -120,8 +120,9 @@ impl SecondOrderSweep {
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
             newton.solve(system, left);
             x.add(left);
-            let correction = largest(&left.v);
-            if is_rounding(correction, last, largest(&x.v)) {
+            let size = |x: &Pair| newton.weights.of_velocities(system.positions(), x.v.iter().copied());
+            let correction = size(left);
+            if is_rounding(correction, last, size(x)) {
                 break;
             }
             last = correction;
