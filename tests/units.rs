@@ -131,6 +131,30 @@ fn a_projection_with_a_linear_energy_names_the_same_coordinate() {
     assert!(error.starts_with("linear energy"), "{error}");
 }
 
+/// Two sliders with the same speed at the start, and other ones later, beside a wheel that spins.
+#[test]
+fn constraints_that_come_to_contradict_each_other_are_refused() {
+    let run = |units: Units| {
+        let mut scene = Scene::new();
+        let cart = units.body(&mut scene, "cart", 1.0, [0.0; 3]);
+        let wheel = units.body(&mut scene, "wheel", 1.0, [0.0; 3]);
+        units.hinge(&mut scene, "axle", None, wheel, [0.0, 0.0]);
+        let (origin, point) = (Body::GROUND.at(0.0, 0.0), cart.at(0.0, 0.0));
+        scene.prismatic("rail", origin, 0.0, point, 0.0);
+        let steady = [0.0.into(), units.length.into()];
+        let swinging = [0.0.into(), (10.0 * units.length).into(), 0.1.into(), 0.0.into()];
+        scene.driven_slider("steady", (origin, 0.0), point, ConstantSpeed, steady);
+        scene.driven_slider("swinging", (origin, 0.0), point, Harmonic, swinging);
+        let system = scene.compile().expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+        let v = DVector::from_vec(vec![units.length, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        inputs.start = Start::Velocity { q: system.initial_coordinates(), v };
+        outcome(units, &system, &inputs, Settings::default())
+    };
+    let error = assert_same(run).expect_err("one cart has two speeds");
+    assert!(error.starts_with("contradictory"), "{error}");
+}
+
 /// A rod that swings in steps so long that Φ drifts by a part of its length, and a projection takes many corrections.
 #[test]
 fn slow_projections_converge() {

@@ -34,7 +34,6 @@ use crate::linear::Breakdown;
 use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
 use crate::node::Predictor;
 use crate::node::{StepFailure, Unknowns};
-use crate::number::largest;
 use crate::system::NodeView;
 use crate::system::{Given, KnownPart};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
@@ -332,9 +331,14 @@ impl ForwardSweep {
     #[cold]
     fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         let at = self.motion.at(node);
-        let tolerance = settings.velocity_tolerance + CONTRADICTION * largest(at.v);
-        let gap = |&(j, mu): &(usize, f64)| (j, (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs());
-        let gaps = || self.motion.trajectory.compliance.iter().map(gap).filter(|(_, gap)| *gap > tolerance);
+        let size = self.stepper.newton.weights.of_velocities(system.positions(), at.v.iter().copied());
+        // In the unit of the equation.
+        let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * redundancy::root_flexibility(mu);
+        let gap = |&(j, mu): &(usize, f64)| {
+            let gap = (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs();
+            (gap > tolerance(mu)).then_some((j, gap))
+        };
+        let gaps = || self.motion.trajectory.compliance.iter().filter_map(gap);
         if gaps().next().is_none() {
             return Ok(());
         }

@@ -82,6 +82,11 @@ fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
     system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect()
 }
 
+/// √(Φ_q M⁻¹ Φ_qᵀ)_jj of an equation with this compliance: what a velocity of size one in units of the masses changes in it at most.
+pub(crate) fn root_flexibility(compliance: f64) -> f64 {
+    (compliance / COMPLIANCE).sqrt()
+}
+
 /// The compliances of the equations that close loops, at the point where the evaluation stands.
 pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
     of_loops(system, &flexibilities(newton, system, at))
@@ -103,7 +108,7 @@ pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
 }
 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
-fn flexibilities(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+pub(crate) fn flexibilities(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
     let (masses, mut sums) = (masses(newton, system), vec![0.0; system.m()]);
     for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
         sums[entry.row] += entry.value * entry.value / masses[entry.col];
