@@ -131,6 +131,39 @@ fn a_projection_with_a_linear_energy_names_the_same_coordinate() {
     assert!(error.starts_with("linear energy"), "{error}");
 }
 
+/// h = (a λ₀ + λ₁/ℓ)²; b = [a, ℓ, the unit of force].
+struct Reactions;
+impl Cost<0, 2, 0, 3> for Reactions {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 2, 0>, b: &SVector<S, 3>) -> S {
+        ((b[0] * at.lambda[0] + at.lambda[1] / b[1]) / b[2]).powi(2)
+    }
+}
+
+/// A thousandth of a reaction that is not determined beside one that is.
+#[test]
+fn a_reaction_that_is_not_determined_is_refused() {
+    let run = |units: Units| {
+        let mut scene = units.scene();
+        let arm = units.body(&mut scene, "arm", 1.0, [0.5, -0.2, 0.3]);
+        let tip = units.body(&mut scene, "tip", 0.6, [1.1, 0.4, -0.7]);
+        let at = |scene: &Scene, body: Body, at: [f64; 2]| scene.at_world(body, at[0] * units.length, at[1] * units.length);
+        let [a, b] = [arm, tip].map(|body| at(&scene, body, [0.9, 0.1]));
+        let base = at(&scene, arm, [0.0, 0.0]);
+        scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), base);
+        let [undetermined, _] = scene.revolute("hinge", a, b);
+        scene.revolute("again", a, b);
+        let [torque] = scene.driven_angle("drive", Body::GROUND, arm, ConstantSpeed, [0.3.into(), 0.0.into()]);
+        let constants = [1e-4, units.length, units.force()].map(Into::into);
+        scene.cost("reactions", Reactions, Sum::Plain, [], [undetermined, torque], [], constants);
+        let system = scene.compile().expect("a scene");
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&Inputs::at_rest(&system, Grid::uniform(5, 0.02))).expect("a motion");
+        solver.gradient().map(|gradient| (vec![gradient.value], [0; 3], 0.0)).map_err(|error| named(&error))
+    };
+    let error = assert_same(run).expect_err("either hinge may carry the load");
+    assert!(error.starts_with("undetermined"), "{error}");
+}
+
 /// Two sliders with the same speed at the start, and other ones later, beside a wheel that spins.
 #[test]
 fn constraints_that_come_to_contradict_each_other_are_refused() {

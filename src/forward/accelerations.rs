@@ -8,9 +8,10 @@
 //! with f and g of `system/acceleration.rs`, r their values where v̇ = 0 and λ = 0.
 
 use super::assembly::factor_state;
+use super::redundancy;
 use crate::motion::Report;
 use crate::node::Newton;
-use crate::number::{Real, all_finite, largest};
+use crate::number::{Real, all_finite};
 use crate::system::{
     AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeView, Pair, SecondOrderEquations, StateRows,
     acceleration_tangent,
@@ -122,7 +123,7 @@ impl Accelerations {
         state.right.v.copy_from_slice(&rows.v_dot);
         state.right.sigma.copy_from_slice(&rows.lambda);
         state.solve(system, adjoint);
-        if let Some(equation) = state.find_undetermined() {
+        if let Some(equation) = state.find_undetermined(system, at) {
             return Err(Error::UndeterminedReaction { equation: system.equation_name(equation).to_string(), time: at.t });
         }
         let at = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
@@ -259,10 +260,17 @@ impl State {
     }
 
     /// The equation of whose right-hand side most is left, if it cannot be satisfied.
-    fn find_undetermined(&self) -> Option<usize> {
-        let (lost, asked) = (largest(&self.left.sigma), largest(&self.right.sigma));
-        let is_lost = self.newton.evaluation.has_compliance() && asked > 0.0 && lost > UNDETERMINED * asked;
-        is_lost.then(|| (0..self.left.sigma.len()).find(|&j| self.left.sigma[j].abs() == lost)).flatten()
+    fn find_undetermined(&self, system: &System, at: &NodeView<f64>) -> Option<usize> {
+        if !self.newton.evaluation.has_compliance() {
+            return None;
+        }
+        let flexibilities = redundancy::flexibilities(&self.newton, system, at);
+        // Derivatives with respect to reactions have units of their own.
+        let size = |x: &[f64], j: usize| if flexibilities[j] > 0.0 { x[j].abs() / flexibilities[j].sqrt() } else { 0.0 };
+        let most = |x: &[f64]| (0..x.len()).max_by(|&a, &b| size(x, a).total_cmp(&size(x, b)));
+        let (lost, asked) = (most(&self.left.sigma)?, most(&self.right.sigma)?);
+        let (left, right) = (size(&self.left.sigma, lost), size(&self.right.sigma, asked));
+        (right > 0.0 && left > UNDETERMINED * right).then_some(lost)
     }
 }
 
