@@ -206,3 +206,37 @@ fn slow_projections_converge() {
     };
     assert!(assert_same(run).is_ok());
 }
+
+/// Guesses so far off that the way from them decides where they lead to, if anywhere.
+#[test]
+fn starts_are_assembled_the_same() {
+    let run = |units: Units, k: usize| {
+        let mut scene = units.scene();
+        let [x, y, angle] = [0, 1, 2].map(|i| number(7 * k + i));
+        let body = units.body(&mut scene, "body", 1.0, [x, y, 3.0 * angle]);
+        let [a, b] = [3, 5].map(|i| body.at(number(7 * k + i) * units.length, number(7 * k + i + 1) * units.length));
+        scene.distance("rod", Body::GROUND.at(0.0, 0.0), a, units.length);
+        scene.prismatic("slider", Body::GROUND.at(0.3 * units.length, 0.2 * units.length), 0.5, b, 0.7);
+        let system = scene.compile().expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.01));
+        inputs.start = Start::assembled(&system);
+        let settings = Settings { position_tolerance: 1e-9 * units.length.min(1.0), ..Settings::default() };
+        let start = Solver::new(&system, settings).assemble(&inputs);
+        let place = |q: &DVector<f64>| units.plain(&DMatrix::from_column_slice(3, 1, q.as_slice()), units.length);
+        start.map(|inputs| place(inputs.start.q())).map_err(|error| matches!(error, Error::Assembly { .. }))
+    };
+    let mut assembled = 0;
+    for k in 0..60 {
+        let plain = run(SI, k);
+        assembled += usize::from(plain.is_ok());
+        for units in OTHERS {
+            let found = run(units, k);
+            let is_same = match (&found, &plain) {
+                (Ok(found), Ok(plain)) => found.iter().zip(plain).all(|(x, of)| (x - of).abs() < 1e-12),
+                _ => found == plain,
+            };
+            assert!(is_same, "{k}: {units:?}: {found:?} is not {plain:?}");
+        }
+    }
+    assert!(assembled > 30, "{assembled}");
+}

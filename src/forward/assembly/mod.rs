@@ -174,12 +174,17 @@ impl Assembler<'_> {
     fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Pair, given: Given) -> Result<(), Error> {
         let zeros = moved.clone();
         let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
-        let (mut worst, mut last) = (self.violation(q, &moved.v, given), f64::INFINITY);
+        let (mut units, mut last) = (Vec::new(), f64::INFINITY);
         for corrections in 1..=MOST_CORRECTIONS_OF_START {
             let q0 = sum(q, &moved.v);
             let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
             let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held)?;
-            let from = self.l_v(&from);
+            if corrections == 1 {
+                self.newton.weigh(self.system);
+                units = self.units(&from);
+            }
+            let (phi, from) = (self.phi(q, &moved.v, given), self.l_v(&from));
+            let violation = weighted(&phi, &units);
             self.residual((Which::Coordinates, &from), &at, &mut left);
             left.part(0, &mut delta);
             tangent.correct(self.system, self.newton, &mut delta);
@@ -187,38 +192,46 @@ impl Assembler<'_> {
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
             // A comparison is false for a NaN.
             let gets_better = |share: &f64| {
-                let after = self.violation(q, &step(*share), given).1;
-                after <= worst.1 || after <= self.tolerance
+                let after = self.phi(q, &step(*share), given);
+                weighted(&after, &units) <= violation || largest_of(&after).1 <= self.tolerance
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
-            let (next, correction) = (step(share), share * largest(&delta.v));
+            let (next, correction) = (step(share), share * self.size(&delta.v));
             moved.v.copy_from_slice(&next);
             moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            worst = self.violation(q, &moved.v, given);
-            let size = larger(largest(q), largest(&moved.v));
+            let size = larger(self.size(q), self.size(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
             if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= ROUNDING * size || is_stalled) {
                 break;
             }
         }
-        let (equation, violation) = worst;
+        let (equation, violation) = largest_of(&self.phi(q, &moved.v, given));
         // False for a NaN.
         let holds = violation <= self.tolerance;
         if !holds {
             let equation = self.system.equation_name(equation).to_string();
             return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
         }
-        let size = larger(largest(q), largest(&moved.v));
-        if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: last }) }
+        let size = larger(self.size(q), self.size(&moved.v));
+        if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
-    /// The constraint that is violated most at q̂ + w, and by how much.
-    fn violation(&self, q: &[f64], w: &[f64], given: Given) -> (usize, f64) {
+    /// The size of coordinates or their changes, which have other units.
+    fn size(&self, q: &[f64]) -> f64 {
+        self.newton.weights.of_velocities(self.system.positions(), q.iter().copied())
+    }
+
+    /// What a change of coordinates of size one changes in each equation.
+    fn units(&self, at: &NodeView<f64>) -> Vec<f64> {
+        redundancy::flexibilities(self.newton, self.system, at).iter().map(|flexibility| flexibility.sqrt()).collect()
+    }
+
+    /// Φ at q̂ + w.
+    fn phi(&self, q: &[f64], w: &[f64], given: Given) -> Vec<f64> {
         let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
         self.system.phi(&given.at(&q, &zeros.v, &zeros.sigma), &mut phi);
-        let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
-        sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+        phi
     }
 
     /// Corrections of every part by the same tangent until nothing is left but rounding.
@@ -253,6 +266,18 @@ impl Assembler<'_> {
         }
         Err(Error::AssemblyStalled { correction: largest(&last) })
     }
+}
+
+/// The equation that is violated most, and by how much.
+fn largest_of(phi: &[f64]) -> (usize, f64) {
+    let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
+    sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+}
+
+/// The largest violation in units of the equations; NaN if there is one.
+fn weighted(phi: &[f64], units: &[f64]) -> f64 {
+    let sizes = phi.iter().zip(units).map(|(phi, unit)| if *unit > 0.0 { phi.abs() / unit } else { phi.abs() });
+    sizes.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 /// Factors K(0) at a state with σ = 0, with compliances if constraints depend on each other; returns the smallest pivot ratio.
