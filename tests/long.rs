@@ -8,8 +8,8 @@ mod structures;
 
 use common::assert_says;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LongSolver, Scalar,
-    Scene, Scheme, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
+    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LongSolver,
+    PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
 };
 use nalgebra::SVector;
 
@@ -45,6 +45,48 @@ fn the_gradient_from_checkpoints_is_the_stored_one_at_every_budget() {
     println!("work of the forward sweep, in simulations: {work:.2?}");
     // Two levels of checkpoints at most cost two more simulations.
     assert!(work[0] == 1.0 && work[1] <= 2.0 && work.iter().all(|work| *work <= 3.0), "{work:?}");
+}
+
+/// T = ½ (v₀² + v₁²).
+struct Masses;
+impl KineticEnergy<2> for Masses {
+    fn kinetic_energy<S: Scalar>(&self, _: &SVector<S, 2>, v: &SVector<S, 2>, _: &SVector<S, 0>) -> S {
+        v.dot(v) * 0.5
+    }
+}
+
+/// V = q₀ q₁: a step of nearly 2 s has no solution along (1, −1).
+struct Saddle;
+impl PotentialEnergy<2> for Saddle {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> S {
+        q[0] * q[1]
+    }
+}
+
+impl Cost<2> for Saddle {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.q[0] * at.q[0]
+    }
+}
+
+#[test]
+fn lost_digits_are_told_where_they_were_lost() {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("masses", ["x", "y"]);
+    q.iter().for_each(|q| scene.place(*q, 0.1));
+    scene.kinetic_energy("masses", Masses, q, []);
+    scene.potential_energy("saddle", Saddle, q, []);
+    scene.cost("cost", Saddle, Sum::Terminal, q, [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(600, 0.001));
+    inputs.grid.steps[400] = 2.0 - 2e-9;
+    let mut stored = Solver::new(&system, Settings::default());
+    stored.simulate(&inputs).expect("motion");
+    let told = &stored.report().warnings;
+    assert!(told.iter().any(|warning| matches!(warning, Warning::LostDigits { step: 401, .. })), "{told:?}");
+    let error = LongSolver::new(&system, Settings::default(), 1).gradient(&inputs).expect_err("no memory");
+    let Error::Memory { needed, .. } = error else { panic!("{error:?}") };
+    assert_same(&system, &inputs, Settings::default(), needed);
 }
 
 #[test]

@@ -47,8 +47,11 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
     }
     forward.stepper.set_start(&q, &p_star, &vec![0.0; m]);
+    // A motion that is computed again has had other pivots than those of its start.
+    let worst = std::mem::replace(&mut forward.monitor.report.worst_pivot, 1.0);
     check_regular(forward, system, &q)?;
-    forward.warn_of_lost_digits(system, 0, 1.0);
+    forward.warn_of_lost_digits(system, 0, worst);
+    forward.monitor.report.worst_pivot = worst.min(forward.monitor.report.worst_pivot);
     forward.stepper.newton.weigh(system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
