@@ -64,7 +64,9 @@ impl<'s> MotionProblem<'s> {
         self.variables.check(self.solver.system(), &inputs)?;
         self.inputs.start.check_kind(&inputs.start)?;
         let mut variables = self.variables.clone();
-        self.x = variables.take(&inputs)?;
+        let has_same_steps = inputs.grid.steps == self.inputs.grid.steps;
+        // Shares of the same steps, taken again, would be others by their rounding.
+        self.x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
         (self.inputs, self.variables) = (inputs, variables);
         Ok(())
     }

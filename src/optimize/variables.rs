@@ -190,6 +190,14 @@ impl Variables {
         }
         self.shares = passed.iter().map(|t| if duration == 0.0 { 0.0 } else { t / duration }).collect();
         self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
+        self.finite(inputs)
+    }
+
+    /// The variables that give these inputs.
+    ///
+    /// # Errors
+    /// What has no logarithm.
+    pub(super) fn finite(&self, inputs: &Inputs) -> Result<Vec<f64>, Error> {
         let x = self.of(inputs);
         x.iter().position(|x| !x.is_finite()).map_or(Ok(()), |i| {
             let is_logarithm = self.parts().any(|(free, range)| free.logarithm && range.contains(&i));

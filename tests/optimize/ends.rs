@@ -181,6 +181,22 @@ fn inputs_that_no_variables_give_are_no_change() {
     assert!(problem.evaluate(&start, &mut c).is_ok());
 }
 
+/// Homotopies change a problem at every start: what they find may not depend on how many starts there were before.
+#[test]
+fn changes_that_leave_the_steps_leave_their_shares() {
+    let (system, mut inputs, _) = everything_free();
+    inputs.grid.steps.iter_mut().enumerate().for_each(|(i, dt)| *dt *= 1.0 + 0.1 * (i as f64).sin());
+    let variables = Variables::new(&system, &inputs, vec![Free::duration()]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let steps = problem.inputs_at(&[0.5]).grid.steps;
+    let mut c = vec![0.0; problem.constraints().len()];
+    for k in 1..100 {
+        problem.evaluate(&[0.01 * f64::from(k)], &mut c).expect("a motion");
+        problem.change(|_| ()).expect("no change");
+        assert_eq!(problem.inputs_at(&[0.5]).grid.steps, steps, "{k}");
+    }
+}
+
 #[test]
 fn variables_of_any_size_are_not_at_a_minimum_before_they_are() {
     // x − g is x itself long before g is nothing.
