@@ -8,11 +8,13 @@ use super::outcome::Counted;
 use super::problem::Interval;
 use super::{Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
+use crate::number::dot;
 
 /// The penalty grows by this factor where the violation did not shrink to this share.
 const GROWTH: f64 = 10.0;
 const SHRINKS: f64 = 0.25;
-/// A larger penalty drowns f in rounding.
+/// The least and the greatest first penalty, and one that drowns f in rounding, in a unit of their own ([`Steepness`]).
+const FIRST_PENALTY: [f64; 2] = [1e-6, 10.0];
 const LARGEST_PENALTY: f64 = 1e12;
 const MOST_ROUNDS: usize = 60;
 
@@ -56,6 +58,41 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
     }
 }
 
+/// |∇f|, the largest so far, and |∇ ½ Σ v²| of the violations v at the start.
+struct Steepness {
+    of_cost: f64,
+    of_violations: f64,
+}
+
+impl Steepness {
+    fn at_start<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Self, Error> {
+        let violations: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)).collect();
+        let of_violations = length_of_gradient(problem, 0.0, &violations)?;
+        let mut steepness = Steepness { of_cost: 0.0, of_violations };
+        steepness.note(problem)?;
+        Ok(steepness)
+    }
+
+    /// Takes note of f at the point that was evaluated last.
+    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let none = vec![0.0; problem.c.len()];
+        self.of_cost = self.of_cost.max(length_of_gradient(problem, 1.0, &none)?);
+        Ok(())
+    }
+
+    /// The penalty that makes both alike, whatever the units of f and c are; 1 if there is none.
+    fn unit(&self) -> f64 {
+        let unit = self.of_cost / self.of_violations;
+        if unit.is_normal() { unit } else { 1.0 }
+    }
+}
+
+fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {
+    let mut gradient = vec![0.0; problem.bounds.len()];
+    problem.gradient(of_cost, of_c, &mut gradient)?;
+    Ok(dot(&gradient, &gradient).sqrt())
+}
+
 /// Minimises f(x) subject to constraints and bounds.
 ///
 /// # Errors
@@ -71,7 +108,9 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     let f = counted.evaluate_start(&x)?;
     let squares: f64 = counted.c.iter().zip(&counted.intervals).map(|(c, of)| of.violation(*c).powi(2)).sum();
     // f and what constraints add to it begin alike.
-    let penalty = if squares > 0.0 && f != 0.0 { (2.0 * f.abs() / squares).clamp(1e-6, 10.0) } else { 1.0 };
+    let mut steepness = Steepness::at_start(&mut counted)?;
+    let [least, most] = FIRST_PENALTY.map(|penalty| penalty * steepness.unit());
+    let penalty = if squares > 0.0 && f != 0.0 { (2.0 * f.abs() / squares).clamp(least, most) } else { steepness.unit() };
     let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty, cost: f };
     let value = merit.of(&counted);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
@@ -96,7 +135,8 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
         }
         let grows = now > options.violation && now > SHRINKS * violation;
         if grows {
-            if merit.penalty >= LARGEST_PENALTY {
+            steepness.note(&mut counted)?;
+            if merit.penalty >= LARGEST_PENALTY * steepness.unit() {
                 reason = Reason::Infeasible;
                 break;
             }

@@ -2,7 +2,8 @@
 
 use super::{Function, Given};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, interior_point, silent,
+    Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, augmented_lagrangian, interior_point,
+    silent,
 };
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings};
@@ -21,6 +22,40 @@ fn sizes(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
     (c[0], c[1]) = (1e-5 * (x[0] + x[1] - 2.0), 1e5 * (x[1] - x[2] - 1.0));
     g.copy_from_slice(&[x, &[1e-5, 1e-5, 0.0, 0.0, 1e5, -1e5]].concat());
     0.5 * x.iter().map(|x| x * x).sum::<f64>()
+}
+
+/// (x − 3)² + y² in one unit, with x + y = 2 and x − 0.3 y² ≤ ½ in another.
+fn in_units(x: &[f64], c: &mut [f64], g: &mut [f64], of_cost: f64, of_constraints: f64) -> f64 {
+    (c[0], c[1]) = ((x[0] + x[1] - 2.0) * of_constraints, (x[0] - 0.3 * x[1] * x[1] - 0.5) * of_constraints);
+    g.copy_from_slice(&[2.0 * (x[0] - 3.0), 2.0 * x[1], 1.0, 1.0, 1.0, -0.6 * x[1]]);
+    g[..2].iter_mut().for_each(|g| *g *= of_cost);
+    g[2..].iter_mut().for_each(|g| *g *= of_constraints);
+    ((x[0] - 3.0).powi(2) + x[1] * x[1]) * of_cost
+}
+
+/// A cost a billion times as large was told to have no point where its constraints hold.
+#[test]
+fn penalties_do_not_depend_on_units() {
+    const LARGE: f64 = (1u64 << 30) as f64;
+    const KILO: f64 = 1024.0;
+    let functions: [(Function, f64); 5] = [
+        (|x, c, g| in_units(x, c, g, 1.0, 1.0), 1.0),
+        (|x, c, g| in_units(x, c, g, LARGE, 1.0), 1.0),
+        (|x, c, g| in_units(x, c, g, 1.0 / LARGE, 1.0), 1.0),
+        (|x, c, g| in_units(x, c, g, 1.0, 1.0 / KILO), 1.0 / KILO),
+        (|x, c, g| in_units(x, c, g, LARGE, KILO), KILO),
+    ];
+    for start in [[0.0, 0.0], [2.0, -1.0], [-1.2, 1.0]] {
+        let found = functions.map(|(function, unit)| {
+            let constraints = vec![Interval::ZERO, Interval::at_most(0.0)];
+            let mut problem = Given::new(function, vec![Interval::FREE; 2], constraints);
+            let options = Options { violation: 1e-9 * unit, ..Options::default() };
+            let outcome = augmented_lagrangian(&mut problem, &start, &options, &mut silent).expect("fits");
+            (outcome.reason, outcome.x, outcome.evaluations)
+        });
+        assert!(found[0].0.is_converged(), "{found:?}");
+        assert!(found.iter().all(|of| *of == found[0]), "{found:?}");
+    }
 }
 
 #[test]
