@@ -61,12 +61,12 @@ fn allocations(work: impl FnOnce()) -> usize {
     COUNT.get() - before
 }
 
-/// Allocations of the second simulation, the second gradient and the second product of the Hessian with a grid of so many steps.
-fn of_second_call(steps: usize) -> [usize; 3] {
+/// Allocations of a simulation, of its gradient and of the second product of its Hessian, when all were made once before, with a grid of so many steps.
+fn of_second_call(steps: usize, settings: Settings) -> [usize; 3] {
     let system = CartPendulum::default().scene().compile().expect("scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
     inputs.controls.fill(10.0);
-    let mut solver = Solver::new(&system, Settings::default());
+    let mut solver = Solver::new(&system, settings);
     let mut run = || {
         let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
         let gradient = allocations(|| _ = solver.gradient().expect("gradient"));
@@ -81,29 +81,15 @@ fn of_second_call(steps: usize) -> [usize; 3] {
 
 #[test]
 fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
-    let (short, long) = (of_second_call(50), of_second_call(500));
+    let [short, long] = [50, 500].map(|steps| of_second_call(steps, Settings::default()));
     println!("allocations of simulate, gradient and product: {short:?} for 50 steps, {long:?} for 500");
     assert_eq!(short, long);
 }
 
 #[test]
 fn restarts_allocate_nothing_in_gradients_that_are_recorded_for_products_nor_in_products() {
-    let system = CartPendulum::default().scene().compile().expect("scene");
-    let of = |steps: usize| {
-        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
-        inputs.controls.fill(10.0);
-        let mut solver = Solver::new(&system, Settings { drift_bound: 0.0, rebase_every: 1, ..Settings::default() });
-        let mut run = || {
-            let forward = allocations(|| _ = solver.simulate(&inputs).expect("motion"));
-            let gradient = allocations(|| _ = solver.gradient().expect("gradient"));
-            let push = inputs.no_change();
-            solver.hessian_product(&push).expect("product");
-            [forward, gradient, allocations(|| _ = solver.hessian_product(&push).expect("product"))]
-        };
-        run();
-        run()
-    };
-    let (short, long) = (of(50), of(500));
+    let restarted = Settings { drift_bound: 0.0, rebase_every: 1, ..Settings::default() };
+    let [short, long] = [50, 500].map(|steps| of_second_call(steps, restarted));
     println!("allocations of simulate, gradient and product with restarts: {short:?} for 50 steps, {long:?} for 500");
     assert_eq!(short, long);
 }
