@@ -89,7 +89,8 @@ impl<'s> Solver<'s> {
     /// to coordinates and velocities that are larger than 1; errors of velocities count by how far they move coordinates in the step.
     ///
     /// The given grid says where the motion begins and ends and where controls bend; these nodes stay, and controls are the same functions of
-    /// time. The new grid is data like any other, and the gradient on it is exact. Costs that are summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) become others;
+    /// time. Schemes of even order make two motions for it: the first finds the steps by errors alone, the second takes those between them and equal ones,
+    /// on which errors cancel better. The new grid is data like any other, and the gradient on it is exact. Costs that are summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) become others;
     /// an integral wants [`Sum::Integral`](crate::Sum::Integral). Derivatives with respect to step lengths are those of the new steps.
     ///
     /// ```
