@@ -106,9 +106,8 @@ impl AdjointSweep {
             let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
-            let size = |c: &[f64]| newton.weights.of_velocities(positions, c.iter().copied());
-            let change = size(d);
-            if is_rounding(change, last, size(c)) {
+            let change = newton.size_of(system, d);
+            if is_rounding(change, last, newton.size_of(system, c)) {
                 break;
             }
             last = change;

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::inputs::{controls, coordinates};
-use crate::error::quoted;
 use crate::model::{Owner, Shape};
 use crate::motion::column;
 use crate::{Error, Inputs, System, Trajectory};
@@ -87,14 +86,12 @@ fn equations(system: &System) -> Vec<(&str, Unit)> {
         }
     };
     let drawn = system.sketch().drawn.iter();
-    let known: HashMap<String, &[Unit]> = drawn.map(|part| (quoted(&part.name), of_shape(part.shape))).collect();
-    let unit = |name: &str| {
-        let (constraint, row) = name.rsplit_once(" (equation ").unwrap_or((name, "0)"));
-        let row: usize = row.trim_end_matches(')').parse().ok()?;
-        known.get(constraint)?.get(row).copied()
-    };
-    let names = (0..system.m()).map(|j| system.equation_name(j));
-    names.map(|name| (name, unit(name).unwrap_or(Unit::Unknown))).collect()
+    let known: HashMap<&str, &[Unit]> = drawn.map(|part| (part.name.as_str(), of_shape(part.shape))).collect();
+    let units = system.constraints().iter().flat_map(|(name, rows)| {
+        let units = known.get(name.as_str()).copied().unwrap_or_default();
+        (0..*rows).map(|row| units.get(row).copied().unwrap_or(Unit::Unknown))
+    });
+    (0..system.m()).map(|j| system.equation_name(j)).zip(units).collect()
 }
 
 /// Those of the controls of actuators are known, where a control has no other.

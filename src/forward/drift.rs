@@ -8,14 +8,24 @@
 //!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| so far for the rest
 //! ```
 
-use super::Motion;
 use super::monitor::Monitor;
+use super::{ForwardSweep, Motion};
+use crate::motion::column;
 use crate::node::Newton;
 use crate::number::larger;
 use crate::{Settings, System, Warning};
 
 /// Besides the last node, those are looked at whose numbers are powers of two, from this one on: what is rare costs nothing.
 const FIRST: usize = 128;
+
+impl ForwardSweep {
+    /// Takes the coordinates of a node into account.
+    #[inline]
+    pub(super) fn watch_reach(&mut self, node: usize) {
+        let q = column(&self.motion.trajectory.q, node - self.motion.first);
+        self.monitor.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
+    }
+}
 
 impl Monitor {
     /// Before a motion: nothing is known of how far its coordinates reach.
@@ -25,12 +35,6 @@ impl Monitor {
         if self.lengths.contains(&0.0) {
             self.reach.resize(system.n(), 0.0);
         }
-    }
-
-    /// Takes the coordinates of a node into account.
-    #[inline]
-    pub(crate) fn reach(&mut self, q: &[f64]) {
-        self.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
     }
 
     /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.

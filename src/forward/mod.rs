@@ -137,7 +137,7 @@ impl ForwardSweep {
         self.check_energies(system, 0)?;
         restart::keep_end(self, 0);
         self.monitor.reach.fill(0.0);
-        self.monitor.reach(column(&self.motion.trajectory.q, 0));
+        self.watch_reach(0);
         Ok(())
     }
 
@@ -175,6 +175,7 @@ impl ForwardSweep {
             self.check_energies(system, node)?;
             self.check_compliant(system, node, settings)?;
             self.watch_turns(system, node);
+            self.watch_reach(node);
             restart::apply(self, system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
             node += 1;
@@ -331,7 +332,7 @@ impl ForwardSweep {
     #[cold]
     fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         let at = self.motion.at(node);
-        let size = self.stepper.newton.weights.of_velocities(system.positions(), at.v.iter().copied());
+        let size = self.stepper.newton.size_of(system, at.v);
         // In the unit of the equation.
         let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * redundancy::root_flexibility(mu);
         let gap = |&(j, mu): &(usize, f64)| {

@@ -54,7 +54,7 @@ impl Projection<'_> {
             }
             self.violation(at);
             self.newton.solve(self.system, &mut at.left);
-            let (correction, size) = (self.size(&at.left.v), self.size(&at.q));
+            let (correction, size) = (self.newton.size_of(self.system, &at.left.v), self.newton.size_of(self.system, &at.q));
             moved = largest(&at.left.v);
             if correction <= ROUNDING * size {
                 return Ok(());
@@ -76,11 +76,6 @@ impl Projection<'_> {
             at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
         Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: moved })
-    }
-
-    /// The size of coordinates or their changes, which have other units.
-    fn size(&self, q: &[f64]) -> f64 {
-        self.newton.weights.of_velocities(self.system.positions(), q.iter().copied())
     }
 
     /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
@@ -115,7 +110,7 @@ impl Projection<'_> {
         self.l_v(at);
         at.left.sigma.fill(0.0);
         self.newton.solve(self.system, &mut at.left);
-        let of_l_v = self.size(&at.left.v);
+        let of_l_v = self.newton.size_of(self.system, &at.left.v);
         self.violation(at);
         let terms = self.terms(at);
         let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;

@@ -164,9 +164,8 @@ impl Settings {
     }
 }
 
-/// Restarts the motion at a node that was taken and ends a macro step, if it is due there.
+/// Restarts the motion at a node that ends a macro step, if it is due there.
 pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-    forward.monitor.reach(column(&forward.motion.trajectory.q, node - forward.motion.first));
     if !settings.may_restart() {
         return Ok(());
     }
@@ -205,8 +204,7 @@ fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool 
         *violation = forward.stepper.newton.weights.of_multiplier(position) * (1.0 + 0.3 * (j as f64).sin());
     }
     forward.stepper.newton.solve(system, left);
-    let velocities = forward.stepper.newton.weights.of_velocities(positions, left.v.iter().copied());
-    velocities <= UNDETERMINED
+    forward.stepper.newton.size_of(system, &left.v) <= UNDETERMINED
 }
 
 /// The number of macro steps before a node, if it ends one.

@@ -237,6 +237,11 @@ impl<F: Factorization> Newton<F> {
         x
     }
 
+    /// The size of velocities, or of coordinates or their changes, which have other units.
+    pub(crate) fn size_of(&self, system: &System, v: &[f64]) -> f64 {
+        self.weights.of_velocities(system.positions(), v.iter().copied())
+    }
+
     /// Solves K x = r in place.
     pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
         x.store(system.positions(), &mut self.delta);

@@ -103,8 +103,7 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    options.check()?;
-    let (mut counted, x) = Counted::new(problem, start)?;
+    let (mut counted, x) = Counted::new(problem, start, options)?;
     let f = counted.evaluate_start(&x)?;
     let squares: f64 = counted.c.iter().zip(&counted.intervals).map(|(c, of)| of.violation(*c).powi(2)).sum();
     // f and what constraints add to it begin alike.

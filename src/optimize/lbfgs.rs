@@ -55,8 +55,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    options.check()?;
-    let (mut counted, x) = Counted::new(problem, start)?;
+    let (mut counted, x) = Counted::new(problem, start, options)?;
     if counted.intervals.iter().any(|of| *of != Interval::FREE) {
         let what = "the number of constraints".to_string();
         let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";

@@ -58,8 +58,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Fit, Error> {
-    options.check()?;
-    let (mut counted, x) = Counted::new(problem, start)?;
+    let (mut counted, x) = Counted::new(problem, start, options)?;
     counted.evaluate_start(&x)?;
     let mut at = State::at(&mut counted, x)?;
     let mut history = vec![at.iterate(&counted, 0.0)];

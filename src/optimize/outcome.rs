@@ -165,8 +165,9 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// With the start, moved into its bounds.
     ///
     /// # Errors
-    /// Sizes that do not fit, a start that is not finite, bounds that no value is between.
-    pub(super) fn new(problem: &'p mut P, start: &[f64]) -> Result<(Self, Vec<f64>), Error> {
+    /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
+    pub(super) fn new(problem: &'p mut P, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
+        options.check()?;
         let (intervals, bounds, n) = (problem.constraints(), problem.bounds(), problem.variables());
         for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
             if found != n {

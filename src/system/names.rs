@@ -8,6 +8,9 @@ use crate::{Error, System};
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub(super) coordinates: Vec<String>,
+    /// Constraints with their numbers of equations.
+    #[cfg(feature = "files")]
+    constraints: Vec<(String, usize)>,
     pub(super) equations: Vec<String>,
     pub(super) controls: Vec<String>,
     pub(super) designs: Vec<String>,
@@ -24,6 +27,8 @@ impl Names {
         let constraints = scene.constraints.iter();
         Names {
             coordinates: scene.coordinates.clone(),
+            #[cfg(feature = "files")]
+            constraints: scene.constraints.clone(),
             equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
             controls: scene.controls.clone(),
             outputs: scene.outputs.clone(),
@@ -56,6 +61,12 @@ impl System {
     /// If `j` is not less than [`m`](Self::m).
     pub fn equation_name(&self, j: usize) -> &str {
         &self.names.equations[j]
+    }
+
+    /// The names of the constraints with their numbers of equations, in the order of these.
+    #[cfg(feature = "files")]
+    pub(crate) fn constraints(&self) -> &[(String, usize)] {
+        &self.names.constraints
     }
 
     /// The name of a control channel.

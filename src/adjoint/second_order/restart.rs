@@ -120,9 +120,8 @@ impl SecondOrderSweep {
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
             newton.solve(system, left);
             x.add(left);
-            let size = |x: &Pair| newton.weights.of_velocities(system.positions(), x.v.iter().copied());
-            let correction = size(left);
-            if is_rounding(correction, last, size(x)) {
+            let correction = newton.size_of(system, &left.v);
+            if is_rounding(correction, last, newton.size_of(system, &x.v)) {
                 break;
             }
             last = correction;

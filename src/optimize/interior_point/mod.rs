@@ -39,8 +39,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    options.check()?;
-    let (mut counted, x) = Counted::new(problem, start)?;
+    let (mut counted, x) = Counted::new(problem, start, options)?;
     let mut method = Method::new(&mut counted, x, options.violation)?;
     let mut iterations = Iterations::new(method.iterate(&counted, 0.0));
     let mut radius = method.first_radius(options);
