@@ -59,6 +59,28 @@ fn penalties_do_not_depend_on_units() {
 }
 
 #[test]
+fn steps_do_not_depend_on_the_unit_of_the_cost() {
+    const LARGE: f64 = (1u64 << 30) as f64;
+    let functions: [Function; 3] = [
+        |x, c, g| in_units(x, c, g, 1.0, 1.0),
+        |x, c, g| in_units(x, c, g, LARGE, 1.0),
+        |x, c, g| in_units(x, c, g, 1.0 / LARGE, 1.0),
+    ];
+    for bound in [Interval::FREE, Interval::at_least(-0.5), Interval::new(-3.0, 0.5)] {
+        for constraints in [[Interval::ZERO, Interval::at_most(0.0)], [Interval::FREE; 2]] {
+            for start in [[0.0, 0.0], [2.0, -1.0], [-1.2, 1.0]] {
+                let found = functions.map(|function| {
+                    let mut problem = Given::new(function, vec![Interval::FREE, bound], constraints.to_vec());
+                    let outcome = solve(&mut problem, &start);
+                    (outcome.reason, outcome.x, outcome.evaluations, outcome.products)
+                });
+                assert!(found.iter().all(|of| *of == found[0]), "{found:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn constraints_of_any_size_count_alike() {
     for least in [f64::NEG_INFINITY, 0.0] {
         // x + y ≤ 2 does not hold anything; x + y = 2 does, with y − z ≥ 1.

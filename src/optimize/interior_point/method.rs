@@ -53,6 +53,11 @@ pub(super) struct Method {
     /// Of C.
     multipliers: DVector<f64>,
     penalty: f64,
+    /// The first μ, and the largest |C| so far.
+    first_mu: f64,
+    farthest: f64,
+    /// The largest gradient along the constraints so far.
+    steepest: f64,
 }
 
 impl Method {
@@ -86,12 +91,15 @@ impl Method {
             scales: DVector::zeros(len),
             projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
             multipliers: DVector::zeros(m),
-            penalty: 1.0,
+            penalty: 0.0,
+            first_mu: 0.0,
+            farthest: 0.0,
+            steepest: 0.0,
         };
         method.linearise(problem)?;
         if method.barrier.is_there() {
-            let forces = method.forces(problem)?;
-            method.barrier.set(FIRST * forces, method.y.as_slice());
+            method.first_mu = FIRST * method.forces(problem)?;
+            method.barrier.set(method.first_mu, method.y.as_slice());
         }
         method.find_multipliers();
         Ok(method)
@@ -128,6 +136,7 @@ impl Method {
             self.scales[slack] *= moves;
         }
         self.c = self.constraints(problem, &self.y);
+        self.farthest = self.farthest.max(self.c.amax());
         self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
         Ok(())
     }
@@ -153,6 +162,16 @@ impl Method {
 
     fn find_multipliers(&mut self) {
         self.multipliers = self.projection.multipliers(&self.scaled_gradient());
+    }
+
+    /// Takes a penalty that outweighs the multipliers; without forces any will do, but for none.
+    fn penalise(&mut self) {
+        let least = self.multipliers.norm();
+        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
+            self.penalty = 2.0 * least;
+        } else if self.penalty == 0.0 {
+            self.penalty = 1.0;
+        }
     }
 
     /// The multipliers of all constraints of the problem.
@@ -193,11 +212,13 @@ impl Method {
         }
     }
 
-    /// Makes μ smaller where its problem is solved, but not less than is asked for.
+    /// Makes μ smaller where its problem is solved, but not less than is asked for, nor a smaller share of the first one than |C| is of the largest.
     pub(super) fn lower_barrier(&mut self, asked: f64) {
         while self.barrier.mu > 0.0 {
-            let left = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax().max(self.c.amax());
-            if left > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
+            let forces = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax();
+            let c = self.c.amax();
+            let is_far = c > self.allowed && c * self.first_mu > self.farthest * self.barrier.mu;
+            if is_far || forces > SOLVED * self.barrier.mu || self.barrier.mu <= 0.1 * asked {
                 return;
             }
             self.barrier.mu *= LESS;
@@ -214,15 +235,20 @@ impl Method {
         let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
-        let least = self.multipliers.norm();
-        // Without forces any penalty will do, but for none.
-        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
-            self.penalty = 2.0 * least;
-        }
+        self.penalise();
         let (y, c) = (self.y.clone(), self.c.clone());
         let barrier = self.barrier.clone();
-        let model = Model { gradient: &gradient, c: &c, projection: &projection, barrier: &barrier, y: &y, scales: &scales };
+        let model = Model {
+            gradient: &gradient,
+            c: &c,
+            projection: &projection,
+            barrier: &barrier,
+            y: &y,
+            scales: &scales,
+            steepest: self.steepest,
+        };
         let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
+        self.steepest = self.steepest.max(known.reduced);
         while step.length > LEAST {
             let foreseen = self.weigh(&step);
             let here = self.merit(self.value, &self.y, &self.c);

@@ -18,7 +18,7 @@ use crate::Error;
 const OF_NORMAL: f64 = 0.75;
 /// And of the way to bounds: what it reaches holds the step along the constraints.
 const NORMAL_TO_BOUND: f64 = 0.8 * TO_BOUND;
-/// How exact conjugate gradients are at least.
+/// How exact conjugate gradients are at least; more so by how much smaller the reduced gradient is than it was, for superlinear convergence.
 const TOLERANCE: f64 = 0.1;
 /// How far a row of length 1 must be from what others span to say something of its own.
 const OWN: f64 = 1e-11;
@@ -135,9 +135,10 @@ pub(super) struct Step {
     pub(super) length: f64,
 }
 
-/// What a step was made of: n with Ĥ n, and the conjugate directions d with Ĥ d.
+/// What a step was made of: n with Ĥ n, the size of the gradient ĝ + Ĥ n along the constraints, and the conjugate directions d with Ĥ d.
 pub(super) struct Known {
     normal: [DVector<f64>; 2],
+    pub(super) reduced: f64,
     directions: Vec<[DVector<f64>; 2]>,
 }
 
@@ -149,6 +150,8 @@ pub(super) struct Model<'a> {
     pub(super) barrier: &'a Barrier,
     pub(super) y: &'a DVector<f64>,
     pub(super) scales: &'a DVector<f64>,
+    /// The largest reduced gradient so far.
+    pub(super) steepest: f64,
 }
 
 impl Model<'_> {
@@ -156,7 +159,7 @@ impl Model<'_> {
     pub(super) fn step(&self, radius: f64, product: Product<'_>) -> Result<(Step, Known), Error> {
         let n = self.normal(OF_NORMAL * radius);
         let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
-        let mut known = Known { normal: [n, of_n], directions: Vec::new() };
+        let mut known = Known { normal: [n, of_n], reduced: 0.0, directions: Vec::new() };
         let t = self.tangential(&mut known, radius, product)?;
         Ok((self.complete(&known.normal, t), known))
     }
@@ -226,7 +229,7 @@ impl Model<'_> {
     /// t, and Ĥ t.
     fn tangential(
         &self,
-        Known { normal: [n, of_n], directions }: &mut Known,
+        Known { normal: [n, of_n], reduced, directions }: &mut Known,
         radius: f64,
         product: Product<'_>,
     ) -> Result<[DVector<f64>; 2], Error> {
@@ -235,7 +238,9 @@ impl Model<'_> {
         let mut v = self.projection.project(&r);
         let mut d = -&v;
         let mut rv = r.dot(&v);
-        let end = (rv * TOLERANCE.min(rv.sqrt()).powi(2)).max(ROUNDED * ROUNDED * r.norm_squared());
+        *reduced = rv.max(0.0).sqrt();
+        let exact = TOLERANCE.min(*reduced / self.steepest.max(*reduced));
+        let end = (rv * exact * exact).max(ROUNDED * ROUNDED * r.norm_squared());
         // The last point that keeps away from bounds, and where it went from there.
         let mut inside: Option<[DVector<f64>; 4]> = None;
         for _ in 0..(n.len() + 1).saturating_sub(self.projection.rank()) {
