@@ -65,21 +65,12 @@ impl Part {
     }
 }
 
-/// A random direction in some parts, each number moving as far as numbers of its kind are large.
-pub(super) fn random(inputs: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
-    let mut direction = inputs.no_change();
+/// A random direction in some parts, each number moving by about its size.
+pub(super) fn random(sizes: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
+    let mut direction = sizes.no_change();
     for &part in parts {
-        let values = part.of(inputs);
-        let largest = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let floor = if largest == 0.0 { 1.0 } else { 0.1 * largest };
-        // Constants of different kinds stand among the design variables: each has its own size.
-        let size = |x: f64| match part {
-            Part::Design if x != 0.0 => x.abs(),
-            Part::Design => 1.0,
-            _ => x.abs().max(floor),
-        };
-        let moved: Vec<f64> = values.iter().map(|&x| random.away_from_zero(size(x))).collect();
-        part.of_mut(&mut direction).copy_from_slice(&moved);
+        let moves = part.of_mut(&mut direction).iter_mut().zip(part.of(sizes));
+        moves.for_each(|(d, &size)| *d = random.away_from_zero(size));
     }
     direction
 }

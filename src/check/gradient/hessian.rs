@@ -6,7 +6,7 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{product, random};
-use super::{Part, name_of, own};
+use super::{Part, name_of, own, sizes_of_inputs};
 use crate::check::Input;
 use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 
@@ -84,13 +84,14 @@ impl HessianCheck<'_> {
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
         solver.gradient_of(self.which)?;
+        let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
-        let all = random(self.inputs, &parts, &mut random_source);
+        let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
         let mut hyper = LiftedSolver::<Hyper>::new(self.system, self.inputs, self.settings)?;
         let rows = parts.iter().map(|&part| {
-            let direction = random(self.inputs, &[part], &mut random_source);
+            let direction = random(&sizes, &[part], &mut random_source);
             let (along, size) = product(&of_all, &direction);
             let (transposed, other) = product(solver.hessian_product(&direction)?, &all);
             let reference = self.by_hyper(&mut hyper, [&direction, &all])?;
@@ -100,7 +101,7 @@ impl HessianCheck<'_> {
         let mut report = HessianReport { of, rows, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in self.own.iter().filter(|_| is_trusted) {
-            report.own.push(self.compare_own(own, solver.hessian_product(&own.2)?));
+            report.own.push(self.compare_own(own, &mut hyper, &sizes, solver.hessian_product(&own.2)?)?);
         }
         Ok(report)
     }
@@ -118,8 +119,20 @@ impl HessianCheck<'_> {
         Ok(solver.value_of(self.which)?.part(3))
     }
 
-    fn compare_own(&self, (name, part, _, values): &Own, product: &Gradient) -> BlockReport {
-        own::compare((self.system, self.inputs), (name, "own product", *part), values, product, (self.tolerance, 1.0))
+    fn compare_own(
+        &self,
+        (name, part, along, values): &Own,
+        hyper: &mut LiftedSolver<Hyper>,
+        sizes: &Inputs,
+        product: &Gradient,
+    ) -> Result<BlockReport, Error> {
+        let of = (self.system, self.inputs, sizes);
+        own::compare(of, (name, "own product", *part), values, product, (self.tolerance, 1.0), |input| {
+            let mut direction = self.inputs.no_change();
+            *input.of(&mut direction) = 1.0;
+            let (product, reference) = (input.in_gradient(product), self.by_hyper(hyper, [&direction, along])?);
+            Ok((product - reference).abs() <= self.tolerance * product.abs())
+        })
     }
 }
 

@@ -6,6 +6,7 @@ mod hessian;
 mod identity;
 mod own;
 mod report;
+mod sizes;
 mod steps;
 mod taylor;
 mod ways;
@@ -22,6 +23,7 @@ use super::random::Random;
 use super::report::{BlockReport, Verdict};
 use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
 use directions::{product, random};
+use sizes::sizes_of_inputs;
 use ways::Ways;
 
 /// First step of the differences and of the Taylor test, relative to the direction.
@@ -125,24 +127,25 @@ impl GradientCheck<'_> {
         let gradient = solver.gradient_of(which)?.clone();
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
+        let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
         let of_steps = steps::sizes_of_terms(self.system, &mut solver);
         let mut ways = Ways::new(self.system, self.inputs, self.settings, (which, of_steps))?;
         let mut rows = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {
-                let direction = random(self.inputs, &[part], &mut random_source);
+                let direction = random(&sizes, &[part], &mut random_source);
                 rows.push(self.compare(&mut ways, part.name().to_string(), &direction, &gradient)?);
             }
         }
-        let all = random(self.inputs, &parts, &mut random_source);
+        let all = random(&sizes, &parts, &mut random_source);
         rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
         judge_among(&mut rows, NOTHING_BESIDE, self.tolerance);
         let along = (&all, product(&gradient, &all).0);
         let taylor = taylor::taylor(self.system, self.inputs, (self.settings, which), along, FIRST_STEP)?;
         let varied = [Part::Controls, Part::Coordinates, Part::Rates];
-        let direction = random(self.inputs, &varied, &mut random_source);
+        let direction = random(&sizes, &varied, &mut random_source);
         let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
-        let floor = ways.floor(&direction, gradient.value);
+        let floor = ways.floor(&direction, gradient.value).0;
         let identity = adjoint
             .map(|adjoint| {
                 let of = (self.settings, which);
@@ -151,7 +154,8 @@ impl GradientCheck<'_> {
             .transpose()?;
         // Single inputs that hardly move anything leave rounding of nearly nothing.
         let rounding = ways.rounding;
-        let (singles, worst_singles) = if self.complete { self.singles(&mut ways, &gradient)? } else { (0, Vec::new()) };
+        let (singles, worst_singles) =
+            if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { (0, Vec::new()) };
         let mut report = GradientReport {
             of,
             value: gradient.value,
@@ -164,8 +168,13 @@ impl GradientCheck<'_> {
             own: Vec::new(),
         };
         let trusted = report.verdict() == Verdict::Right;
-        let raised = |part: Part| report.directions.iter().find(|row| row.name == part.name()).map_or(1.0, raised);
-        let own = self.own.iter().map(|own| self.compare_own(own, (&gradient, raised(own.1)), trusted)).collect();
+        let own = self.own.iter().map(|own| {
+            let row = report.directions.iter().find(|row| row.name == own.1.name());
+            let trusted = trusted && row.is_none_or(|row| row.verdict == Verdict::Right);
+            let raised = row.map_or(1.0, |row| row.raised(self.tolerance));
+            self.compare_own(own, &mut ways, (&sizes, &gradient, raised), trusted)
+        });
+        let own = own.collect::<Result<_, Error>>()?;
         report.own = own;
         Ok(report)
     }
@@ -180,18 +189,18 @@ impl GradientCheck<'_> {
         let (adjoint, size) = product(gradient, direction);
         let (direct, complex_step) = (ways.direct(direction)?, ways.complex_step(direction)?);
         let (differences, error) = ways.differences(direction);
-        let sizes = [size, ways.floor(direction, gradient.value)];
+        let (floor, nearby) = ways.floor(direction, gradient.value);
+        let sizes = [size, floor, nearby];
         Ok(DirectionReport::new(name, [adjoint, direct, complex_step, differences], error, sizes, self.tolerance))
     }
 
     /// Every input alone: how many, and the worst.
-    fn singles(&self, ways: &mut Ways, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
+    fn singles(&self, ways: &mut Ways, sizes: &Inputs, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
         let inputs = Input::all(self.inputs);
         let mut rows = Vec::new();
         for input in &inputs {
             let mut direction = self.inputs.no_change();
-            let x = input.of(&mut self.inputs.clone()).abs();
-            *input.of(&mut direction) = if x == 0.0 { 1.0 } else { x };
+            *input.of(&mut direction) = *input.of(&mut sizes.clone());
             rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
@@ -206,12 +215,18 @@ impl GradientCheck<'_> {
     fn compare_own(
         &self,
         (name, part, values): &(String, Part, Vec<f64>),
-        (gradient, raised): (&Gradient, f64),
+        ways: &mut Ways,
+        (sizes, gradient, raised): (&Inputs, &Gradient, f64),
         trusted: bool,
-    ) -> BlockReport {
+    ) -> Result<BlockReport, Error> {
         let (of, what, within) =
-            ((self.system, self.inputs), (name.as_str(), "own gradient", *part), (self.tolerance, raised));
-        let mut report = own::compare(of, what, values, gradient, within);
+            ((self.system, self.inputs, sizes), (name.as_str(), "own gradient", *part), (self.tolerance, raised));
+        let mut report = own::compare(of, what, values, gradient, within, |input| {
+            let mut direction = self.inputs.no_change();
+            *input.of(&mut direction) = 1.0;
+            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&direction)?);
+            Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
+        })?;
         if !trusted {
             report.verdict = Verdict::NothingCompared;
             report.wrong_entries = 0;
@@ -221,14 +236,8 @@ impl GradientCheck<'_> {
                 .notes
                 .push("the library's gradient is not confirmed here, so that there is nothing to compare with".into());
         }
-        report
+        Ok(report)
     }
-}
-
-/// How many times more than its terms errors along a direction are relative to; dJ is rounding there, and d²J up to four times more along a longer one.
-fn raised(row: &DirectionReport) -> f64 {
-    let times = 4.0 * row.floor / row.size;
-    if times.is_finite() && times > 4.0 { times } else { 1.0 }
 }
 
 /// Judges again, with errors relative to at least this part of the largest.

@@ -3,19 +3,22 @@
 use super::Part;
 use crate::check::Input;
 use crate::check::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
-use crate::{Gradient, Inputs, System};
+use crate::{Error, Gradient, Inputs, System};
 
 /// Wrong entries that are listed.
 const LISTED: usize = 4;
 
-/// Number by number, relative to the largest, or to what is `raised` so many times more where the gradient is rounding.
+/// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
+///
+/// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
 pub(super) fn compare(
-    (system, inputs): (&System, &Inputs),
+    (system, inputs, sizes): (&System, &Inputs, &Inputs),
     (name, kind, part): (&str, &str, Part),
     hand: &[f64],
     gradient: &Gradient,
     (tolerance, raised): (f64, f64),
-) -> BlockReport {
+    mut is_known: impl FnMut(Input) -> Result<bool, Error>,
+) -> Result<BlockReport, Error> {
     let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
     let title = format!("{name} ({kind}, {})", part.name());
@@ -25,18 +28,23 @@ pub(super) fn compare(
         report
             .diagnoses
             .push(Diagnosis { mistake: Mistake::Shape, text: format!("{} numbers instead of {}", hand.len(), truth.len()) });
-        return report;
+        return Ok(report);
     }
     if truth.is_empty() {
         report.notes.push("there are no such inputs: nothing was compared".into());
-        return report;
+        return Ok(report);
     }
-    let units: Vec<f64> = all.iter().map(|input| unit(inputs, input)).collect();
-    let largest = |units: &dyn Fn(usize) -> f64| (0..truth.len()).fold(0.0f64, |m, j| m.max((truth[j] * units(j)).abs()));
-    let (size, plain) = (largest(&|j| units[j]), largest(&|_| 1.0));
+    let units: Vec<f64> = all.iter().map(|input| unit(sizes, input)).collect();
+    let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
     // NaN is infinitely wrong.
     let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-    let within: Vec<f64> = units.iter().map(|unit| tolerance * raised * plain.min(size / unit)).collect();
+    let mut within: Vec<f64> = units.iter().map(|unit| tolerance * raised * largest / unit).collect();
+    for (j, within) in within.iter_mut().enumerate().filter(|_| part == Part::Design) {
+        let strict = tolerance * truth[j].abs();
+        if error(j) > strict && error(j) <= *within && is_known(all[j])? {
+            *within = strict;
+        }
+    }
     let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
     report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
     let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
@@ -53,14 +61,15 @@ pub(super) fn compare(
             |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
         report.entries = wrong.iter().take(LISTED).map(entry).collect();
     }
-    report
+    Ok(report)
 }
 
-/// What an entry is multiplied by to be compared with the others, too: design variables are of many kinds, and count by what they are themselves.
-fn unit(inputs: &Inputs, input: &Input) -> f64 {
+/// What an entry is multiplied by to be compared with the others: its size, or the largest of its kind where several have one unit.
+fn unit(sizes: &Inputs, input: &Input) -> f64 {
     match input {
-        Input::Design(p) if inputs.design[*p] != 0.0 => inputs.design[*p].abs(),
-        _ => 1.0,
+        Input::Control { channel, .. } => sizes.controls.row(*channel).amax(),
+        Input::Step(_) => sizes.grid.steps.iter().copied().fold(0.0, f64::max),
+        _ => *input.of(&mut sizes.clone()),
     }
 }
 

@@ -7,8 +7,6 @@ use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
 /// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
 const ROUGH: [f64; 2] = [1e-12, 1e-3];
-/// Where all terms are zero, complex step leaves the square of its step, 1e-60.
-const NOTHING: f64 = 1e-40;
 
 /// One direction, four ways.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +29,9 @@ pub struct DirectionReport {
     /// … unless dJ is rounding: 1e-6 |J| + 1e-4 |d²J|, since no dJ is known better than to the rounding of J, nor at an optimum than to what the
     /// rounding of the motion changes it by; 1e-4 of the terms of dJ/dΔt, which cancel where a mechanism rests; and 1e-6 of the largest row, or 1e-3 of the largest single input.
     pub floor: f64,
-    /// The outcome.
+    /// Whether dJ, or what it is nearby, is more than errors may be: if not, any number would do.
+    pub is_seen: bool,
+    /// The outcome: "nothing compared" where all that can be said is that dJ is hidden by the rounding of J.
     pub verdict: Verdict,
 }
 
@@ -61,11 +61,23 @@ pub struct GradientReport {
 }
 
 impl DirectionReport {
-    pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, sizes: [f64; 2], tolerance: f64) -> Self {
-        let ([adjoint, direct, complex_step, differences], [size, floor]) = (values, sizes);
+    /// With size, floor, and what dJ is nearby.
+    pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, sizes: [f64; 3], tolerance: f64) -> Self {
+        let ([adjoint, direct, complex_step, differences], [size, floor, nearby]) = (values, sizes);
         let (size, verdict) = (size.max(direct.abs()), Verdict::NothingCompared);
-        let mut report =
-            DirectionReport { name, adjoint, direct, complex_step, differences, differences_error, size, floor, verdict };
+        let is_seen = size.max(nearby) > tolerance * size.max(floor);
+        let mut report = DirectionReport {
+            name,
+            adjoint,
+            direct,
+            complex_step,
+            differences,
+            differences_error,
+            size,
+            floor,
+            is_seen,
+            verdict,
+        };
         report.judge(0.0, tolerance);
         report
     }
@@ -73,18 +85,31 @@ impl DirectionReport {
     /// Judges again, with errors relative to at least `floor`.
     pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
         self.floor = self.floor.max(floor);
-        let exact = tolerance * self.scale().max(NOTHING);
+        let exact = tolerance * self.scale();
         let seen = DIFFERENCED * self.scale() + CAUTION * self.differences_error;
-        let near = |a: f64, b: f64, within: f64| (a - b).abs() <= within;
         let oracles = near(self.direct, self.complex_step, exact);
         let differences = !self.differences.is_finite() || near(self.direct, self.differences, seen);
         self.verdict = if !oracles || !differences {
             Verdict::OraclesDisagree
-        } else if near(self.adjoint, self.direct, exact) {
+        } else if !near(self.adjoint, self.direct, exact) {
+            Verdict::Wrong
+        } else if self.is_seen || self.agrees(tolerance) {
             Verdict::Right
         } else {
-            Verdict::Wrong
+            Verdict::NothingCompared
         };
+    }
+
+    /// Whether all but the differences agree to what dJ is itself, however large J is: then dJ is no rounding.
+    fn agrees(&self, tolerance: f64) -> bool {
+        let exact = tolerance * self.size;
+        near(self.direct, self.complex_step, exact) && near(self.adjoint, self.direct, exact)
+    }
+
+    /// How many times more than its terms errors are relative to where dJ is rounding; d²J is up to four times more along a longer direction.
+    pub(super) fn raised(&self, tolerance: f64) -> f64 {
+        let times = 4.0 * self.floor / self.size;
+        if times.is_finite() && times > 4.0 && !self.agrees(tolerance) { times } else { 1.0 }
     }
 
     /// |adjoint − direct|, relative.
@@ -102,6 +127,10 @@ impl DirectionReport {
 const HIDDEN: f64 = super::ways::OF_VALUE;
 /// The least observed order that a right gradient has: half-way between 1 and 2.
 const ENOUGH: f64 = 1.5;
+
+fn near(a: f64, b: f64, within: f64) -> bool {
+    (a - b).abs() <= within
+}
 
 fn relative(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference.abs() / size }
@@ -122,7 +151,7 @@ impl GradientReport {
             Verdict::OraclesDisagree
         } else if any(Verdict::Wrong) || !identity || !self.taylor_holds() {
             Verdict::Wrong
-        } else if self.directions.iter().all(|row| row.size == 0.0) {
+        } else if self.directions.iter().all(|row| row.size == 0.0 || row.verdict == Verdict::NothingCompared) {
             Verdict::NothingCompared
         } else {
             Verdict::Right
@@ -152,7 +181,10 @@ impl fmt::Display for GradientReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let summary = match self.verdict() {
             Verdict::Right => "right".to_string(),
-            Verdict::NothingCompared => "FAILED, because nothing was compared: it does not depend on the inputs".to_string(),
+            Verdict::NothingCompared => {
+                "FAILED, because nothing was compared: it does not depend on the inputs by more than its rounding"
+                    .to_string()
+            }
             other => other.to_string(),
         };
         let own = if self.library() == self.verdict() { "" } else { "; but see the gradient of your own" };
@@ -238,7 +270,7 @@ mod tests {
 
     /// dJ = 1 by all ways, but for these errors of adjoint, direct differentiation, complex step and differences.
     fn row(errors: [f64; 4]) -> DirectionReport {
-        DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, [1.0, 0.0], 1e-9)
+        DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, [1.0, 0.0, 0.0], 1e-9)
     }
 
     fn report(rows: Vec<DirectionReport>, slope: f64, first_wrong: Option<usize>) -> GradientReport {
@@ -265,6 +297,23 @@ mod tests {
         assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::OraclesDisagree);
         // No step of the differences had a motion.
         assert_eq!(row([0.0, 0.0, 0.0, f64::NAN]).verdict, Verdict::Right);
+    }
+
+    /// dJ = 1 beside J = 1e17.
+    #[test]
+    fn what_the_rounding_of_a_value_hides_is_not_right() {
+        let hidden = |errors: [f64; 4]| {
+            DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e3, [1.0, 1e11, 0.0], 1e-9)
+        };
+        let wrong = hidden([1e-3, 0.0, 0.0, 0.0]);
+        assert_eq!(wrong.verdict, Verdict::NothingCompared);
+        assert_eq!(hidden([1e-10, 0.0, 0.0, 0.0]).verdict, Verdict::Right);
+        let mut all = report(Vec::new(), 2.0, None);
+        all.directions = vec![wrong];
+        assert_eq!(all.verdict(), Verdict::NothingCompared);
+        // At an optimum dJ is nothing, but not what it is nearby.
+        let row = DirectionReport::new("all".into(), [1e-17, 0.0, 0.0, 0.0], 0.0, [1e-17, 1e-4, 1.0], 1e-9);
+        assert_eq!(row.verdict, Verdict::Right);
     }
 
     #[test]

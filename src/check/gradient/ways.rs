@@ -19,6 +19,8 @@ const BENT_STEP: f64 = 1e-4;
 /// 1e-14 makes of dJ.
 pub(super) const OF_VALUE: f64 = 1e-6;
 const OF_CURVATURE: f64 = 1e-4;
+/// Below this part of |J|, second differences are rounding of J.
+const SEEN: f64 = 16.0 * f64::EPSILON / (BENT_STEP * BENT_STEP);
 /// A tolerance of 1e-9 of this part of the terms of derivatives by step lengths is what rounding makes of the sum of some thousand of them.
 const OF_TERMS: f64 = 1e-4;
 
@@ -75,13 +77,19 @@ impl<'a> Ways<'a> {
         (derivative[0], error[0])
     }
 
-    /// The size below which dJ along a direction is rounding of J, of its own terms, or of the motion where dJ passes zero, as at an optimum.
-    pub(super) fn floor(&self, direction: &Inputs, value: f64) -> f64 {
+    /// The size below which dJ along a direction is rounding of J, of its own terms, or of the motion where dJ passes zero, as at an optimum; and what dJ
+    /// is nearby, as far as its own terms and d²J tell.
+    pub(super) fn floor(&self, direction: &Inputs, value: f64) -> (f64, f64) {
         let [above, below] = [BENT_STEP, -BENT_STEP].map(|s| self.value_along(direction, s));
+        // J may be zero here alone. NaN is left out.
+        let value_around = value.abs().max(above.abs()).max(below.abs());
         let curvature = (above - 2.0 * value + below).abs() / (BENT_STEP * BENT_STEP);
-        let terms = self.of_steps.iter().zip(&direction.grid.steps).map(|(size, d)| (size * d).powi(2)).sum::<f64>().sqrt();
         // Without a motion there, nothing is known of it.
-        OF_VALUE * value.abs() + OF_TERMS * terms + if curvature.is_finite() { OF_CURVATURE * curvature } else { 0.0 }
+        let curvature = if curvature.is_finite() { curvature } else { 0.0 };
+        let terms = self.of_steps.iter().zip(&direction.grid.steps).map(|(size, d)| (size * d).powi(2)).sum::<f64>().sqrt();
+        let is_seen = curvature > SEEN * value_around;
+        let floor = OF_VALUE * value_around + OF_TERMS * terms + OF_CURVATURE * curvature;
+        (floor, terms.max(if is_seen { curvature } else { 0.0 }))
     }
 
     /// J(x + s d); NaN where there is no motion.

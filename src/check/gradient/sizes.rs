@@ -1,0 +1,76 @@
+//! How far each input is moved: as far as numbers of its kind are large.
+//!
+//! Coordinates, velocities, momenta and controls are of several units, m and rad, N and N m. Where an input is small or zero it is measured by the others
+//! in units of the masses, in which all have one:
+//!
+//! ```text
+//!   q_i  by  max_j √m_j |q_j| / √m_i,   v_i alike,      p*_i  by  √m_i max_j |p*_j| / √m_j,
+//!   u_k  by  max_j |ṗ*_j| / √m_j  over  max_j |Q_u,jk| / √m_j
+//! ```
+
+use nalgebra::DVector;
+use num_dual::Dual64;
+
+use crate::forward::redundancy::masses;
+use crate::system::{NodeView, Sums};
+use crate::{Inputs, Solver, Start, System};
+
+/// What is smaller than this part of what it is measured by has the size of that part.
+const SMALL: f64 = 0.1;
+
+/// The size of every input of a motion that was computed.
+pub(super) fn sizes_of_inputs(system: &System, inputs: &Inputs, solver: &mut Solver) -> Inputs {
+    let masses = masses(&solver.forward_mut().stepper.newton, system);
+    let roots: Vec<f64> = masses.iter().map(|mass| mass.max(0.0).sqrt()).collect();
+    let largest = |x: &[f64], power: i32| {
+        let entries = x.chunks(roots.len().max(1)).flat_map(|column| column.iter().zip(&roots));
+        entries.filter(|(_, root)| **root > 0.0).map(|(x, root)| x.abs() * root.powi(power)).fold(0.0, f64::max)
+    };
+    let (motion, duration) = (solver.trajectory(), inputs.grid.steps.iter().sum::<f64>().abs());
+    let power = if matches!(inputs.start, Start::Momentum { .. }) { -1 } else { 1 };
+    // What is zero at the start is measured by the whole motion, and velocities of what rests by its way.
+    let (q, rate) = (inputs.start.q().as_slice(), inputs.start.rate().as_slice());
+    let place = first([SMALL * largest(q, 1), largest(motion.q.as_slice(), 1)]);
+    let speed = first([largest(motion.v.as_slice(), 1), place / duration]);
+    let force = first([largest(motion.p_star_dot.as_slice(), -1), speed / duration]);
+    let speed = first([SMALL * largest(rate, power), speed]);
+    let by_controls = largest_by_controls(system, inputs, &largest);
+    let sized = |x: &DVector<f64>, by: f64, power: i32| {
+        DVector::from_fn(x.len(), |i, _| first([x[i].abs().max(by * roots[i].powi(-power)), 1.0]))
+    };
+    let mut sizes = inputs.no_change();
+    sizes.start.q_mut().copy_from(&sized(inputs.start.q(), place, 1));
+    sizes.start.rate_mut().copy_from(&sized(inputs.start.rate(), speed, power));
+    for (k, mut channel) in sizes.controls.row_iter_mut().enumerate() {
+        let own = inputs.controls.row(k).iter().fold(0.0f64, |most, u| most.max(u.abs()));
+        let floor = first([SMALL * own, force / by_controls[k], 1.0]);
+        channel.iter_mut().zip(inputs.controls.row(k).iter()).for_each(|(size, u)| *size = u.abs().max(floor));
+    }
+    // Constants of different kinds stand among the design variables: each has its own size.
+    sizes.design = inputs.design.map(|b| first([b.abs(), 1.0]));
+    let longest = inputs.grid.steps.iter().fold(0.0f64, |most, dt| most.max(dt.abs()));
+    let floor = first([SMALL * longest, 1.0]);
+    sizes.grid.steps.iter_mut().zip(&inputs.grid.steps).for_each(|(size, dt)| *size = dt.abs().max(floor));
+    sizes
+}
+
+/// The first of these that is a size.
+fn first<const N: usize>(sizes: [f64; N]) -> f64 {
+    sizes.into_iter().find(|size| size.is_normal()).unwrap_or(0.0)
+}
+
+/// The largest force by a unit of each control, at the start.
+fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64], i32) -> f64) -> Vec<f64> {
+    let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
+    let (q, zeros, sigma) = (dual(inputs.start.q().as_slice()), dual(&vec![0.0; system.n()]), dual(&vec![0.0; system.m()]));
+    let design = dual(&system.parameters().values(inputs.design.as_slice()));
+    let (mut u, mut sums) = (dual(inputs.controls_at(0)), Sums::new(system.n(), system.m()));
+    let of_control = |k: usize| {
+        u[k].eps = 1.0;
+        let at = NodeView::of_equations([&q, &zeros, &sigma], (&u, Dual64::from_re(inputs.grid.start), &design));
+        system.plain_sums(&at, &mut sums);
+        u[k].eps = 0.0;
+        largest(&sums.force().iter().map(|force| force.eps).collect::<Vec<f64>>(), -1)
+    };
+    (0..system.k()).map(of_control).collect()
+}
