@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::super::random::Random;
 use super::terms::Terms;
+use crate::forward::rank::mass_matrix;
 use crate::motion::column;
 use crate::paper_system::{PaperSystem, Variable, part};
 
@@ -189,19 +190,34 @@ impl Places {
     }
 }
 
-/// The sizes that each argument has along the motion; what is always zero has the size of its kind, or 1.
+/// The sizes that each argument has along the motion; what is always zero has the size of its kind, in units of the masses where these are several, or 1.
 pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
     let nodes = paper.inputs.grid.nodes();
-    let along = |row: usize, matrix: &nalgebra::DMatrix<f64>| matrix.row(row).iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let kind = |matrix: &nalgebra::DMatrix<f64>| {
-        let largest = matrix.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let floor = if largest == 0.0 { 1.0 } else { 0.1 * largest };
-        (0..matrix.nrows()).map(|row| along(row, matrix).max(floor)).collect::<Vec<f64>>()
+    let (motion, design) = (paper.trajectory, paper.system.parameters().values(paper.inputs.design.as_slice()));
+    let start = motion.at((paper.inputs, &design), 0);
+    let root = |x: f64| if x > 0.0 { x.sqrt() } else { 1.0 };
+    let roots = mass_matrix(paper.system, &start).diagonal().map(root);
+    let mut flexibilities = vec![0.0; paper.system.m()];
+    paper.system.phi_q(&start).iter().for_each(|e| flexibilities[e.row] += (e.value / roots[e.col]).powi(2));
+    let sized = |matrix: &nalgebra::DMatrix<f64>, unit: &dyn Fn(usize) -> f64| {
+        let along = |row: usize| matrix.row(row).iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let largest = (0..matrix.nrows()).fold(0.0f64, |m, row| m.max(along(row) * unit(row)));
+        let floor = |row: usize| if largest == 0.0 { 1.0 } else { 0.1 * largest / unit(row) };
+        (0..matrix.nrows()).map(|row| along(row).max(floor(row))).collect::<Vec<f64>>()
     };
-    let motion = paper.trajectory;
-    let y = [&motion.v, &motion.p_star_dot, &motion.q, &motion.p_star, &motion.sigma].map(kind).concat();
+    let velocities = |matrix| sized(matrix, &|i| roots[i]);
+    let momenta = |matrix| sized(matrix, &|i| 1.0 / roots[i]);
+    let [v, q] = [&motion.v, &motion.q].map(velocities);
+    let [p_star_dot, p_star] = [&motion.p_star_dot, &motion.p_star].map(momenta);
+    let y = [v, p_star_dot, q, p_star, sized(&motion.sigma, &|j| root(flexibilities[j]))].concat();
     let design = paper.inputs.design.iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() });
-    y.iter().chain(&y).copied().chain(kind(&paper.inputs.controls)).chain(design).chain([nodes as f64, 1.0]).collect()
+    y.iter()
+        .chain(&y)
+        .copied()
+        .chain(sized(&paper.inputs.controls, &|_| 1.0))
+        .chain(design)
+        .chain([nodes as f64, 1.0])
+        .collect()
 }
 
 /// A random state near that of the motion at a node, for which Eq. (2) holds.
