@@ -166,7 +166,10 @@ impl<'o> Descent<'o> {
     fn is_flat<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> bool {
         let Point { x, value, gradient } = &self.at;
         let direction = self.direction(problem);
-        let alpha = AHEAD * largest(x).max(1.0) / largest(&direction).max(f64::MIN_POSITIVE);
+        let length = largest(&direction).max(f64::MIN_POSITIVE);
+        // How far it is to the origin, or how far the steps here were; at the origin itself, as far as the first one was tried.
+        let reach = self.history.iter().fold(largest(x), |reach, it| reach.max(it.step));
+        let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction) };
         let mut ahead = x.clone();
         add(&mut ahead, alpha, &direction);
         problem.project(&mut ahead);
@@ -182,16 +185,24 @@ impl<'o> Descent<'o> {
 
     fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Result<Option<Point>, Error> {
         let direction = self.direction(problem);
-        let first = match (self.pairs.is_empty(), self.options.first_step) {
+        search(problem, merit, &self.at, &direction, self.first(&direction))
+    }
+
+    /// The first length that is tried along a direction.
+    fn first(&self, direction: &[f64]) -> f64 {
+        match (self.pairs.is_empty(), self.options.first_step) {
             (false, _) => 1.0,
-            (true, Some(length)) => length / largest(&direction).max(f64::MIN_POSITIVE),
-            // Where a parabola with its minimum at 0 would have it, or half as far.
+            (true, Some(length)) => length / largest(direction).max(f64::MIN_POSITIVE),
+            // Where a parabola with its minimum at 0 would have it, or half as far; without a value, as far as the variables are large, or by 1.
             (true, None) => {
-                let square = dot(&direction, &direction);
-                if self.at.value == 0.0 { 1.0 / square.sqrt() } else { self.at.value.abs() / square }
+                let (square, size) = (dot(direction, direction), largest(&self.at.x));
+                match self.at.value {
+                    0.0 if size > 0.0 => size / square.sqrt(),
+                    0.0 => 1.0 / square.sqrt(),
+                    value => value.abs() / square,
+                }
             }
-        };
-        search(problem, merit, &self.at, &direction, first)
+        }
     }
 
     /// −H g over the variables that are not held by a bound, by the two loops.

@@ -15,13 +15,14 @@ pub struct Options {
     pub iterations: usize,
     /// A value of f, or of ½‖r‖², at which it is good enough, if there is one.
     pub target: Option<f64>,
-    /// How much smaller than at the start the gradient must become, reduced to what bounds leave.
+    /// How much smaller than at the start the gradient must become, by variables that no bound holds.
     pub stationarity: f64,
     /// How far constraints may be from what they must be.
     pub violation: f64,
     /// The pairs of steps and changes of the gradient that are remembered.
     pub memory: usize,
-    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given.
+    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given (1 where f and all
+    /// variables are zero, which tell no length).
     pub first_step: Option<f64>,
 }
 
@@ -303,10 +304,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
     }
 
-    /// The largest component of P(x − g) − x, without the rounding of x − g.
+    /// The largest component of the gradient, of variables that no bound holds.
     pub(super) fn stationarity(&self, x: &[f64], g: &[f64]) -> f64 {
-        let parts = x.iter().zip(g).zip(&self.bounds);
-        parts.fold(0.0, |most: f64, ((x, g), of)| most.max((-g).max(of.least - x).min(of.most - x).abs()))
+        let free = x.iter().zip(g).zip(&self.bounds).filter(|((x, g), of)| of.holds(**x, **g).is_none());
+        free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
     pub(super) fn outcome(
