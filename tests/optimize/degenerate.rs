@@ -80,6 +80,35 @@ fn steps_do_not_depend_on_the_unit_of_the_cost() {
     }
 }
 
+/// Slacks were far from their bounds at a distance of 1, in whatever unit.
+#[test]
+fn steps_do_not_depend_on_the_unit_of_constraints() {
+    const MEGA: f64 = (1u64 << 20) as f64;
+    let functions: [(Function, f64); 3] = [
+        (|x, c, g| in_units(x, c, g, 1.0, 1.0), 1.0),
+        (|x, c, g| in_units(x, c, g, 1.0, MEGA), MEGA),
+        (|x, c, g| in_units(x, c, g, 1.0, 1.0 / MEGA), 1.0 / MEGA),
+    ];
+    for constraints in [[Interval::ZERO, Interval::at_most(0.0)], [Interval::at_most(0.0); 2], [Interval::new(-1.0, 0.5); 2]]
+    {
+        for start in [[0.0, 0.0], [2.0, -1.0], [-1.2, 1.0]] {
+            let found = functions.map(|(function, unit)| {
+                let constraints = constraints.map(|of| Interval::new(of.least * unit, of.most * unit));
+                let mut problem = Given::new(function, vec![Interval::FREE; 2], constraints.to_vec());
+                let options = Options { violation: 1e-9 * unit, ..Options::default() };
+                interior_point(&mut problem, &start, &options, &mut silent).expect("fits")
+            });
+            assert!(found[0].reason.is_converged(), "{found:?}");
+            for other in &found[1..] {
+                // Logarithms of distances are rounded otherwise.
+                assert_near(&other.x, &found[0].x, 1e-10);
+                let way = |of: &Outcome| (of.reason, of.evaluations, of.history.len());
+                assert_eq!(way(other), way(&found[0]), "{found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn constraints_of_any_size_count_alike() {
     for least in [f64::NEG_INFINITY, 0.0] {

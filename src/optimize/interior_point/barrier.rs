@@ -3,7 +3,8 @@
 use super::super::outcome::Counted;
 use super::super::problem::{Interval, Problem};
 
-/// A start is moved so far into its bounds: relative to their size or to their distance, the smaller of both.
+/// A start is moved so far into its bounds: variables relative to their size or to their distance, the smaller of both; slacks relative to their distance
+/// or, with one bound, to its size or to what is far from it.
 const INSIDE: f64 = 1e-2;
 /// No step goes farther than this share of the way to a bound.
 pub(super) const TO_BOUND: f64 = 0.995;
@@ -20,21 +21,31 @@ pub(super) struct Barrier {
     /// Those of lower and of upper bounds.
     z: Vec<[f64; 2]>,
     pub(super) mu: f64,
+    /// What is far from a bound, and the largest step of 1: 1 for variables; for slacks, what such steps change their constraints by.
+    pub(super) far: Vec<f64>,
 }
 
 impl Barrier {
-    /// Of a problem, with its start moved inside.
-    pub(super) fn new<P: Problem + ?Sized>(problem: &Counted<P>, inequalities: &[usize], y: &mut [f64]) -> Self {
+    /// Of a problem and those of its constraints that have slacks.
+    pub(super) fn new<P: Problem + ?Sized>(problem: &Counted<P>, inequalities: &[usize]) -> Self {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
-        for (y, of) in y.iter_mut().zip(&bounds) {
-            let inside = |bound: f64| INSIDE * bound.abs().max(1.0).min(of.most - of.least);
-            // What is fixed stays where it is.
-            if !of.is_equality() {
-                *y = y.max(of.least + inside(of.least)).min(of.most - inside(of.most));
-            }
+        Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, mu: 0.0 }
+    }
+
+    /// Moves variables inside their bounds.
+    pub(super) fn move_variables(&self, x: &mut [f64]) {
+        x.iter_mut()
+            .zip(&self.bounds)
+            .for_each(|(x, of)| move_inside(x, of, |bound| bound.abs().max(1.0).min(of.most - of.least)));
+    }
+
+    /// Moves slacks, the entries of y behind n variables, inside theirs.
+    pub(super) fn move_slacks(&self, n: usize, y: &mut [f64]) {
+        for ((y, of), far) in y.iter_mut().zip(&self.bounds).zip(&self.far).skip(n) {
+            let distance = of.most - of.least;
+            move_inside(y, of, |bound| if distance.is_finite() { distance } else { bound.abs().max(*far) });
         }
-        Barrier { z: vec![[0.0; 2]; bounds.len()], bounds, mu: 0.0 }
     }
 
     /// Whether there is anything to keep away from.
@@ -75,23 +86,23 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(&self.z).map(of).collect()
     }
 
-    /// What a step of 1 of each variable is: its distance from a bound, 0 for what is fixed, 1 far from bounds.
+    /// What a step of 1 of each entry of y is: its distance from a bound, 0 for what is fixed; far from bounds, no more than that.
     pub(super) fn scales(&self, y: &[f64]) -> Vec<f64> {
-        let of = |(of, y): (&Interval, &f64)| {
+        let of = |((of, y), far): ((&Interval, &f64), &f64)| {
             let [below, above] = distances(of, *y);
-            if of.is_equality() { 0.0 } else { below.min(above).min(1.0) }
+            if of.is_equality() { 0.0 } else { below.min(above).min(*far) }
         };
-        self.bounds.iter().zip(y).map(of).collect()
+        self.bounds.iter().zip(y).zip(&self.far).map(of).collect()
     }
 
-    /// The largest derivative, times the distance from the bound that it pushes to where that is below 1: what is left of complementarity.
+    /// The largest derivative, times the distance from the bound that it pushes to where that is not far: what is left of complementarity.
     pub(super) fn stationarity(&self, y: &[f64], gradient: &[f64]) -> f64 {
-        let of = |((of, y), g): ((&Interval, &f64), &f64)| {
+        let of = |(((of, y), g), far): (((&Interval, &f64), &f64), &f64)| {
             let [below, above] = distances(of, *y);
             let room = if *g > 0.0 { below } else { above };
-            if of.is_equality() { 0.0 } else { g.abs() * room.min(1.0) }
+            if of.is_equality() { 0.0 } else { g.abs() * room.min(*far) }
         };
-        self.bounds.iter().zip(y).zip(gradient).map(of).fold(0.0, f64::max)
+        self.bounds.iter().zip(y).zip(gradient).zip(&self.far).map(of).fold(0.0, f64::max)
     }
 
     /// How much of a step from here, behind `before`, goes no farther than a share of the way to any bound: 1 or less.
@@ -145,6 +156,13 @@ impl Barrier {
     }
 }
 
+/// Moves y so far away from its bounds, in parts of their sizes; what is fixed stays where it is.
+fn move_inside(y: &mut f64, of: &Interval, size: impl Fn(f64) -> f64) {
+    if !of.is_equality() {
+        *y = y.max(of.least + INSIDE * size(of.least)).min(of.most - INSIDE * size(of.most));
+    }
+}
+
 /// y − l and u − y; of what is fixed, infinite.
 fn distances(of: &Interval, y: f64) -> [f64; 2] {
     if of.is_equality() { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
@@ -176,7 +194,7 @@ mod tests {
     #[test]
     fn a_settled_slack_is_where_its_terms_are_least() {
         let bounds = [Interval::at_least(-1.0), Interval::at_most(2.0), Interval::new(-1.0, 2.0)];
-        let barrier = Barrier { z: vec![[0.0; 2]; 3], bounds: bounds.to_vec(), mu: 1.0 };
+        let barrier = Barrier { z: vec![[0.0; 2]; 3], bounds: bounds.to_vec(), mu: 1.0, far: vec![1.0; 3] };
         for (i, of) in bounds.iter().enumerate() {
             for x in [-30.0, -1.0, -1.0 + 1e-9, 0.3, 0.5, 2.0, 2.1, 1e6] {
                 for weight in [1e-18, 1e-7, 0.1, 30.0] {

@@ -4,7 +4,7 @@ mod trial;
 
 use std::rc::Rc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::super::outcome::Counted;
 use super::super::problem::Interval;
@@ -63,7 +63,7 @@ pub(super) struct Method {
 impl Method {
     /// At x, moved inside its bounds.
     pub(super) fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, mut x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
-        Barrier::new(problem, &[], &mut x);
+        Barrier::new(problem, &[]).move_variables(&mut x);
         Method::at(problem, x, allowed)
     }
 
@@ -73,9 +73,8 @@ impl Method {
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
         let value = problem.evaluate_start(&x)?;
-        let mut y: Vec<f64> = x.iter().copied().chain(inequalities.iter().map(|&j| problem.c[j])).collect();
-        let barrier = Barrier::new(problem, &inequalities, &mut y);
-        y[..x.len()].copy_from_slice(&x);
+        let y: Vec<f64> = x.iter().copied().chain(inequalities.iter().map(|&j| problem.c[j])).collect();
+        let barrier = Barrier::new(problem, &inequalities);
         let (m, len) = (rows.len(), y.len());
         let mut method = Method {
             rows,
@@ -96,7 +95,9 @@ impl Method {
             farthest: 0.0,
             steepest: 0.0,
         };
-        method.linearise(problem)?;
+        method.differentiate(problem)?;
+        method.barrier.move_slacks(x.len(), method.y.as_mut_slice());
+        method.take_scales(problem);
         if method.barrier.is_there() {
             method.first_mu = FIRST * method.forces(problem)?;
             method.barrier.set(method.first_mu, method.y.as_slice());
@@ -106,8 +107,8 @@ impl Method {
     }
 
     /// x.
-    pub(super) fn x<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> &[f64] {
-        &self.y.as_slice()[..problem.bounds.len()]
+    pub(super) fn x(&self) -> DVectorView<'_, f64> {
+        self.y.rows(0, self.y.len() - self.inequalities.len())
     }
 
     /// C(y), with the values of c that the problem has at hand.
@@ -121,15 +122,27 @@ impl Method {
         DVector::from_iterator(self.rows.len(), differences)
     }
 
-    /// C and the derivatives at the point that was evaluated last.
-    fn linearise<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+    /// The derivatives at the point that was evaluated last, and from them how far from their bounds slacks are.
+    fn differentiate<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
         let n = problem.bounds.len();
         problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
         self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
+        let scales = self.barrier.scales(self.y.as_slice());
+        for (slack, k) in self.slacks(n) {
+            let change = self.jacobian.row(k).columns(0, n).iter().zip(&scales).map(|(x, d)| x * d).fold(0.0, f64::hypot);
+            if change > 0.0 {
+                self.barrier.far[slack] = change;
+            }
+        }
+        Ok(())
+    }
+
+    /// C, the scales, and what constraints leave.
+    fn take_scales<P: Problem + ?Sized>(&mut self, problem: &Counted<P>) {
+        let n = problem.bounds.len();
         self.scales = self.barrier.scales(self.y.as_slice()).into();
-        let inequalities = self.rows.iter().enumerate().filter(|(_, j)| !problem.intervals[**j].is_equality());
-        for (slack, (k, &j)) in (n..).zip(inequalities) {
-            let changes = self.jacobian.view((k, 0), (1, n)).amax() > 0.0;
+        for (slack, k) in self.slacks(n) {
+            let (j, changes) = (self.rows[k], self.jacobian.row(k).columns(0, n).amax() > 0.0);
             self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
             let moves = if self.still[k] { 0.0 } else { 1.0 };
             self.jacobian[(k, slack)] = -moves;
@@ -138,7 +151,12 @@ impl Method {
         self.c = self.constraints(problem, &self.y);
         self.farthest = self.farthest.max(self.c.amax());
         self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
-        Ok(())
+    }
+
+    /// Slacks and their rows, behind n variables.
+    fn slacks(&self, n: usize) -> Vec<(usize, usize)> {
+        let rows = (0..self.rows.len()).filter(|&k| self.inequalities.binary_search(&self.rows[k]).is_ok());
+        (n..).zip(rows).collect()
     }
 
     /// The gradient of f + barrier in units of the scales.
@@ -182,18 +200,19 @@ impl Method {
     }
 
     pub(super) fn first_radius(&self, options: &Options) -> f64 {
-        options.first_step.unwrap_or(1.0).max(self.y.amax())
+        options.first_step.unwrap_or(1.0).max(self.x().amax())
     }
 
     /// What the gradient of the Lagrangian is small against.
     pub(super) fn scale(&self) -> f64 {
-        let terms = self.jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
+        let jacobian = self.jacobian.columns(0, self.x().len());
+        let terms = jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
         terms.fold(self.gradient.amax(), f64::max)
     }
 
     /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
     pub(super) fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
-        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
+        problem.ensure(self.x().as_slice());
         self.prepare_products(problem)?;
         let ones = DVector::from_element(self.y.len(), 1.0);
         let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
@@ -277,12 +296,13 @@ impl Method {
 
     /// Goes there.
     fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
-        let length = (&to.y - &self.y).amax();
+        let length = (to.y.rows(0, self.x().len()) - self.x()).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
         (self.y, self.value) = (to.y, to.value);
         // A second trial may have been evaluated after the one that is taken.
-        problem.ensure(&self.y.as_slice()[..problem.bounds.len()]);
-        self.linearise(problem)?;
+        problem.ensure(self.x().as_slice());
+        self.differentiate(problem)?;
+        self.take_scales(problem);
         self.find_multipliers();
         Ok(length)
     }

@@ -45,7 +45,7 @@ pub fn interior_point<P: Problem + ?Sized>(
     let mut radius = method.first_radius(options);
     let reason = loop {
         let last = iterations.last();
-        if watch(&last, method.x(&counted)).is_break() {
+        if watch(&last, method.x().as_slice()).is_break() {
             break Reason::Asked;
         }
         let feasible = last.violation <= options.violation;
@@ -66,7 +66,7 @@ pub fn interior_point<P: Problem + ?Sized>(
             None if feasible => break last_reason(&method, &mut counted, &mut iterations, asked)?,
             None => {
                 let left = Options { iterations: options.iterations - iterations.count(), ..*options };
-                let x = method.x(&counted).to_vec();
+                let x = method.x().as_slice().to_vec();
                 let found = feasibility::approach(&mut counted, &x, &left)?;
                 method = Method::at(&mut counted, found.x, options.violation)?;
                 radius = method.first_radius(options);
@@ -78,7 +78,7 @@ pub fn interior_point<P: Problem + ?Sized>(
         }
     };
     let multipliers = method.all_multipliers(&counted);
-    let (x, value) = (method.x(&counted).to_vec(), method.value);
+    let (x, value) = (method.x().as_slice().to_vec(), method.value);
     // What the problem keeps is the motion of the answer.
     counted.ensure(&x);
     Ok(counted.outcome(x, value, multipliers, iterations.history, reason))
