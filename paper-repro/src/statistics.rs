@@ -12,6 +12,11 @@ pub fn largest(values: &[f64]) -> f64 {
     values.iter().copied().max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
+/// The least and the greatest value; ∞ and −∞ of nothing.
+pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)))
+}
+
 /// ‖a − b‖∞/‖b‖∞, infinite if the lengths differ.
 pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     if a.len() != b.len() {

@@ -6,6 +6,7 @@ use super::KINK;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Place, Series, Style, colour, scientific};
+use crate::statistics::range;
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
@@ -42,7 +43,7 @@ fn cost(value: f64) -> String {
 }
 
 fn claims(optimum: &Optimum) -> Vec<Row> {
-    let [start, end] = [&optimum.history[0], optimum.end()].map(|iterate| (iterate.u.min(), iterate.u.max()));
+    let [start, end] = [&optimum.history[0], optimum.end()].map(|iterate| range(iterate.u.iter().copied()));
     let (first, verdict) = match start {
         (10.0, 10.0) => ("10 N, constant".to_owned(), Verdict::Reproduced),
         (least, most) => (format!("{least} to {most} N"), Verdict::Failed),

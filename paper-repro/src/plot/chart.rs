@@ -8,7 +8,7 @@ use plotters::element::{Circle, Cross, DashedPathElement, DynElement, EmptyEleme
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{BLACK, Color, FontStyle, IntoTextStyle, RGBColor, ShapeStyle, WHITE};
 
-use super::page::{self, Area, LARGE, SMALL, font, units};
+use super::page::{self, Area, LARGE, SMALL, font, pen, units};
 use super::ruler::Ruler;
 use super::{Axis, Colour, Point, csv};
 use crate::error::Error;
@@ -132,8 +132,8 @@ impl Chart {
             .x_labels((width / 55.0) as usize)
             .y_labels((height / 30.0) as usize)
             .max_light_lines(0)
-            .bold_line_style(GRID.stroke_width(units(0.5) as u32))
-            .axis_style(BLACK.stroke_width(units(0.75) as u32))
+            .bold_line_style(pen(GRID, 0.5))
+            .axis_style(pen(BLACK, 0.75))
             .set_all_tick_mark_size(units(4.0))
             .label_style(small.clone())
             .axis_desc_style(font(SMALL + 1.0, FontStyle::Normal))
@@ -144,7 +144,7 @@ impl Chart {
             let colour = self.series.iter().find(|series| series.right_axis).map_or(BLACK, |series| series.colour);
             chart
                 .configure_secondary_axes()
-                .axis_style(BLACK.stroke_width(units(0.75) as u32))
+                .axis_style(pen(BLACK, 0.75))
                 .set_all_tick_mark_size(units(4.0))
                 .label_style(small.clone().color(&colour))
                 .axis_desc_style(font(SMALL + 1.0, FontStyle::Normal).color(&colour))
@@ -173,7 +173,7 @@ impl Chart {
                 .legend_area_size(units(SAMPLE + 6.0))
                 .margin(units(LEGEND_MARGIN))
                 .background_style(WHITE.filled())
-                .border_style(GRID.stroke_width(units(0.75) as u32))
+                .border_style(pen(GRID, 0.75))
                 .label_font(small)
                 .draw()?;
         }
@@ -258,7 +258,7 @@ impl Series {
 
     /// Enters the name into the legend, with a sample of the line and the marker.
     fn name<'a>(&self, legend: &mut SeriesAnno<'a, SVGBackend<'a>>) {
-        let (line, pen, dashes) = (self.pen(1.5), self.pen(1.25), [units(6.0), units(4.0)]);
+        let (line, pen, dashes) = (pen(self.colour, 1.5), pen(self.colour, 1.25), [units(6.0), units(4.0)]);
         let half = units(0.5 * SAMPLE);
         let middle = move |(x, y): (i32, i32)| EmptyElement::at((x + half, y));
         let legend = legend.label(&self.name);
@@ -277,7 +277,7 @@ impl Series {
 
     /// The line, if the style has one.
     fn stroke<'a, C: Clone + 'static>(&self, line: Vec<C>) -> Element<'a, C> {
-        let style = self.pen(1.5);
+        let style = pen(self.colour, 1.5);
         match self.style {
             Style::Line | Style::LineAndCircles => PathElement::new(line, style).into_dyn(),
             Style::Dashed => DashedPathElement::new(line, units(6.0), units(4.0), style).into_dyn(),
@@ -287,7 +287,7 @@ impl Series {
 
     /// The marker, if the style has one.
     fn mark<'a, C: Clone + 'static>(&self, at: C) -> Element<'a, C> {
-        let pen = self.pen(1.25);
+        let pen = pen(self.colour, 1.25);
         match self.style {
             Style::Line | Style::Dashed => EmptyElement::at(at).into_dyn(),
             Style::Circles | Style::LineAndCircles => {
@@ -295,10 +295,6 @@ impl Series {
             }
             Style::Crosses => Cross::new(at, units(RADIUS), pen).into_dyn(),
         }
-    }
-
-    fn pen(&self, width: f64) -> ShapeStyle {
-        self.colour.stroke_width(units(width) as u32)
     }
 }
 

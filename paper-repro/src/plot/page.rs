@@ -7,10 +7,11 @@ use std::sync::{Arc, OnceLock};
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
-use plotters::style::{FontDesc, FontFamily, FontStyle, WHITE, register_font};
+use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, ShapeStyle, WHITE, register_font};
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
+use super::Colour;
 use crate::error::Error;
 use crate::files;
 
@@ -35,6 +36,11 @@ pub fn units(points: f64) -> i32 {
 pub fn font(em: f64, style: FontStyle) -> FontDesc<'static> {
     // plotters writes a font into an SVG by this factor smaller.
     FontDesc::new(FontFamily::SansSerif, 1.24 * em * UNITS, style)
+}
+
+/// A line of this width in points.
+pub fn pen(colour: Colour, width: f64) -> ShapeStyle {
+    colour.stroke_width(units(width) as u32)
 }
 
 /// Writes the three files of the stem; the page is as large as these points, whatever is drawn on it.

@@ -7,6 +7,8 @@ use std::ops::Range;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 
+use crate::statistics::range;
+
 /// An axis as asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Axis {
@@ -36,7 +38,7 @@ impl Axis {
             return Ruler { low: whole.position(low), high: whole.position(high), ..whole };
         }
         let positions = values.map(|value| whole.position(value)).filter(|position| position.is_finite());
-        let (low, high) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let (low, high) = range(positions);
         let size = (low.abs().max(high.abs())).max(1e-300);
         let (low, high, room) = match high - low {
             spread if spread > 1e-12 * size => (low, high, margin * spread),

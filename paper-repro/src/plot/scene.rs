@@ -3,15 +3,20 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use nalgebra::Vector2;
 use plotters::chart::ChartBuilder;
 use plotters::element::{Circle, DashedPathElement, PathElement, Polygon, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{BLACK, Color, FontStyle, IntoTextStyle, WHITE};
 
-use super::page::{self, Area, LARGE, SMALL, font, units};
+use super::page::{self, Area, LARGE, SMALL, font, pen, units};
 use super::ruler::Ruler;
 use super::{Colour, Point, colour, csv};
 use crate::error::Error;
+use crate::statistics::range;
+
+/// A place on the page.
+type Pixel = (i32, i32);
 
 /// A thing in the plane of the mechanism: lengths are those of the data, widths of lines are in points.
 #[derive(Clone)]
@@ -111,9 +116,9 @@ impl Shape {
     }
 
     /// Draws the shape; `place` says where on the page a point of the data is.
-    fn draw(&self, page: &Area, place: impl Fn(&Point) -> (i32, i32)) -> Result<(), Error> {
-        let outline: Vec<(i32, i32)> = self.points.iter().map(&place).collect();
-        let pen = |width: f64| self.colour.stroke_width(units(width) as u32);
+    fn draw(&self, page: &Area, place: impl Fn(&Point) -> Pixel) -> Result<(), Error> {
+        let outline: Vec<Pixel> = self.points.iter().map(&place).collect();
+        let pen = |width: f64| pen(self.colour, width);
         match self.look {
             Look::Line(width) => page.draw(&PathElement::new(outline, pen(width)))?,
             Look::Dashes => page.draw(&DashedPathElement::new(outline, units(4.0), units(3.0), pen(0.75)))?,
@@ -147,33 +152,34 @@ fn arc((x, y): Point, radius: f64, to: f64) -> Vec<Point> {
 }
 
 /// The line of the ground with its hatching.
-fn hatched(page: &Area, from: (i32, i32), to: (i32, i32)) -> Result<(), Error> {
-    let ((ahead, right), spacing) = (directions(from, to), f64::from(units(7.0)));
-    let length = f64::from(to.0 - from.0).hypot(f64::from(to.1 - from.1));
+fn hatched(page: &Area, from: Pixel, to: Pixel) -> Result<(), Error> {
+    let (ahead, right, length) = directions(from, to);
+    let spacing = f64::from(units(7.0));
     for stroke in 1..=(length / spacing) as i32 {
-        let start = moved(from, ahead, f64::from(stroke) * spacing);
-        let end = moved(moved(start, ahead, -spacing), right, spacing);
-        page.draw(&PathElement::new([start, end], colour::GREY.stroke_width(units(0.75) as u32)))?;
+        let start = moved(from, ahead * (f64::from(stroke) * spacing));
+        let end = moved(moved(start, ahead * -spacing), right * spacing);
+        page.draw(&PathElement::new([start, end], pen(colour::GREY, 0.75)))?;
     }
-    Ok(page.draw(&PathElement::new([from, to], BLACK.stroke_width(units(1.0) as u32)))?)
+    Ok(page.draw(&PathElement::new([from, to], pen(BLACK, 1.0)))?)
 }
 
 /// The head of an arrow.
-fn head(tail: (i32, i32), tip: (i32, i32)) -> Vec<(i32, i32)> {
-    let ((ahead, right), length) = (directions(tail, tip), f64::from(units(7.0)));
-    let back = moved(tip, ahead, -length);
-    vec![tip, moved(back, right, 0.4 * length), moved(back, right, -0.4 * length)]
+fn head(tail: Pixel, tip: Pixel) -> Vec<Pixel> {
+    let ((ahead, right, _), length) = (directions(tail, tip), f64::from(units(7.0)));
+    let back = moved(tip, ahead * -length);
+    vec![tip, moved(back, right * (0.4 * length)), moved(back, right * (-0.4 * length))]
 }
 
-/// The unit vectors along the segment and to its right on the page.
-fn directions(from: (i32, i32), to: (i32, i32)) -> (Point, Point) {
-    let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
-    let length = dx.hypot(dy).max(1e-9);
-    ((dx / length, dy / length), (-dy / length, dx / length))
+/// The unit vectors along the segment and to its right on the page, and its length.
+fn directions(from: Pixel, to: Pixel) -> (Vector2<f64>, Vector2<f64>, f64) {
+    let along = Vector2::new(to.0 - from.0, to.1 - from.1).cast::<f64>();
+    let length = along.x.hypot(along.y).max(1e-9);
+    let ahead = along / length;
+    (ahead, Vector2::new(-ahead.y, ahead.x), length)
 }
 
-fn moved((x, y): (i32, i32), (dx, dy): Point, distance: f64) -> (i32, i32) {
-    (x + (distance * dx).round() as i32, y + (distance * dy).round() as i32)
+fn moved((x, y): Pixel, by: Vector2<f64>) -> Pixel {
+    (x + by.x.round() as i32, y + by.y.round() as i32)
 }
 
 /// One picture.
@@ -249,7 +255,7 @@ impl SceneChart {
         Ok(chart
             .configure_mesh()
             .disable_mesh()
-            .axis_style(BLACK.stroke_width(units(0.75) as u32))
+            .axis_style(pen(BLACK, 0.75))
             .set_all_tick_mark_size(units(4.0))
             .label_style(font(SMALL, FontStyle::Normal))
             .axis_desc_style(font(SMALL + 1.0, FontStyle::Normal))
@@ -264,7 +270,7 @@ impl SceneChart {
         let style = font(SMALL, FontStyle::Normal).into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
         for (name, colour) in &self.key {
             let line = [(left, middle), (left + sample, middle)];
-            area.draw(&PathElement::new(line, colour.stroke_width(units(3.0) as u32)))?;
+            area.draw(&PathElement::new(line, pen(*colour, 3.0)))?;
             area.draw(&Text::new(*name, (left + sample + units(5.0), middle), style.clone()))?;
             left += sample + units(25.0) + area.estimate_text_size(name, &style)?.0 as i32;
         }
@@ -275,8 +281,7 @@ impl SceneChart {
     fn stretch(&self) -> (Point, Point) {
         let points = || self.scenes.iter().flat_map(|scene| &scene.shapes).flat_map(|shape| &shape.points);
         let extent = |of: fn(&Point) -> f64| {
-            let values = points().map(of).filter(|value| value.is_finite());
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            let (low, high) = range(points().map(of).filter(|value| value.is_finite()));
             if low > high { (0.0, 1.0) } else { (low, high) }
         };
         let ((left, right), (low, high)) = (extent(|point| point.0), extent(|point| point.1));

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::row::{Curve, Quantity};
 use crate::error::Error;
 use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
+use crate::statistics::range;
 
 /// The size of one of three panels side by side.
 const PANEL: (f64, f64) = (430.0, 480.0);
@@ -68,8 +69,7 @@ fn series<'a>(curves: impl Iterator<Item = &'a Curve>, mechanisms: &[&str]) -> V
 
 /// From the least to the greatest time or step of all panels.
 fn stretch(curves: &[&Curve]) -> (f64, f64) {
-    let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).filter(|x| *x > 0.0);
-    values.fold((f64::INFINITY, 0.0), |(least, most), x| (x.min(least), x.max(most)))
+    range(curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).filter(|x| *x > 0.0))
 }
 
 /// The name up to the comma.

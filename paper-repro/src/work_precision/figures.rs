@@ -8,6 +8,7 @@ use super::methods::Methods;
 use super::stiff;
 use crate::error::Error;
 use crate::plot::{Axis, Chart, Panels, Place, Point, Series, Style, colour};
+use crate::statistics::range;
 
 /// The size of one of two panels side by side.
 const PANEL: (f64, f64) = (450.0, 420.0);
@@ -59,16 +60,16 @@ fn chart(title: &str, series: impl Iterator<Item = Series>) -> Chart {
 
 /// The panels over the same stretch of their horizontal axes.
 fn side_by_side(charts: [Chart; 2], x: &str) -> Panels {
-    let values: Vec<f64> = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0).collect();
-    let axis = Axis { range: Some(stretch(&values)), ..Axis::log(x, 0.0) };
+    let values = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0);
+    let axis = Axis { range: Some(stretch(values)), ..Axis::log(x, 0.0) };
     let charts = charts.map(|chart| Chart { x: axis.clone(), ..chart });
     Panels { charts: charts.to_vec(), columns: 2 }
 }
 
 /// From the least to the greatest value with some room on a logarithmic axis.
-fn stretch(values: &[f64]) -> (f64, f64) {
+fn stretch(values: impl Iterator<Item = f64>) -> (f64, f64) {
     const ROOM: f64 = 1.5;
-    let (least, greatest) = values.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    let (least, greatest) = range(values);
     (least / ROOM, greatest * ROOM)
 }
 
@@ -78,8 +79,7 @@ fn methods(measured: &Methods) -> Panels {
     // The third is a complex step too.
     let exact = || measured.exact.iter().zip([(colour::BLACK, Style::Line), (colour::ORANGE, Style::Dashed)]);
     let stepped = || measured.stepped.iter().zip([colour::BLUE, colour::RED, colour::GREEN]);
-    let sizes: Vec<f64> = measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0).collect();
-    let (least, greatest) = stretch(&sizes);
+    let (least, greatest) = stretch(measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0));
     let level = |error| vec![(least, error), (greatest, error)];
     let levels = exact().map(|(it, (colour, style))| named(it.name, colour, style, level(it.error)));
     let curves = stepped().map(|(it, colour)| named(it.name, colour, Style::LineAndCircles, it.errors.clone()));
