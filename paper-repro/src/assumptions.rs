@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hamiltonian_adjoint::{Error as MotionError, Inputs, Settings as SolverSettings, Solver, System};
+use hamiltonian_adjoint::{Control, Error as MotionError, Inputs, Settings as SolverSettings, Solver, System};
 use serde_json::{Value, json};
 
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::files;
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::settings::Settings;
 use crate::statistics::median;
-use crate::steepest_descent::{self, ControlObjective, LineSearch};
+use crate::steepest_descent::{self, LineSearch};
 use crate::table::Table;
 
 /// Varies what the paper leaves open, and tells which of its numbers each choice reproduces
@@ -71,7 +71,7 @@ pub fn run(options: &Options, usual: &Settings) -> Result<bool, Error> {
             for first in FIRST_STEPS {
                 for shorten in SHORTEN {
                     let search = LineSearch { first, shorten, ..settings.line_search() };
-                    let end = descend(&system, &inputs, &search)?;
+                    let end = descend(&system, &inputs, settings.force(), &search)?;
                     rows.push(row(&settings, &search, &start, &end));
                     all.push(record(&settings, &search, &start, &end));
                 }
@@ -116,13 +116,13 @@ fn start(system: &System, inputs: &Inputs) -> Result<Start, MotionError> {
     Ok(Start { cost: gradient.value, vanishes: times[smallest], drift })
 }
 
-fn descend(system: &System, inputs: &Inputs, search: &LineSearch) -> Result<End, MotionError> {
-    let mut solver = Solver::new(system, SolverSettings::default());
-    let mut objective = ControlObjective { solver: &mut solver, inputs: inputs.clone() };
-    let history = steepest_descent::minimise(&mut objective, inputs.controls.clone(), search, ITERATIONS, |_| {})?;
+fn descend(system: &System, inputs: &Inputs, force: Control, search: &LineSearch) -> Result<End, MotionError> {
+    let mut problem = steepest_descent::by_force(system, inputs, force)?;
+    let start = problem.start();
+    let history = steepest_descent::minimise(&mut problem, start, search, ITERATIONS, |_| {})?;
     let last = &history[history.len() - 1];
-    let inputs = Inputs { controls: last.u.clone(), ..inputs.clone() };
-    let motion = solver.simulate(&inputs)?;
+    let inputs = problem.inputs_at(&last.u);
+    let motion = problem.solver.simulate(&inputs)?;
     let rightmost = motion.times[motion.q.row(0).transpose().imax()];
     Ok(End { cost: last.cost, iterations: history.len() - 1, rightmost })
 }

@@ -10,7 +10,7 @@ use crate::constraints::Violations;
 use crate::error::Error;
 use crate::settings::Settings;
 use crate::statistics::largest;
-use crate::steepest_descent::{self, ControlObjective, Iterate};
+use crate::steepest_descent::{self, Iterate};
 use crate::timing::{self, Timing};
 
 /// The example with its runs.
@@ -92,22 +92,18 @@ impl Experiment {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
             let bar = bar("steepest descent", iterations as usize);
-            let mut solver = Solver::new(&self.system, SolverSettings::default());
-            let mut objective = ControlObjective { solver: &mut solver, inputs: self.inputs.clone() };
-            let (u, search) = (self.inputs.controls.clone(), self.settings.line_search());
+            let mut problem = steepest_descent::by_force(&self.system, &self.inputs, self.settings.force())?;
+            let (u, search) = (problem.start(), self.settings.line_search());
             let report = |iterate: &Iterate| {
                 bar.set_message(format!("J = {:.3e}", iterate.cost));
                 bar.inc(u64::from(iterate.step > 0.0));
             };
-            let history = steepest_descent::minimise(&mut objective, u, &search, iterations as usize, report)?;
+            let history = steepest_descent::minimise(&mut problem, u, &search, iterations as usize, report)?;
             bar.finish_and_clear();
-            let mut inputs = self.inputs.clone();
-            if let Some(last) = history.last() {
-                inputs.controls.copy_from(&last.u);
-            }
-            let motion = solver.simulate(&inputs)?.clone();
-            self.note_warnings(&solver);
-            let inputs = solver.inputs().clone();
+            let inputs = problem.inputs_at(&history[history.len() - 1].u);
+            let motion = problem.solver.simulate(&inputs)?.clone();
+            self.note_warnings(&problem.solver);
+            let inputs = problem.solver.inputs().clone();
             Ok(Optimum { history, motion, inputs })
         })
     }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Grid, Inputs, System};
+use hamiltonian_adjoint::{Control, Grid, Inputs, System};
 
 use crate::error::Error;
 use crate::steepest_descent::LineSearch;
@@ -57,6 +57,11 @@ impl Settings {
         }
     }
 
+    /// The control of its scene.
+    pub fn force(&self) -> Control {
+        self.example().mechanism().force
+    }
+
     /// Its initial state and the constant force from which the optimisation starts.
     pub fn inputs(&self, system: &System) -> Inputs {
         let mut inputs = Inputs::at_rest(system, Grid::uniform(STEPS, DT));
@@ -106,20 +111,22 @@ impl Settings {
 }
 
 fn finite(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if value.is_finite() { Ok(value) } else { Err("must be finite".to_owned()) }
+    text.parse().map_err(|_| "not a number".to_owned()).and_then(|value: f64| must(value.is_finite(), value, "be finite"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be positive".to_owned()) })
+    finite(text).and_then(|value| must(value > 0.0, value, "be positive"))
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    finite(text)
-        .and_then(|value| if value > 0.0 && value < 1.0 { Ok(value) } else { Err("must lie between 0 and 1".to_owned()) })
+    finite(text).and_then(|value| must(value > 0.0 && value < 1.0, value, "lie between 0 and 1"))
 }
 
 /// Nearer to 1, a step that nothing shortens would be tried for ever.
 fn shortening(text: &str) -> Result<f64, String> {
-    share(text).and_then(|value| if value <= 0.99 { Ok(value) } else { Err("must be at most 0.99".to_owned()) })
+    share(text).and_then(|value| must(value <= 0.99, value, "be at most 0.99"))
+}
+
+fn must(holds: bool, value: f64, what: &str) -> Result<f64, String> {
+    if holds { Ok(value) } else { Err(format!("must {what}")) }
 }
