@@ -75,19 +75,20 @@ pub fn run(options: &Options) -> Result<bool, Error> {
 fn trials(short: bool) -> Vec<Trial> {
     let groups = [
         // First, for what is judged there is the memory that the process ever had.
-        long_runs::trials(short),
-        extremes::trials(short),
-        units::trials(),
-        chaos::trials(short),
-        conserved::trials(short),
-        drift::trials(short),
-        hard_starts::trials(),
-        conditioning::trials(short),
-        singular::trials(),
-        redundant::trials(),
-        stiff::trials(),
+        ("long runs", long_runs::trials(short)),
+        ("extremes", extremes::trials(short)),
+        ("units", units::trials()),
+        ("chaos", chaos::trials(short)),
+        ("conserved", conserved::trials(short)),
+        ("drift", drift::trials(short)),
+        ("hard starts", hard_starts::trials()),
+        ("condition", conditioning::trials(short)),
+        ("singular", singular::trials()),
+        ("redundant", redundant::trials()),
+        ("stiff parts", stiff::trials()),
     ];
-    groups.into_iter().flatten().collect()
+    let named = |(group, trials): (_, Vec<Trial>)| trials.into_iter().map(move |trial| trial.of_group(group));
+    groups.into_iter().flat_map(named).collect()
 }
 
 #[cfg(test)]

@@ -11,7 +11,6 @@ use crate::assembly::{Mechanism, Units};
 use crate::mechanisms as scenes;
 use crate::statistics::{largest, relative_difference};
 
-const GROUP: &str = "chaos";
 const DT: f64 = 0.01;
 /// Rounding of a step, gathered over some hundred; a motion amplifies it as it does all changes of its state.
 const ROUNDING: f64 = 1e-13;
@@ -19,20 +18,20 @@ const ROUNDING: f64 = 1e-13;
 pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 10_000 } else { 100_000 };
     let gradients = |name: &'static str, settings| {
-        Trial::new(GROUP, format!("{name}, gradient over the horizon to 10 s"), move || horizons(name, settings))
+        Trial::new(format!("{name}, gradient over the horizon to 10 s"), move || horizons(name, settings))
     };
     let energies = |name: &'static str, settings| {
-        Trial::new(GROUP, format!("{name}, energy over {steps} steps of 5 ms"), move || energy(name, steps, settings))
+        Trial::new(format!("{name}, energy over {steps} steps of 5 ms"), move || energy(name, steps, settings))
     };
     vec![
-        Trial::new(GROUP, "triple pendulum, 500 steps, against 40 digits", against_forty_digits),
+        Trial::new("triple pendulum, 500 steps, against 40 digits", against_forty_digits),
         gradients("triple pendulum", Settings::default()),
         gradients("triple pendulum, rebased", rebased(1)),
         gradients("triple pendulum, projected", projected()),
         energies("triple pendulum", Settings::default()).or_refused(GROWS, no_solution).or_warned(APART, drifted),
         energies("triple pendulum, rebased", rebased(1)),
         energies("triple pendulum, projected", projected()),
-        Trial::new(GROUP, format!("triple pendulum, gradient over {steps} steps"), move || gradient_at_the_end(steps))
+        Trial::new(format!("triple pendulum, gradient over {steps} steps"), move || gradient_at_the_end(steps))
             .or_refused(GROWS, no_solution),
     ]
 }

@@ -7,12 +7,10 @@ use super::row::{Measure, Trial};
 use crate::assembly::Units;
 use crate::mechanisms as scenes;
 
-const GROUP: &str = "condition";
-
 pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 2_000 } else { 20_000 };
     let pivot = |what: &str, least: f64, build: fn() -> Result<System, Error>| {
-        Trial::new(GROUP, format!("smallest pivot, {what}"), move || {
+        Trial::new(format!("smallest pivot, {what}"), move || {
             let report = March { control: |t| 2.0 * (3.0 * t).sin(), ..March::new(&build()?, 200, 0.01) }.run(|_| ())?;
             Ok(vec![Measure::between("pivot over its summands", report.worst_pivot, (least, 1.0))])
         })
@@ -25,7 +23,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
         pivot("chain, masses 1 : 1e8 in turns", 1e-10, || {
             Ok(scenes::chain(Units::SI, &[1.0, 1e8, 1.0, 1e8, 1.0], -1.0, 0.0)?.system)
         }),
-        Trial::new(GROUP, format!("adjoint of a damped chain, {steps} steps back"), move || adjoint_growth(steps)),
+        Trial::new(format!("adjoint of a damped chain, {steps} steps back"), move || adjoint_growth(steps)),
     ]
 }
 

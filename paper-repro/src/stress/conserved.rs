@@ -12,14 +12,13 @@ use crate::assembly::{Mechanism, Units};
 use crate::by_hand::DoublePendulum;
 use crate::mechanisms as scenes;
 
-const GROUP: &str = "conserved";
 /// The order of the rule, as far as two step lengths show it.
 const SECOND: (f64, f64) = (1.9, 2.1);
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 10_000 } else { 100_000 };
     let trial = |what: String, run: Box<dyn Fn(usize) -> Result<Found, Error>>| {
-        Trial::new(GROUP, format!("{what}, {steps} steps"), move || run(steps))
+        Trial::new(format!("{what}, {steps} steps"), move || run(steps))
     };
     let mut trials = vec![trial("energy of a double pendulum in its angles, M(q)".into(), Box::new(minimal))];
     for (what, build) in SWINGING {
@@ -43,8 +42,8 @@ pub fn trials(short: bool) -> Vec<Trial> {
         let what = named("momenta of free hinged pairs on springs", how);
         trials.push(trial(what, Box::new(move |steps| Ok(momenta(steps, settings)?.into()))));
     }
-    trials.push(Trial::new(GROUP, "work of motor and friction against the energy of a chain", power));
-    trials.push(Trial::new(GROUP, "energy of three scenes over Δt", energy_over_step));
+    trials.push(Trial::new("work of motor and friction against the energy of a chain", power));
+    trials.push(Trial::new("energy of three scenes over Δt", energy_over_step));
     trials
 }
 

@@ -11,7 +11,6 @@ use super::motion::{
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::mechanisms as scenes;
 
-const GROUP: &str = "drift";
 const MOVING: &str = "paper's cart, kept moving";
 
 type Build = fn() -> Result<System, Error>;
@@ -20,7 +19,7 @@ type Judge = fn(&str, &March) -> Found;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let (steps, many) = if short { (10_000, 100_000) } else { (100_000, 1_000_000) };
-    let mut trials = vec![Trial::new(GROUP, "paper's cart, 2 s, over Δt", over_step)];
+    let mut trials = vec![Trial::new("paper's cart, 2 s, over Δt", over_step)];
     let moving: [(&str, Build, Control, Judge); 2] = [
         (MOVING, || scenes::paper_cart(3), |t| 5.0 * (2.2 * t).sin(), grows_with_time_at_most),
         ("slider-crank without friction", || Ok(scenes::crank()?.system), |_| 0.0, does_not_grow),
@@ -28,7 +27,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
     for (name, build, control, rebased_one) in moving {
         let trial = |how: &str, settings: Settings, steps: usize, judge: Judge| {
             let name = format!("{name}{how}");
-            Trial::new(GROUP, format!("{name}, {steps} steps"), move || {
+            Trial::new(format!("{name}, {steps} steps"), move || {
                 let mut found = judge(&name, &March { control, settings, ..March::new(&build()?, steps, 0.01) });
                 found.curves.retain(|_| settings.rebase_every <= 1);
                 Ok(found)
@@ -43,8 +42,8 @@ pub fn trials(short: bool) -> Vec<Trial> {
         trials.push(trial(", rebased at every 100th node", rebased(100), steps, rebased_one));
         trials.push(trial(", projected at every node", projected(), many, is_rounding));
     }
-    trials.push(Trial::new(GROUP, "gradient of the paper's cart, 100 steps, projected and rebased, over Δt", gradients));
-    trials.push(Trial::new(GROUP, "cost of projection at every node, paper's cart, 10000 steps", cost));
+    trials.push(Trial::new("gradient of the paper's cart, 100 steps, projected and rebased, over Δt", gradients));
+    trials.push(Trial::new("cost of projection at every node, paper's cart, 10000 steps", cost));
     trials
 }
 

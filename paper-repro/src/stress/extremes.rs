@@ -11,46 +11,41 @@ use crate::assembly::Units;
 use crate::mechanisms::{self as scenes, Pull};
 use crate::statistics::{largest, relative_difference};
 
-const GROUP: &str = "extremes";
 /// What an exact gradient may differ from complex step where nothing is extreme.
 const EXACT: f64 = 1e-12;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let mut trials = Vec::new();
     for ratio in [1e-8, 1e-4, 1e4, 1e8] {
-        trials.push(Trial::new(GROUP, format!("chain of five, masses 1 : {ratio:.0e} in turns"), move || mass_ratio(ratio)));
+        trials.push(Trial::new(format!("chain of five, masses 1 : {ratio:.0e} in turns"), move || mass_ratio(ratio)));
     }
-    trials.push(Trial::new(GROUP, "chain, middle link of 1e-12 kg", || light_middle(1e-12)));
+    trials.push(Trial::new("chain, middle link of 1e-12 kg", || light_middle(1e-12)));
     trials.push(
-        Trial::new(GROUP, "chain, middle link without mass", || light_middle(0.0))
+        Trial::new("chain, middle link without mass", || light_middle(0.0))
             .or_refused("a body must have mass", |error| matches!(error, Error::Parameter { .. })),
     );
     trials.push(
-        Trial::new(GROUP, "a coordinate between two bodies without inertia", massless_coordinate)
+        Trial::new("a coordinate between two bodies without inertia", massless_coordinate)
             .or_refused("a coordinate must have inertia", |error| matches!(error, Error::MissingInertia { .. })),
     );
     for stiffness in [1e4, 1e7, 1e10] {
-        trials.push(Trial::new(GROUP, format!("body in a potential of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
+        trials.push(Trial::new(format!("body in a potential of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
             stiff_oscillator(Pull::Linear(stiffness), stiffness)
         }));
-        trials.push(Trial::new(GROUP, format!("body on a spring of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
+        trials.push(Trial::new(format!("body on a spring of {stiffness:.0e} N/m, Δt 0.01 s"), move || {
             stiff_oscillator(Pull::Spring(stiffness), 0.0)
         }));
     }
     for (stiffness, dt) in [(1e4, 0.01), (1e7, 0.01), (1e10, 0.002)] {
         let name = format!("rod hung on a spring of {stiffness:.0e} N/m, Δt {dt} s");
-        trials.push(Trial::new(GROUP, name, move || stiff_pendulum(stiffness, dt)));
+        trials.push(Trial::new(name, move || stiff_pendulum(stiffness, dt)));
     }
-    trials.push(Trial::new(
-        GROUP,
-        "rod hung on a spring of 1e10 N/m, Δt 0.01 s: not resolved, with a warning",
-        too_stiff_pendulum,
-    ));
+    trials.push(Trial::new("rod hung on a spring of 1e10 N/m, Δt 0.01 s: not resolved, with a warning", too_stiff_pendulum));
     for exponent in [-8, -4, 0, 4, 8] {
-        trials.push(Trial::new(GROUP, format!("body with a damper, c Δt/m = 1e{exponent}"), move || damped(exponent)));
+        trials.push(Trial::new(format!("body with a damper, c Δt/m = 1e{exponent}"), move || damped(exponent)));
     }
-    trials.push(Trial::new(GROUP, "cart, Δt from 1e-9 s to 0.1 s", move || step_lengths(short)));
-    trials.push(Trial::new(GROUP, "pendulum turned by 159,155 revolutions (1e6 rad)", large_angles));
+    trials.push(Trial::new("cart, Δt from 1e-9 s to 0.1 s", move || step_lengths(short)));
+    trials.push(Trial::new("pendulum turned by 159,155 revolutions (1e6 rad)", large_angles));
     trials
 }
 

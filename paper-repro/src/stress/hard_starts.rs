@@ -6,57 +6,58 @@ use super::motion::{March, amplification, gradient_error};
 use super::row::{Measure, Trial};
 use crate::mechanisms as scenes;
 
-const GROUP: &str = "hard starts";
 const TOO_LONG: &str = "Newton's iteration has no solution for this step";
 
 pub fn trials() -> Vec<Trial> {
-    let swing_up = |dt: f64| {
-        Trial::new(GROUP, format!("cart, u = 10 N, Δt = {dt} s for 2 s"), move || {
-            let system = scenes::paper_cart(3)?;
-            judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, |_| 10.0), 20)
-        })
-        .or_refused(TOO_LONG, motion_has_no_solution)
-    };
+    let few = |system: &System, inputs: &Inputs| judged(system, inputs, 3);
+    let many = |system: &System, inputs: &Inputs| judged(system, inputs, 20);
+    let over = |dt: f64| ((2.0 / dt) as usize, dt);
+    let swing_up = |dt: f64| cart(format!("cart, u = 10 N, Δt = {dt} s for 2 s"), 3, over(dt), |_| 10.0, many);
     let jumps = |force: f64, dt: f64| {
-        Trial::new(GROUP, format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), move || {
-            let system = scenes::paper_cart(3)?;
-            let turns = move |i: usize| if (i / 5).is_multiple_of(2) { force } else { -force };
-            judged(&system, &pushed(&system, (2.0 / dt) as usize, dt, turns), 20)
-        })
-        .or_refused(TOO_LONG, motion_has_no_solution)
+        cart(format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), 3, over(dt), turns(force), many)
     };
     let links = |links: usize, dt: f64| {
-        Trial::new(GROUP, format!("cart with {links} links, u = 10 N, Δt = {dt} s, 100 steps"), move || {
-            let system = scenes::paper_cart(links)?;
-            judged(&system, &pushed(&system, 100, dt, |_| 10.0), 3)
-        })
-        .or_refused(TOO_LONG, motion_has_no_solution)
+        cart(format!("cart with {links} links, u = 10 N, Δt = {dt} s, 100 steps"), links, (100, dt), |_| 10.0, few)
     };
+    let unresolved = "cart, u = ±1e4 N in turns of 5 steps, Δt = 0.02 s for 2 s: not resolved, with a warning";
+    let heavy = "cart with 1000 links, u = 10 N, Δt = 0.01 s, 100 steps: not resolved, with a warning";
     vec![
         swing_up(0.1),
         swing_up(0.2),
         swing_up(0.5),
         swing_up(1.0),
         jumps(1e2, 0.02),
-        Trial::new(
-            GROUP,
-            "cart, u = ±1e4 N in turns of 5 steps, Δt = 0.02 s for 2 s: not resolved, with a warning",
-            far_too_long,
-        )
-        .or_refused(TOO_LONG, motion_has_no_solution),
+        cart(unresolved.into(), 3, over(0.02), turns(1e4), far_too_long),
         jumps(1e4, 0.002),
         links(100, 0.01),
         links(1000, 0.001),
         links(1000, 0.0025),
-        Trial::new(
-            GROUP,
-            "cart with 1000 links, u = 10 N, Δt = 0.01 s, 100 steps: not resolved, with a warning",
-            heavy_chain,
-        )
-        .or_refused(TOO_LONG, motion_has_no_solution),
-        Trial::new(GROUP, "sled driven by v², two steps far too long", halved),
-        Trial::new(GROUP, "slider-crank spun up by 3 N m, Δt = 0.02 s for 2 s", spun_up),
+        cart(heavy.into(), 1000, (100, 0.01), |_| 10.0, heavy_chain),
+        Trial::new("sled driven by v², two steps far too long", halved),
+        Trial::new("slider-crank spun up by 3 N m, Δt = 0.02 s for 2 s", spun_up),
     ]
+}
+
+/// The cart with so many links under this force in each step, from rest.
+fn cart(
+    tried: String,
+    links: usize,
+    (steps, dt): (usize, f64),
+    force: impl Fn(usize) -> f64 + 'static,
+    judge: impl Fn(&System, &Inputs) -> Result<Vec<Measure>, Error> + 'static,
+) -> Trial {
+    let run = move || {
+        let system = scenes::paper_cart(links)?;
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
+        inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = force(i));
+        judge(&system, &inputs)
+    };
+    Trial::new(tried, run).or_refused(TOO_LONG, motion_has_no_solution)
+}
+
+/// There and back, five steps each.
+fn turns(force: f64) -> impl Fn(usize) -> f64 {
+    move |i| if (i / 5).is_multiple_of(2) { force } else { -force }
 }
 
 /// Six easy steps, two that must be halved, and one more: the warning says where, and the gradient is that of the grid that was taken.
@@ -77,12 +78,6 @@ fn halved() -> Result<Vec<Measure>, Error> {
 /// Of the motion, not of a complex step through it.
 fn motion_has_no_solution(error: &Error) -> bool {
     matches!(error, Error::Newton { equation, .. } if !equation.contains("complex"))
-}
-
-fn pushed(system: &System, steps: usize, dt: f64, force: impl Fn(usize) -> f64) -> Inputs {
-    let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, dt));
-    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = force(i));
-    inputs
 }
 
 fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Vec<Measure>, Error> {
@@ -149,11 +144,9 @@ pub fn rough_step(report: &Report) -> f64 {
 
 /// A force that adds 200 m/s in each step, in turns: after 2 s angles turn by 1e6 rad and more in each, whose sines have few digits, and no
 /// derivative has any. The report must say so, if it is not an error.
-fn far_too_long() -> Result<Vec<Measure>, Error> {
-    let system = scenes::paper_cart(3)?;
-    let inputs = pushed(&system, 100, 0.02, |i| if (i / 5).is_multiple_of(2) { 1e4 } else { -1e4 });
-    let mut solver = Solver::new(&system, Settings::default());
-    solver.simulate(&inputs)?;
+fn far_too_long(system: &System, inputs: &Inputs) -> Result<Vec<Measure>, Error> {
+    let mut solver = Solver::new(system, Settings::default());
+    solver.simulate(inputs)?;
     let turn = solver.report().warnings.iter().find_map(|warning| match warning {
         Warning::Unresolved { turn, .. } => Some(*turn),
         _ => None,
@@ -165,11 +158,9 @@ fn far_too_long() -> Result<Vec<Measure>, Error> {
 }
 
 /// The links at the top carry 3.9 kN: Δt² λ = m L there, and multipliers and links jump from node to node. The report must say so.
-fn heavy_chain() -> Result<Vec<Measure>, Error> {
-    let system = scenes::paper_cart(1000)?;
-    let inputs = pushed(&system, 100, 0.01, |_| 10.0);
-    let mut solver = Solver::new(&system, Settings::default());
-    solver.simulate(&inputs)?;
+fn heavy_chain(system: &System, inputs: &Inputs) -> Result<Vec<Measure>, Error> {
+    let mut solver = Solver::new(system, Settings::default());
+    solver.simulate(inputs)?;
     let (halved, ..) = halving(solver.report());
     Ok(vec![
         Measure::between("first halved step", halved, (1.0, 50.0)),

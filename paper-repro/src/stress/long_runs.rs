@@ -9,7 +9,6 @@ use super::row::{Found, Measure, Trial};
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
-const GROUP: &str = "long runs";
 /// How often the cart is rebased.
 const EVERY: usize = 100;
 /// What a gradient of a million steps may take.
@@ -20,15 +19,13 @@ const MOST: f64 = 256.0;
 pub fn trials(short: bool) -> Vec<Trial> {
     let steps = if short { 20_000 } else { 1_000_000 };
     let energy = |how: &str, settings: Settings, most: f64| {
-        Trial::new(GROUP, format!("energy of a chain, {how}, {steps} steps"), move || energy(steps, settings, most))
+        Trial::new(format!("energy of a chain, {how}, {steps} steps"), move || energy(steps, settings, most))
     };
     vec![
-        Trial::new(GROUP, format!("paper's cart, hanging, rebased at every {EVERY}th node, {steps} steps"), move || {
-            cart(steps)
-        }),
-        Trial::new(GROUP, format!("its gradient within 96 MB, {steps} steps"), move || gradient(steps)),
-        Trial::new(GROUP, "its gradient within 2 MB against the stored one, 20000 steps", against_stored),
-        Trial::new(GROUP, format!("chain under its weight, {steps} steps"), move || multipliers(steps))
+        Trial::new(format!("paper's cart, hanging, rebased at every {EVERY}th node, {steps} steps"), move || cart(steps)),
+        Trial::new(format!("its gradient within 96 MB, {steps} steps"), move || gradient(steps)),
+        Trial::new("its gradient within 2 MB against the stored one, 20000 steps", against_stored),
+        Trial::new(format!("chain under its weight, {steps} steps"), move || multipliers(steps))
             .or_refused(GROWS, no_solution),
         energy("rebased at every node", rebased(1), BOUNDED),
         energy("rebased at every 100th node", rebased(EVERY), WANDERS),

@@ -9,14 +9,13 @@ use crate::assembly::{GROUND, Mechanism};
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
-const GROUP: &str = "redundant";
 /// What a compliance of 1e-11 may change, and what an exact gradient may differ from complex step through it.
 const SAME: f64 = 1e-9;
 
 pub fn trials() -> Vec<Trial> {
     type Build = fn() -> Result<Mechanism, Error>;
     let like = |what: &str, named: f64, redundant: Build, independent: Build| {
-        Trial::new(GROUP, what, move || compare(&redundant()?, &independent()?, named))
+        Trial::new(what, move || compare(&redundant()?, &independent()?, named))
     };
     let refused = |what: &str, names: [&'static str; 2], build: Build| {
         let by_name = move |error: &Error| match error {
@@ -25,7 +24,7 @@ pub fn trials() -> Vec<Trial> {
             }
             _ => false,
         };
-        Trial::new(GROUP, what, move || compare(&build()?, &scenes::doubled_hinge(1)?, 0.0))
+        Trial::new(what, move || compare(&build()?, &scenes::doubled_hinge(1)?, 0.0))
             .must_refuse("constraints that contradict each other, by name", by_name)
     };
     vec![

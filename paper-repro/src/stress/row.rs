@@ -120,12 +120,8 @@ pub struct Trial {
 
 impl Trial {
     /// What `run` finds is judged, be it with curves for the figures ([`Found`]) or measures alone.
-    pub fn new<F: Into<Found>>(
-        group: &'static str,
-        tried: impl Into<String>,
-        run: impl Fn() -> Result<F, Error> + 'static,
-    ) -> Self {
-        Trial { group, tried: tried.into(), refusal: None, warning: None, run: Box::new(move || run().map(F::into)) }
+    pub fn new<F: Into<Found>>(tried: impl Into<String>, run: impl Fn() -> Result<F, Error> + 'static) -> Self {
+        Trial { group: "", tried: tried.into(), refusal: None, warning: None, run: Box::new(move || run().map(F::into)) }
     }
 
     /// Such an error of the library is an answer too, for this reason.
@@ -141,6 +137,10 @@ impl Trial {
     /// Where bounds are passed, such a warning in the library's report is an answer too, for this reason.
     pub fn or_warned(self, why: &'static str, is: Warns) -> Self {
         Trial { warning: Some((why, is)), ..self }
+    }
+
+    pub fn of_group(self, group: &'static str) -> Self {
+        Trial { group, ..self }
     }
 
     /// Group and what is tried.
@@ -219,7 +219,7 @@ mod tests {
 
     fn with(measures: &[Measure]) -> Trial {
         let measures = measures.to_vec();
-        Trial::new("group", "tried", move || Ok(measures.clone()))
+        Trial::new("tried", move || Ok(measures.clone()))
     }
 
     #[test]
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn an_error_fails_unless_it_is_an_answer_and_a_panic_always() {
-        let stops = || Trial::new("group", "tried", || Err::<Found, _>(Error::EmptyScene));
+        let stops = || Trial::new("tried", || Err::<Found, _>(Error::EmptyScene));
         assert_eq!(verdict(stops()), Verdict::Failed);
         let row = stops().or_refused("nothing there", |_| true).judge().0;
         assert_eq!(row.verdict, Verdict::Refused);
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(only(|error| *error != Error::EmptyScene), Verdict::Failed, "another error");
         assert_eq!(verdict(with(&[Measure::at_most("error", 0.0, 0.1)]).must_refuse("why", |_| true)), Verdict::Failed);
         let out_of_range: Vec<f64> = Vec::new();
-        let panics = Trial::new("group", "tried", move || Ok(vec![Measure::reported("first", out_of_range[0])]));
+        let panics = Trial::new("tried", move || Ok(vec![Measure::reported("first", out_of_range[0])]));
         assert_eq!(verdict(panics.or_refused("any", |_| true)), Verdict::Failed);
     }
 
@@ -260,7 +260,7 @@ mod tests {
                 warnings: warnings.clone(),
                 ..Found::default()
             };
-            Trial::new("group", "tried", move || Ok(found()))
+            Trial::new("tried", move || Ok(found()))
         };
         let is: fn(&Warning) -> bool = |warning| matches!(warning, Warning::AdjointGrowth { .. });
         assert_eq!(verdict(trial(1.0, std::slice::from_ref(&growth)).or_warned("it grows", is)), Verdict::Warned);

@@ -10,7 +10,6 @@ use super::row::{Measure, Trial};
 use crate::assembly::{Mechanism, Units};
 use crate::mechanisms as scenes;
 
-const GROUP: &str = "singular";
 const SINGULAR: &str = "the configuration is singular";
 const CRANK: &str = "slider-crank of equal lengths through dead centre";
 const PARALLELOGRAM: &str = "parallelogram that passes flat";
@@ -19,26 +18,26 @@ const FOUR_BAR: &str = "four-bar of equal lengths through the meeting of its bra
 pub fn trials() -> Vec<Trial> {
     type Build = fn() -> Result<Mechanism, Error>;
     let through = |what: &str, build: Build, speed: f64| {
-        Trial::new(GROUP, what, move || {
+        Trial::new(what, move || {
             let mechanism = build()?;
             passes(&mechanism, turned(&mechanism, speed)?)
         })
     };
     let gradient = |what: &str, build: Build, speed: f64| {
-        Trial::new(GROUP, format!("{what}, gradient"), move || {
+        Trial::new(format!("{what}, gradient"), move || {
             let mechanism = build()?;
             is_exact(&mechanism, turned(&mechanism, speed)?)
         })
     };
     let started = |what: &str, build: Build| {
-        Trial::new(GROUP, what, move || {
+        Trial::new(what, move || {
             let mechanism = build()?;
             passes(&mechanism, March::new(&mechanism.system, 1, 1.0).start)
         })
         .must_refuse(SINGULAR, |error| matches!(error, Error::SingularConfiguration { step: 0, .. }))
     };
     vec![
-        Trial::new(GROUP, CRANK, || {
+        Trial::new(CRANK, || {
             let mechanism = equal_slider_crank(1.0)?;
             passes_with_order(&mechanism, &turned(&mechanism, 6.0)?)
         }),

@@ -13,7 +13,6 @@ use nalgebra::{DVector, SVector};
 use super::motion::gradient_error;
 use super::row::{Measure, Trial};
 
-const GROUP: &str = "stiff parts";
 const DT: f64 = 0.01;
 const STEPS: usize = 100;
 /// k, N/m: a period of 1.4 s.
@@ -28,7 +27,7 @@ pub fn trials() -> Vec<Trial> {
     let pairs = stiff.into_iter().flat_map(|part| Scheme::ALL.into_iter().map(move |scheme| (part, scheme)));
     let trial = |((what, spring, damper), scheme): ((&str, f64, f64), Scheme)| {
         let name = format!("two masses on a {what}, {}, Δt = 10 ms, {STEPS} steps", scheme.name);
-        Trial::new(GROUP, name, move || judged(scheme, spring, damper))
+        Trial::new(name, move || judged(scheme, spring, damper))
     };
     pairs.map(trial).collect()
 }

@@ -7,7 +7,6 @@ use crate::assembly::Units;
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
-const GROUP: &str = "units";
 /// Rounding that a hundred steps may gather, and no more.
 const SAME: f64 = 1e-12;
 
@@ -25,7 +24,7 @@ pub fn trials() -> Vec<Trial> {
         ("lengths × 1e-12, masses × 1e-20, times × 1e6", unit(1e-12, 1e-20, 1e6)),
     ];
     let of = |name: &'static str, run: fn(Units) -> Result<Vec<Measure>, Error>| {
-        systems.map(|(words, units)| Trial::new(GROUP, format!("{name}, {words}"), move || run(units)))
+        systems.map(|(words, units)| Trial::new(format!("{name}, {words}"), move || run(units)))
     };
     let scenes = [of("cart with three links", cart), of("slider-crank with a closed loop", slider_crank)];
     scenes.into_iter().flatten().collect()
