@@ -155,10 +155,14 @@ struct Run {
     method: &'static str,
     outcome: Outcome,
     milliseconds: f64,
+    /// Of a motion.
+    found: Option<Found>,
+}
+
+/// A motion of the optimum.
+struct Found {
+    inputs: Inputs,
     control: Vec<(f64, f64)>,
-    converged: bool,
-    /// Those of the optimum, of a motion.
-    inputs: Option<Inputs>,
     /// The control at each iteration.
     iterates: Vec<Vec<(f64, f64)>>,
 }
@@ -229,7 +233,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     Ok(true)
 }
 
-/// The first of 100 fits, and how often the truth lay within two standard errors.
+/// The last of 100 fits, and how often the truth lay within two standard errors.
 fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
     const REPEATS: usize = 100;
     let begin = Instant::now();
@@ -239,11 +243,8 @@ fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
         " Identification: {within} of {of} parameters of {REPEATS} repetitions within two standard errors; the time is that of one of them, \
          scenes included."
     );
-    let (outcome, converged) = (fit.outcome.clone(), fit.outcome.reason.is_converged());
-    figures::residuals(&outcome.constraints, &mechanisms::times_of_readings(), folder)?;
-    let (method, control) = (LEAST_SQUARES.0, Vec::new());
-    let run =
-        Run { name: Name::Identify, method, outcome, milliseconds, control, converged, inputs: None, iterates: Vec::new() };
+    figures::residuals(&fit.outcome.constraints, &mechanisms::times_of_readings(), folder)?;
+    let run = Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome: fit.outcome, milliseconds, found: None };
     Ok((Some(run), words))
 }
 
@@ -261,21 +262,7 @@ fn synthesise() -> (Option<Run>, String) {
          square); the time is that of one start, the other numbers are those of the best.",
         1e3 * best.value.sqrt()
     );
-    let converged = best.reason.is_converged();
-    let (method, control) = (INTERIOR.0, Vec::new());
-    (
-        Some(Run {
-            name: Name::FourBar,
-            method,
-            outcome: best,
-            milliseconds,
-            control,
-            converged,
-            inputs: None,
-            iterates: Vec::new(),
-        }),
-        words,
-    )
+    (Some(Run { name: Name::FourBar, method: INTERIOR.0, outcome: best, milliseconds, found: None }), words)
 }
 
 /// What is more exact than the cost is not asked for.
@@ -288,9 +275,7 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
     let Posed { system, inputs, control, free, constraints, .. } = pose(name, settings)?;
     let variables = Variables::new(&system, &inputs, free)?;
     let options = options(name);
-    let (mut times, mut last) = (Vec::new(), None);
-    // Short ones are timed again.
-    while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
+    let ((outcome, problem, seen), milliseconds) = timed(|| {
         let mut problem = MotionProblem::new(&system, SolverSettings::default(), inputs.clone(), variables.clone())?;
         for (output, to) in &constraints {
             let is_asked = name != Name::Paper || method == LEAST_SQUARES.0;
@@ -303,30 +288,36 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
         };
         let begin = Instant::now();
         let outcome = minimise(&mut problem, &start, &options, &mut keep)?;
-        times.push(1e3 * begin.elapsed().as_secs_f64());
-        last = Some((outcome, problem, seen));
-    }
-    let Some((outcome, problem, seen)) = last else { unreachable!("at least one repeat") };
-    let inputs = problem.inputs_at(&outcome.x);
+        Ok(((outcome, problem, seen), begin.elapsed()))
+    })?;
     let iterates = seen.iter().map(|x| history_of(control, &problem.inputs_at(x))).collect();
-    let (control, converged) = (history_of(control, &inputs), outcome.reason.is_converged());
-    Ok(Run { name, method, outcome, milliseconds: median(&times), control, converged, inputs: Some(inputs), iterates })
+    let inputs = problem.inputs_at(&outcome.x);
+    let found = Found { control: history_of(control, &inputs), inputs, iterates };
+    Ok(Run { name, method, outcome, milliseconds, found: Some(found) })
 }
 
 /// By multiple shooting; merged segments give one motion at last.
 fn in_segments(name: Name, is_merged: bool, settings: &Settings) -> Result<Run, Error> {
     let posed = pose(name, settings)?;
-    let (mut times, mut last) = (Vec::new(), None);
-    while times.len() < 5 && times.iter().sum::<f64>() < 500.0 {
+    let ((outcome, inputs), milliseconds) = timed(|| {
         let begin = Instant::now();
-        last = Some(shooting::solve(&posed, &options(name), is_merged)?);
-        times.push(1e3 * begin.elapsed().as_secs_f64());
-    }
-    let Some((outcome, inputs)) = last else { unreachable!("at least one repeat") };
-    let (control, converged) = (history_of(posed.control, &inputs), outcome.reason.is_converged());
+        Ok((shooting::solve(&posed, &options(name), is_merged)?, begin.elapsed()))
+    })?;
+    let found = Found { control: history_of(posed.control, &inputs), inputs, iterates: Vec::new() };
     let method = if is_merged { "segments, merged" } else { SEGMENTS };
-    let (milliseconds, iterates) = (median(&times), Vec::new());
-    Ok(Run { name, method, outcome, milliseconds, control, converged, inputs: Some(inputs), iterates })
+    Ok(Run { name, method, outcome, milliseconds, found: Some(found) })
+}
+
+/// What work comes to, and the median of its times in ms; what is short is done up to five times.
+fn timed<T>(mut work: impl FnMut() -> Result<(T, Duration), Error>) -> Result<(T, f64), Error> {
+    let mut times = Vec::new();
+    loop {
+        let (result, time) = work()?;
+        times.push(1e3 * time.as_secs_f64());
+        if times.len() == 5 || times.iter().sum::<f64>() >= 500.0 {
+            return Ok((result, median(&times)));
+        }
+    }
 }
 
 /// A control over time.
@@ -376,7 +367,7 @@ impl Run {
             "milliseconds": self.milliseconds,
             "value": outcome.value,
             "violation": outcome.violation,
-            "converged": self.converged,
+            "converged": outcome.reason.is_converged(),
             "reason": format!("{:?}", outcome.reason),
         })
     }

@@ -4,15 +4,17 @@ use std::path::Path;
 
 use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver, System};
 
-use super::{Name, Run, SEGMENTS, pose};
+use super::{Found, Name, Run, SEGMENTS, pose};
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
 use crate::settings::Settings;
 
+/// Of methods, and of records.
+const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
+
 /// The forces found, and how violation and gradient went: a panel for each problem.
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
-    const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| Chart {
             title: runs[0].name.text(),
@@ -27,7 +29,10 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
         };
         Panels { charts: of_problems(runs).map(chart).collect(), columns: 2 }
     };
-    panels(Axis::linear("time t [s]"), control, |run| run.control.clone()).save(&folder.join("optimise_force"))?;
+    panels(Axis::linear("time t [s]"), control, |run| {
+        run.found.as_ref().map_or_else(Vec::new, |found| found.control.clone())
+    })
+    .save(&folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
     };
@@ -37,26 +42,27 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
 
 /// The force on its way from the start to the best one found: at five iterations, about twice as many from each to the next.
 pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
-    const COLOURS: [Colour; 5] = [colour::GREY, colour::ORANGE, colour::SKY, colour::BLUE, colour::RED];
-    let chart = |run: &Run| {
-        let last = run.iterates.len() - 1;
+    const STAGES: [Colour; 5] = [colour::GREY, colour::ORANGE, colour::SKY, colour::BLUE, colour::RED];
+    let chart = |(run, found): (&Run, &Found)| {
+        let last = found.iterates.len() - 1;
         let mut chosen = vec![0, last.div_ceil(8), last.div_ceil(4), last.div_ceil(2), last];
         chosen.dedup();
         let line = |(&k, colour): (&usize, Colour)| {
             let name = if k == 0 { "start".to_owned() } else { format!("iteration {k}") };
-            Series::new(name, run.iterates[k].clone(), colour, Style::Line)
+            Series::new(name, found.iterates[k].clone(), colour, Style::Line)
         };
         Chart {
             title: format!("{}, {}", run.name.text(), run.method),
             x: Axis::linear("time t [s]"),
             y: control(run.name),
             legend: Place::UpperRight,
-            series: chosen.iter().zip(COLOURS[5 - chosen.len()..].iter().copied()).map(line).collect(),
+            series: chosen.iter().zip(STAGES[5 - chosen.len()..].iter().copied()).map(line).collect(),
             size: (560.0, 330.0),
             ..Chart::default()
         }
     };
-    let charts: Vec<Chart> = of_problems(runs).filter_map(best).filter(|run| !run.iterates.is_empty()).map(chart).collect();
+    let charts: Vec<Chart> =
+        of_problems(runs).filter_map(best).filter(|(_, found)| !found.iterates.is_empty()).map(chart).collect();
     if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(&folder.join("optimise_iterations")) }
 }
 
@@ -68,22 +74,22 @@ fn control(of: Name) -> Axis {
 }
 
 /// The lowest value that a method converged to; a force of ten segments is none of one motion.
-fn best(runs: &[Run]) -> Option<&Run> {
-    let converged = runs.iter().filter(|run| run.converged && run.method != SEGMENTS);
-    converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value))
+fn best(runs: &[Run]) -> Option<(&Run, &Found)> {
+    let converged = runs.iter().filter(|run| run.outcome.reason.is_converged() && run.method != SEGMENTS);
+    let best = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value))?;
+    Some((best, best.found.as_ref()?))
 }
 
 /// The runs of each problem that has a motion.
 fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
-    runs.chunk_by(|one, other| one.name == other.name).filter(|runs| !runs[0].control.is_empty())
+    runs.chunk_by(|one, other| one.name == other.name).filter(|runs| runs[0].found.is_some())
 }
 
 /// The motion that each problem starts from, and the best one found, as pages.
 pub fn motions(runs: &[Run], settings: &Settings, folder: &Path) -> Result<(), Error> {
-    for best in of_problems(runs).filter_map(best) {
+    for (best, found) in of_problems(runs).filter_map(best) {
         let (name, posed) = (best.name.text(), pose(best.name, settings)?);
-        let pages = [("before", Some(&posed.inputs)), ("after", best.inputs.as_ref())];
-        for (when, inputs) in pages.into_iter().filter_map(|(when, inputs)| Some((when, inputs?))) {
+        for (when, inputs) in [("before", &posed.inputs), ("after", &found.inputs)] {
             let page = page(&posed.system, inputs, &format!("{name}, {when}"))?;
             files::write(&folder.join(format!("optimise_{name}_{when}.html")), page)?;
         }
@@ -99,7 +105,6 @@ fn page(system: &System, inputs: &Inputs, title: &str) -> Result<String, Error> 
 
 /// What a fit leaves of each reading, in standard deviations: no trend may be seen.
 pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), Error> {
-    const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
     let records = residuals.chunks(times.len()).zip(COLOURS).enumerate();
     let series = records.map(|(k, (record, colour))| {
         let points = times.iter().copied().zip(record.iter().copied()).collect();
