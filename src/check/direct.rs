@@ -9,11 +9,11 @@
 //! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep gives
 //! dJ/ds and dy/ds at all nodes: for a few design variables and many outputs it is the better half of the two methods.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_dual::Dual64;
 
 use crate::number::Real;
-use crate::{Error, Inputs, LiftedSolver, Settings, Stages, System, Trajectory};
+use crate::{Error, Inputs, LiftedSolver, Settings, System, Trajectory};
 
 /// How a motion and its cost change along a direction of the inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +56,8 @@ pub fn direct_differentiation(
 ) -> Result<Sensitivity, Error> {
     let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
     let moved = moved(inputs, direction, Dual64::new)?;
-    let motion = derivative(solver.simulate(&moved)?);
+    let motion = solver.simulate(&moved)?;
+    let motion = motion.zip_map(motion, |y, _| y.eps);
     Ok(Sensitivity { cost: solver.cost()?.eps, outputs: solver.outputs()?.map(|r| r.eps), motion })
 }
 
@@ -64,30 +65,4 @@ pub fn direct_differentiation(
 pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Result<Inputs<R>, Error> {
     inputs.check_direction(direction, 0)?;
     Ok(inputs.along(direction, make))
-}
-
-fn derivative(motion: &Trajectory<Dual64>) -> Trajectory {
-    let part = |matrix: &DMatrix<Dual64>| matrix.map(|x| x.eps);
-    Trajectory {
-        computed: motion.computed,
-        times: motion.times.iter().map(|t| t.eps).collect(),
-        q: part(&motion.q),
-        v: part(&motion.v),
-        p_star: part(&motion.p_star),
-        p_star_dot: part(&motion.p_star_dot),
-        sigma: part(&motion.sigma),
-        compliance: motion.compliance.clone(),
-        inserted: motion.inserted.clone(),
-        restarted: motion.restarted.clone(),
-        scheme: motion.scheme,
-        stages: Stages {
-            times: motion.stages.times.iter().map(|t| t.eps).collect(),
-            q: part(&motion.stages.q),
-            v: part(&motion.stages.v),
-            p_star: part(&motion.stages.p_star),
-            p_star_dot: part(&motion.stages.p_star_dot),
-            sigma: part(&motion.stages.sigma),
-            u: part(&motion.stages.u),
-        },
-    }
 }

@@ -16,15 +16,22 @@ pub(crate) struct Drawn {
     pub left_out: usize,
 }
 
-/// `count` points: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with small arguments.
+/// The points that are given, or `count` ones: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with
+/// small arguments.
+///
+/// # Errors
+/// Refuses to compare nothing because every point was left out.
 pub(crate) fn draw(
-    count: usize,
-    random: &mut Random,
+    given: Vec<Vec<f64>>,
+    (count, seed): (usize, u64),
     signed: &[usize],
     fresh: impl Fn(&mut Random) -> Vec<f64>,
     usable: impl Fn(&[f64]) -> bool,
-) -> Drawn {
-    let mut drawn = Drawn::default();
+) -> Result<Drawn, Error> {
+    if !given.is_empty() {
+        return Ok(Drawn::given(given));
+    }
+    let (mut drawn, random) = (Drawn::default(), &mut Random::new(seed));
     for k in 0..count {
         for attempt in 0..MOST_DRAWS {
             // Where signs or small arguments are outside of the domain, other points must do.
@@ -42,7 +49,8 @@ pub(crate) fn draw(
             drawn.left_out += 1;
         }
     }
-    drawn
+    let nowhere = drawn.points.is_empty() && drawn.left_out > 0;
+    if nowhere { Err(Error::NoPoint { drawn: drawn.left_out }) } else { Ok(drawn) }
 }
 
 fn smaller(point: &[f64], signed: &[usize], random: &mut Random) -> Vec<f64> {
@@ -73,12 +81,6 @@ impl Drawn {
                 if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
             format!("{few}{} drawn points were left out: not admissible, or the formula is not finite there", self.left_out)
         })
-    }
-
-    /// Refuses to compare nothing because every point was left out.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        let nowhere = self.points.is_empty() && self.left_out > 0;
-        if nowhere { Err(Error::NoPoint { drawn: self.left_out }) } else { Ok(()) }
     }
 }
 

@@ -123,16 +123,12 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
             x.push(1.0);
             x
         };
-        if !self.given.is_empty() {
-            return Ok(Drawn::given(self.given.iter().cloned().map(with_one).collect()));
-        }
         let fresh =
             |random: &mut Random| with_one(self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size)).collect());
         let finite = |x: &[f64]| self.function.value(&x[..expected]).iter().all(|y| y.is_finite());
         let signed: Vec<usize> = (0..expected).collect();
-        let drawn = draw(self.count, &mut Random::new(self.seed), &signed, fresh, finite);
-        drawn.check()?;
-        Ok(drawn)
+        let given = self.given.iter().cloned().map(with_one).collect();
+        draw(given, (self.count, self.seed), &signed, fresh, finite)
     }
 
     /// Refuses a function that has another number of values than names for them.

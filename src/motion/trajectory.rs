@@ -1,7 +1,6 @@
 //! The motion: y_i at all nodes.
 
 use nalgebra::DMatrix;
-use num_dual::Dual64;
 
 use super::Stages;
 use super::stages::ColumnsMut;
@@ -210,35 +209,33 @@ impl<R: Real> Trajectory<R> {
             None => Ok(()),
         }
     }
-}
 
-impl Trajectory<Dual64> {
-    /// A motion with its derivatives along a direction.
-    pub(crate) fn along(real: &Trajectory, change: &Trajectory) -> Self {
-        let dual = |x: &DMatrix<f64>, dot: &DMatrix<f64>| x.zip_map(dot, Dual64::new);
-        let times = |x: &[f64], dot: &[f64]| x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect();
-        let (own, other) = (&real.stages, &change.stages);
+    /// A motion of which each number is made of those of this one and of another on the same grid.
+    pub(crate) fn zip_map<A: Real, B: Real>(&self, other: &Trajectory<A>, make: impl Fn(R, A) -> B + Copy) -> Trajectory<B> {
+        let matrix = |x: &DMatrix<R>, y: &DMatrix<A>| x.zip_map(y, make);
+        let times = |x: &[R], y: &[A]| x.iter().zip(y).map(|(x, y)| make(*x, *y)).collect();
+        let (stages, others) = (&self.stages, &other.stages);
         Trajectory {
-            computed: real.computed,
-            times: times(&real.times, &change.times),
-            q: dual(&real.q, &change.q),
-            v: dual(&real.v, &change.v),
-            p_star: dual(&real.p_star, &change.p_star),
-            p_star_dot: dual(&real.p_star_dot, &change.p_star_dot),
-            sigma: dual(&real.sigma, &change.sigma),
-            compliance: real.compliance.clone(),
-            inserted: real.inserted.clone(),
-            scheme: real.scheme,
+            computed: self.computed,
+            times: times(&self.times, &other.times),
+            q: matrix(&self.q, &other.q),
+            v: matrix(&self.v, &other.v),
+            p_star: matrix(&self.p_star, &other.p_star),
+            p_star_dot: matrix(&self.p_star_dot, &other.p_star_dot),
+            sigma: matrix(&self.sigma, &other.sigma),
+            compliance: self.compliance.clone(),
+            inserted: self.inserted.clone(),
+            scheme: self.scheme,
             stages: Stages {
-                times: times(&own.times, &other.times),
-                q: dual(&own.q, &other.q),
-                v: dual(&own.v, &other.v),
-                p_star: dual(&own.p_star, &other.p_star),
-                p_star_dot: dual(&own.p_star_dot, &other.p_star_dot),
-                sigma: dual(&own.sigma, &other.sigma),
-                u: dual(&own.u, &other.u),
+                times: times(&stages.times, &others.times),
+                q: matrix(&stages.q, &others.q),
+                v: matrix(&stages.v, &others.v),
+                p_star: matrix(&stages.p_star, &others.p_star),
+                p_star_dot: matrix(&stages.p_star_dot, &others.p_star_dot),
+                sigma: matrix(&stages.sigma, &others.sigma),
+                u: matrix(&stages.u, &others.u),
             },
-            restarted: real.restarted.clone(),
+            restarted: self.restarted.clone(),
         }
     }
 }

@@ -154,7 +154,7 @@ impl SecondOrderSweep {
         self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
-        let outputs = Trajectory::along(&motion.trajectory, &self.change.trajectory).outputs(system, &inputs)?;
+        let outputs = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new).outputs(system, &inputs)?;
         Ok(outputs.map(|output| output.eps))
     }
 

@@ -19,14 +19,8 @@ pub(super) fn elsewhere(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
 /// Whether the user's values are the true ones at other points, up to the sign, which is returned.
 fn is_truth_at(evidence: &Evidence, mask: &Mask, other: impl Fn(&[f64]) -> Vec<f64>) -> Option<&'static str> {
     let values = evidence.truth_at(other);
-    let same = |sign: f64| evidence.explains(mask, |p, i, j| sign * values[p][(i, j)]);
-    if same(1.0) {
-        Some("")
-    } else if same(-1.0) {
-        Some("with the sign flipped and ")
-    } else {
-        None
-    }
+    let sign = evidence.up_to_sign(mask, |p, i, j| values[p][(i, j)])?;
+    Some(if sign > 0.0 { "" } else { "with the sign flipped and " })
 }
 
 /// Whether one argument was taken for another, or with the wrong sign, or its sine for its cosine.
@@ -68,7 +62,8 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     None
 }
 
-fn changed(x: &[f64], change: impl Fn(&mut Vec<f64>)) -> Vec<f64> {
+/// The point with a change.
+pub(super) fn changed(x: &[f64], change: impl Fn(&mut Vec<f64>)) -> Vec<f64> {
     let mut x = x.to_vec();
     change(&mut x);
     x

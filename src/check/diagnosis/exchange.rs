@@ -1,6 +1,6 @@
 //! Right values in the wrong places: transposed, rows or columns exchanged, entries exchanged.
 
-use super::mask::Mask;
+use super::mask::{Lines, Mask};
 use super::{Evidence, diagnosis};
 use crate::check::report::{Diagnosis, Mistake};
 
@@ -8,94 +8,56 @@ pub(super) fn transposed(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> 
     if evidence.rows() != evidence.columns() || mask.entries.iter().all(|(i, j)| i == j) {
         return None;
     }
-    let of = |sign: f64| evidence.explains(mask, |p, i, j| sign * evidence.truth[p][(j, i)]);
-    let word = if of(1.0) {
-        "transposed"
-    } else if of(-1.0) {
-        "transposed, with the sign flipped,"
-    } else {
-        return None;
-    };
+    let sign = evidence.up_to_sign(mask, |p, i, j| evidence.truth[p][(j, i)])?;
+    let word = if sign > 0.0 { "transposed" } else { "transposed, with the sign flipped," };
     Some(diagnosis(Mistake::Transposed, format!("{word} {}", mask.place(evidence))))
 }
 
 /// Two rows, or two columns, exchanged: undoing it makes everything right.
 pub(super) fn rows_or_columns(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
-    let (rows, columns) = (wrong.by_rows(), wrong.by_columns());
-    let text = match (&rows[..], &columns[..]) {
-        ([a, b], _) if exchanged(evidence, (a.entries[0].0, b.entries[0].0), true) => {
-            let names = &evidence.block.rows;
-            format!("the rows of {} and {} are exchanged", names[a.entries[0].0], names[b.entries[0].0])
+    for lines in Lines::BOTH {
+        let [a, b] = &wrong.by(lines)[..] else { continue };
+        let [a, b] = [a, b].map(|line| lines.of(line.entries[0]));
+        let other = |entry: (usize, usize)| match lines.of(entry) {
+            k if k == a => lines.entry_in(b, entry),
+            k if k == b => lines.entry_in(a, entry),
+            _ => entry,
+        };
+        if evidence.explains(&Mask::all(evidence), |p, i, j| evidence.truth[p][other((i, j))]) {
+            let (word, names) = (lines.word(), lines.names(evidence));
+            let text = format!("the {word}s of {} and {} are exchanged", names[a], names[b]);
+            return Some(diagnosis(Mistake::Swapped, text));
         }
-        (_, [a, b]) if exchanged(evidence, (a.entries[0].1, b.entries[0].1), false) => {
-            let names = &evidence.block.columns;
-            format!("the columns of {} and {} are exchanged", names[a.entries[0].1], names[b.entries[0].1])
-        }
-        _ => return reordered(evidence),
-    };
-    Some(diagnosis(Mistake::Swapped, text))
-}
-
-fn exchanged(evidence: &Evidence, (a, b): (usize, usize), rows: bool) -> bool {
-    let other = |k: usize| {
-        if k == a {
-            b
-        } else if k == b {
-            a
-        } else {
-            k
-        }
-    };
-    let truth = |p: usize, i: usize, j: usize| evidence.truth[p][if rows { (other(i), j) } else { (i, other(j)) }];
-    evidence.explains(&Mask::all(evidence), truth)
+    }
+    reordered(evidence)
 }
 
 /// All rows, or all columns, are there, in another order.
 fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
-    let row = |i: usize, k: usize| evidence.holds(&line(evidence, i, true), |p, _, j| evidence.truth[p][(k, j)]);
-    let column = |j: usize, k: usize| evidence.holds(&line(evidence, j, false), |p, i, _| evidence.truth[p][(i, k)]);
-    let found = |count: usize, is: &dyn Fn(usize, usize) -> bool| -> Option<Vec<usize>> {
-        let order: Option<Vec<usize>> = (0..count).map(|i| (0..count).find(|&k| is(i, k))).collect();
-        let is_another = |order: &Vec<usize>| (0..count).all(|k| order.contains(&k)) && (0..count).any(|k| order[k] != k);
-        order.filter(is_another)
+    let order = |lines: Lines| {
+        let all = Mask::all(evidence).by(lines);
+        let holds = |at: &Mask, k: usize| evidence.holds(at, |p, i, j| evidence.truth[p][lines.entry_in(k, (i, j))]);
+        let order: Option<Vec<usize>> = all.iter().map(|at| (0..all.len()).find(|&k| holds(at, k))).collect();
+        let is_another = |order: &Vec<usize>| (0..all.len()).all(|k| order.contains(&k)) && !order.is_sorted();
+        Some((lines, order.filter(is_another)?))
     };
-    let (word, names, order) = match found(evidence.rows(), &row) {
-        Some(order) => ("rows", &evidence.block.rows, order),
-        None => ("columns", &evidence.block.columns, found(evidence.columns(), &column)?),
-    };
-    let list: Vec<&str> = order.iter().map(|&k| names[k].as_str()).collect();
-    Some(diagnosis(Mistake::Swapped, format!("the {word} are in another order: they belong to {}", list.join(", "))))
-}
-
-fn line(evidence: &Evidence, at: usize, row: bool) -> Mask {
-    let entries = if row {
-        (0..evidence.columns()).map(|j| (at, j)).collect()
-    } else {
-        (0..evidence.rows()).map(|i| (i, at)).collect()
-    };
-    Mask { entries }
+    let (lines, order) = Lines::BOTH.into_iter().find_map(order)?;
+    let list: Vec<&str> = order.iter().map(|&k| lines.names(evidence)[k].as_str()).collect();
+    let text = format!("the {}s are in another order: they belong to {}", lines.word(), list.join(", "));
+    Some(diagnosis(Mistake::Swapped, text))
 }
 
 /// A row, column or entry that holds the values of another one.
 pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let place = mask.place(evidence);
     let (names, others) = (&evidence.block.rows, &evidence.block.columns);
-    let (rows, columns) = (mask.by_rows(), mask.by_columns());
     let says = |text: String| Some(diagnosis(Mistake::Swapped, text));
-    if let ([one], true) = (&rows[..], mask.entries.len() > 1) {
-        let own = one.entries[0].0;
-        for k in (0..evidence.rows()).filter(|&k| k != own) {
-            if evidence.explains(mask, |p, _, j| evidence.truth[p][(k, j)]) {
-                return says(format!("{place} stand the values of the row of {}", names[k]));
-            }
-        }
-    }
-    if let ([one], true) = (&columns[..], mask.entries.len() > 1) {
-        let own = one.entries[0].1;
-        for k in (0..evidence.columns()).filter(|&k| k != own) {
-            if evidence.explains(mask, |p, i, _| evidence.truth[p][(i, k)]) {
-                return says(format!("{place} stand the values of the column of {}", others[k]));
-            }
+    for lines in Lines::BOTH.into_iter().filter(|_| mask.entries.len() > 1) {
+        let [one] = &mask.by(lines)[..] else { continue };
+        let (own, names) = (lines.of(one.entries[0]), lines.names(evidence));
+        let holds = |k: usize| evidence.explains(mask, |p, i, j| evidence.truth[p][lines.entry_in(k, (i, j))]);
+        if let Some(k) = (0..names.len()).find(|&k| k != own && holds(k)) {
+            return says(format!("{place} stand the values of the {} of {}", lines.word(), names[k]));
         }
     }
     if let [a, b] = mask.entries[..]

@@ -2,6 +2,47 @@
 
 use super::Evidence;
 
+/// The rows of a block, or its columns.
+#[derive(Clone, Copy)]
+pub(super) enum Lines {
+    Rows,
+    Columns,
+}
+
+impl Lines {
+    pub(super) const BOTH: [Lines; 2] = [Lines::Rows, Lines::Columns];
+
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Lines::Rows => "row",
+            Lines::Columns => "column",
+        }
+    }
+
+    pub(super) fn names<'e>(self, evidence: &Evidence<'e>) -> &'e [String] {
+        match self {
+            Lines::Rows => &evidence.block.rows,
+            Lines::Columns => &evidence.block.columns,
+        }
+    }
+
+    /// The line in which an entry stands.
+    pub(super) fn of(self, (i, j): (usize, usize)) -> usize {
+        match self {
+            Lines::Rows => i,
+            Lines::Columns => j,
+        }
+    }
+
+    /// The entry that stands in another line at the same place.
+    pub(super) fn entry_in(self, line: usize, (i, j): (usize, usize)) -> (usize, usize) {
+        match self {
+            Lines::Rows => (line, j),
+            Lines::Columns => (i, line),
+        }
+    }
+}
+
 /// Some entries of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mask {
@@ -20,20 +61,13 @@ impl Mask {
         Mask { entries: Mask::all(evidence).entries.into_iter().filter(is_wrong).collect() }
     }
 
-    fn split(&self, key: impl Fn(&(usize, usize)) -> usize) -> Vec<Mask> {
-        let mut keys: Vec<usize> = self.entries.iter().map(&key).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let one = |k| Mask { entries: self.entries.iter().copied().filter(|e| key(e) == k).collect() };
-        keys.into_iter().map(one).collect()
-    }
-
-    pub(super) fn by_rows(&self) -> Vec<Mask> {
-        self.split(|e| e.0)
-    }
-
-    pub(super) fn by_columns(&self) -> Vec<Mask> {
-        self.split(|e| e.1)
+    /// One for each row, or column, that it has entries of.
+    pub(super) fn by(&self, lines: Lines) -> Vec<Mask> {
+        let mut numbers: Vec<usize> = self.entries.iter().map(|&entry| lines.of(entry)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let one = |k| Mask { entries: self.entries.iter().copied().filter(|&entry| lines.of(entry) == k).collect() };
+        numbers.into_iter().map(one).collect()
     }
 
     pub(super) fn singles(&self) -> Vec<Mask> {
@@ -49,12 +83,10 @@ impl Mask {
         if let [(i, j)] = self.entries[..] {
             return format!("in d({})/d({})", rows[i], columns[j]);
         }
-        let (by_rows, by_columns) = (self.by_rows(), self.by_columns());
-        if let [row] = &by_rows[..] {
-            return format!("in the row of {}", rows[row.entries[0].0]);
-        }
-        if let [column] = &by_columns[..] {
-            return format!("in the column of {}", columns[column.entries[0].1]);
+        for lines in Lines::BOTH {
+            if let [line] = &self.by(lines)[..] {
+                return format!("in the {} of {}", lines.word(), lines.names(evidence)[lines.of(line.entries[0])]);
+            }
         }
         if self.entries.iter().all(|(i, j)| i == j) {
             return "on the diagonal".into();

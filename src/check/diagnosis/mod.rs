@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 
 use super::compare::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
-use mask::Mask;
+use mask::{Lines, Mask};
 
 /// Slack on the tolerance when a guess is compared with the user's values.
 const SLACK: f64 = 8.0;
@@ -71,6 +71,11 @@ impl Evidence<'_> {
         };
         let is_another = || (0..self.points.len()).any(|p| mask.entries.iter().any(|entry| differs(p, entry)));
         self.holds(mask, &expected) && is_another()
+    }
+
+    /// The sign with which the expected values explain the user's, if one does.
+    fn up_to_sign(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> Option<f64> {
+        [1.0, -1.0].into_iter().find(|sign| self.explains(mask, |p, i, j| sign * expected(p, i, j)))
     }
 
     /// Whether the user's values are the expected ones in these entries, at all points.
@@ -160,7 +165,7 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
         helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
     };
     let singles = if wrong.entries.len() <= MOST_SINGLE { wrong.singles() } else { Vec::new() };
-    let best = [split(wrong.by_rows()), split(wrong.by_columns()), split(singles)]
+    let best = [split(wrong.by(Lines::Rows)), split(wrong.by(Lines::Columns)), split(singles)]
         .into_iter()
         .flatten()
         .min_by_key(|found| badness(found));

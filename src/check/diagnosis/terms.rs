@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::arguments::changed;
 use super::factor::digits;
 use super::mask::Mask;
 use super::{Evidence, diagnosis};
@@ -92,14 +93,8 @@ pub(super) fn other_block(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis>
         if values.iter().any(|v| v.shape() != (evidence.rows(), evidence.columns())) {
             return None;
         }
-        let same = |sign: f64| evidence.explains(mask, |p, i, j| sign * values[p][(i, j)]);
-        let minus = if same(1.0) {
-            ""
-        } else if same(-1.0) {
-            "−"
-        } else {
-            return None;
-        };
+        let sign = evidence.up_to_sign(mask, |p, i, j| values[p][(i, j)])?;
+        let minus = if sign > 0.0 { "" } else { "−" };
         let text = format!("these are the values of {minus}{name} instead, {}", mask.place(evidence));
         Some(diagnosis(Mistake::OtherBlock, text))
     };
@@ -122,11 +117,7 @@ pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis
     let fitting: Vec<(String, f64)> = candidates
         .into_iter()
         .filter_map(|(name, range)| {
-            let without = evidence.truth_at(|x| {
-                let mut x = x.to_vec();
-                x[range.clone()].fill(0.0);
-                x
-            });
+            let without = evidence.truth_at(|x| changed(x, |x| x[range.clone()].fill(0.0)));
             let term: Vec<DMatrix<f64>> =
                 evidence.truth.iter().zip(&without).map(|(with, without)| with - without).collect();
             Some((name, coefficient(evidence, mask, &term)?))

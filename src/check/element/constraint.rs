@@ -59,77 +59,34 @@ const OF_REACTION: Rows = Rows::Coordinates("Φ_qᵀσ of ");
 const OF_RATE_OF_REACTION: Rows = Rows::Coordinates("(dΦ/dt)_qᵀσ of ");
 
 impl<'a, E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize> ElementCheck<'a, E, N, M, 0, P> {
-    fn of_phi<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.blocks.push(derivative.by_hand(Phi(self.element), hand));
-        self
-    }
-
-    /// Φ itself, M numbers.
-    pub fn phi<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::value("Φ", OF_PHI, Derived::VALUE), hand)
-    }
-
-    /// dΦ/dt = Φ_q v + Φ_t itself, M numbers.
-    pub fn phi_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::value("dΦ/dt", OF_RATE, RATE), hand)
-    }
-
-    /// Φ_q, M × N.
-    pub fn phi_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::new("Φ_q", OF_PHI, Derived::VALUE, Part::Q), hand)
-    }
-
-    /// Φ_t, M numbers.
-    pub fn phi_t<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::new("Φ_t", OF_PHI, Derived::VALUE, Part::T), hand)
-    }
-
-    /// Φ_b, M × P.
-    pub fn phi_b<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::new("Φ_b", OF_PHI, Derived::VALUE, Part::B), hand)
-    }
-
-    /// (Φ_q v)_q, M × N, with v held.
-    pub fn phi_q_v_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("(Φ_q v)_q", Rows::Equations("Φ_q v of "), BY_MOTION, Part::Q)
+    blocks! { Phi, Point<N, M, 0, P>;
+        /// Φ itself, M numbers.
+        phi: Derivative::value("Φ", OF_PHI, Derived::VALUE);
+        /// dΦ/dt = Φ_q v + Φ_t itself, M numbers.
+        phi_dot: Derivative::value("dΦ/dt", OF_RATE, RATE);
+        /// Φ_q, M × N.
+        phi_q: Derivative::new("Φ_q", OF_PHI, Derived::VALUE, Part::Q);
+        /// Φ_t, M numbers.
+        phi_t: Derivative::new("Φ_t", OF_PHI, Derived::VALUE, Part::T);
+        /// Φ_b, M × P.
+        phi_b: Derivative::new("Φ_b", OF_PHI, Derived::VALUE, Part::B);
+        /// (Φ_q v)_q, M × N, with v held.
+        phi_q_v_q: Derivative::new("(Φ_q v)_q", Rows::Equations("Φ_q v of "), BY_MOTION, Part::Q)
             .not("Φ_q", Derived::VALUE, Part::Q)
             .not("(dΦ/dt)_q", RATE, Part::Q);
-        self.of_phi(block, hand)
-    }
-
-    /// (dΦ/dt)_q = (Φ_q v)_q + Φ_tq, M × N, with v held; for constraints with time in them.
-    pub fn phi_dot_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("(dΦ/dt)_q", OF_RATE, RATE, Part::Q)
+        /// (dΦ/dt)_q = (Φ_q v)_q + Φ_tq, M × N, with v held; for constraints with time in them.
+        phi_dot_q: Derivative::new("(dΦ/dt)_q", OF_RATE, RATE, Part::Q)
             .terms(&[("(Φ_q v)_q", BY_MOTION, Part::Q), ("Φ_tq", BY_TIME, Part::Q)])
             .not("Φ_q", Derived::VALUE, Part::Q);
-        self.of_phi(block, hand)
-    }
-
-    /// (dΦ/dt)_b, M × P.
-    pub fn phi_dot_b<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("(dΦ/dt)_b", OF_RATE, RATE, Part::B).not("Φ_b", Derived::VALUE, Part::B);
-        self.of_phi(block, hand)
-    }
-
-    /// (Φ_qᵀσ)_q, N × N, with σ held.
-    pub fn phi_q_t_sigma_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        let block =
-            Derivative::new("(Φ_qᵀσ)_q", OF_REACTION, REACTION, Part::Q).not("((dΦ/dt)_qᵀσ)_q", RATE_OF_REACTION, Part::Q);
-        self.of_phi(block, hand)
-    }
-
-    /// (Φ_qᵀσ)_b, N × P, with σ held.
-    pub fn phi_q_t_sigma_b<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        self.of_phi(Derivative::new("(Φ_qᵀσ)_b", OF_REACTION, REACTION, Part::B), hand)
-    }
-
-    /// ((dΦ/dt)_qᵀσ)_q, N × N, with v and σ held: the constraint's part of 𝓛_qq.
-    pub fn phi_dot_q_t_sigma_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("((dΦ/dt)_qᵀσ)_q", OF_RATE_OF_REACTION, RATE_OF_REACTION, Part::Q).not(
-            "(Φ_qᵀσ)_q",
-            REACTION,
-            Part::Q,
-        );
-        self.of_phi(block, hand)
+        /// (dΦ/dt)_b, M × P.
+        phi_dot_b: Derivative::new("(dΦ/dt)_b", OF_RATE, RATE, Part::B).not("Φ_b", Derived::VALUE, Part::B);
+        /// (Φ_qᵀσ)_q, N × N, with σ held.
+        phi_q_t_sigma_q: Derivative::new("(Φ_qᵀσ)_q", OF_REACTION, REACTION, Part::Q)
+            .not("((dΦ/dt)_qᵀσ)_q", RATE_OF_REACTION, Part::Q);
+        /// (Φ_qᵀσ)_b, N × P, with σ held.
+        phi_q_t_sigma_b: Derivative::new("(Φ_qᵀσ)_b", OF_REACTION, REACTION, Part::B);
+        /// ((dΦ/dt)_qᵀσ)_q, N × N, with v and σ held: the constraint's part of 𝓛_qq.
+        phi_dot_q_t_sigma_q: Derivative::new("((dΦ/dt)_qᵀσ)_q", OF_RATE_OF_REACTION, RATE_OF_REACTION, Part::Q)
+            .not("(Φ_qᵀσ)_q", REACTION, Part::Q);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
-use super::super::point::{Part, Point};
+use super::super::point::{Part, Places, Point};
 use super::{Derivative, ElementCheck, Rows};
 use crate::model::element::CostPoint;
 use crate::{Cost, Scalar};
@@ -31,75 +31,41 @@ where
     ElementCheck::new(cost, "cost", b)
 }
 
+/// h differentiated by a part of the arguments, for which one as long may have been taken.
+fn by(places: Places, name: &'static str, by: Part) -> Derivative {
+    let states = [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot), ("h_v̇", Part::VDot)];
+    let alike = |part: Part| part != by && places.of(part).len() == places.of(by).len();
+    let others = states.into_iter().filter(|&(_, part)| alike(part));
+    let block = Derivative::new(name, Rows::One("h"), Derived::VALUE, by);
+    others.fold(block, |block, (name, part)| block.not(name, Derived::VALUE, part))
+}
+
 impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> ElementCheck<'a, E, N, M, K, P>
 where
     E: Cost<N, M, K, P>,
 {
-    fn by_part<A: Matrix>(mut self, name: &'static str, by: Part, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        let states =
-            [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot), ("h_v̇", Part::VDot)];
-        let alike = |part: Part| part != by && Self::PLACES.of(part).len() == Self::PLACES.of(by).len();
-        let block = Derivative::new(name, Rows::One("h"), Derived::VALUE, by);
-        let others = states.into_iter().filter(|&(_, part)| alike(part));
-        let block = others.fold(block, |block, (name, part)| block.not(name, Derived::VALUE, part));
-        self.blocks.push(block.by_hand(Value(self.element), hand));
-        self
-    }
-
-    /// h itself.
-    pub fn h<A: Matrix>(mut self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        let value = Derivative::value("h", Rows::One("h"), Derived::VALUE);
-        self.blocks.push(value.by_hand(Value(self.element), hand));
-        self
-    }
-
-    /// h_q, N numbers.
-    pub fn h_q<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_q", Part::Q, hand)
-    }
-
-    /// h_v, N numbers.
-    pub fn h_v<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_v", Part::V, hand)
-    }
-
-    /// h_p*, N numbers.
-    pub fn h_p_star<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_p*", Part::PStar, hand)
-    }
-
-    /// h_ṗ*, N numbers.
-    pub fn h_p_star_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_ṗ*", Part::PStarDot, hand)
-    }
-
-    /// h_v̇, N numbers.
-    pub fn h_v_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_v̇", Part::VDot, hand)
-    }
-
-    /// h_λ, M numbers.
-    pub fn h_lambda<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_λ", Part::Lambda, hand)
-    }
-
-    /// h_σ, M numbers.
-    pub fn h_sigma<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_σ", Part::Sigma, hand)
-    }
-
-    /// h_u, K numbers.
-    pub fn h_u<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_u", Part::U, hand)
-    }
-
-    /// h_u̇, K numbers.
-    pub fn h_u_dot<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_u̇", Part::UDot, hand)
-    }
-
-    /// h_b, P numbers.
-    pub fn h_b<A: Matrix>(self, hand: impl Fn(&Point<N, M, K, P>) -> A + 'a) -> Self {
-        self.by_part("h_b", Part::B, hand)
+    blocks! { Value, Point<N, M, K, P>;
+        /// h itself.
+        h: Derivative::value("h", Rows::One("h"), Derived::VALUE);
+        /// h_q, N numbers.
+        h_q: by(Self::PLACES, "h_q", Part::Q);
+        /// h_v, N numbers.
+        h_v: by(Self::PLACES, "h_v", Part::V);
+        /// h_p*, N numbers.
+        h_p_star: by(Self::PLACES, "h_p*", Part::PStar);
+        /// h_ṗ*, N numbers.
+        h_p_star_dot: by(Self::PLACES, "h_ṗ*", Part::PStarDot);
+        /// h_v̇, N numbers.
+        h_v_dot: by(Self::PLACES, "h_v̇", Part::VDot);
+        /// h_λ, M numbers.
+        h_lambda: by(Self::PLACES, "h_λ", Part::Lambda);
+        /// h_σ, M numbers.
+        h_sigma: by(Self::PLACES, "h_σ", Part::Sigma);
+        /// h_u, K numbers.
+        h_u: by(Self::PLACES, "h_u", Part::U);
+        /// h_u̇, K numbers.
+        h_u_dot: by(Self::PLACES, "h_u̇", Part::UDot);
+        /// h_b, P numbers.
+        h_b: by(Self::PLACES, "h_b", Part::B);
     }
 }

@@ -52,72 +52,33 @@ const OF_V: Rows = Rows::One("V");
 const OF_V_Q: Rows = Rows::Coordinates("V_q of ");
 
 impl<'a, E: KineticEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a, E, N, 0, 0, P> {
-    fn of_t<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.blocks.push(derivative.by_hand(Kinetic(self.element), hand));
-        self
-    }
-
-    /// T itself.
-    pub fn t<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_t(Derivative::value("T", OF_T, Derived::VALUE), hand)
-    }
-
-    /// M = T_vv, N × N.
-    pub fn mass<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("M", OF_T_V, MOMENTUM, Part::V);
-        self.of_t(block.not("(M v)_q", MOMENTUM, Part::Q), hand)
-    }
-
-    /// p = T_v = M v, N numbers.
-    pub fn t_v<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_t(Derivative::new("T_v", OF_T, Derived::VALUE, Part::V).not("T_q", Derived::VALUE, Part::Q), hand)
-    }
-
-    /// T_q = ½ (vᵀ M v)_q, N numbers.
-    pub fn t_q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_t(Derivative::new("T_q", OF_T, Derived::VALUE, Part::Q).not("T_v", Derived::VALUE, Part::V), hand)
-    }
-
-    /// (M v)_q = T_vq, N × N, with v held.
-    pub fn mass_v_q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        let block = Derivative::new("(M v)_q", OF_T_V, MOMENTUM, Part::Q);
-        self.of_t(block.not("M", MOMENTUM, Part::V), hand)
-    }
-
-    /// T_qq, N × N.
-    pub fn t_qq<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_t(Derivative::new("T_qq", Rows::Coordinates("T_q of "), GRADIENT, Part::Q), hand)
-    }
-
-    /// (M v)_b, N × P.
-    pub fn mass_v_b<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_t(Derivative::new("(M v)_b", OF_T_V, MOMENTUM, Part::B), hand)
+    blocks! { Kinetic, Point<N, 0, 0, P>;
+        /// T itself.
+        t: Derivative::value("T", OF_T, Derived::VALUE);
+        /// M = T_vv, N × N.
+        mass: Derivative::new("M", OF_T_V, MOMENTUM, Part::V).not("(M v)_q", MOMENTUM, Part::Q);
+        /// p = T_v = M v, N numbers.
+        t_v: Derivative::new("T_v", OF_T, Derived::VALUE, Part::V).not("T_q", Derived::VALUE, Part::Q);
+        /// T_q = ½ (vᵀ M v)_q, N numbers.
+        t_q: Derivative::new("T_q", OF_T, Derived::VALUE, Part::Q).not("T_v", Derived::VALUE, Part::V);
+        /// (M v)_q = T_vq, N × N, with v held.
+        mass_v_q: Derivative::new("(M v)_q", OF_T_V, MOMENTUM, Part::Q).not("M", MOMENTUM, Part::V);
+        /// T_qq, N × N.
+        t_qq: Derivative::new("T_qq", Rows::Coordinates("T_q of "), GRADIENT, Part::Q);
+        /// (M v)_b, N × P.
+        mass_v_b: Derivative::new("(M v)_b", OF_T_V, MOMENTUM, Part::B);
     }
 }
 
 impl<'a, E: PotentialEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a, E, N, 0, 0, P> {
-    fn of_v<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.blocks.push(derivative.by_hand(Potential(self.element), hand));
-        self
-    }
-
-    /// V itself.
-    pub fn v<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_v(Derivative::value("V", OF_V, Derived::VALUE), hand)
-    }
-
-    /// V_q, N numbers; the force is −V_q.
-    pub fn v_q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_v(Derivative::new("V_q", OF_V, Derived::VALUE, Part::Q), hand)
-    }
-
-    /// V_qq, N × N.
-    pub fn v_qq<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_v(Derivative::new("V_qq", OF_V_Q, GRADIENT, Part::Q), hand)
-    }
-
-    /// V_qb, N × P.
-    pub fn v_qb<A: Matrix>(self, hand: impl Fn(&Point<N, 0, 0, P>) -> A + 'a) -> Self {
-        self.of_v(Derivative::new("V_qb", OF_V_Q, GRADIENT, Part::B), hand)
+    blocks! { Potential, Point<N, 0, 0, P>;
+        /// V itself.
+        v: Derivative::value("V", OF_V, Derived::VALUE);
+        /// V_q, N numbers; the force is −V_q.
+        v_q: Derivative::new("V_q", OF_V, Derived::VALUE, Part::Q);
+        /// V_qq, N × N.
+        v_qq: Derivative::new("V_qq", OF_V_Q, GRADIENT, Part::Q);
+        /// V_qb, N × P.
+        v_qb: Derivative::new("V_qb", OF_V_Q, GRADIENT, Part::B);
     }
 }

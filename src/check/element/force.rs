@@ -33,38 +33,18 @@ fn by(name: &'static str, part: Part) -> Derivative {
 }
 
 impl<'a, E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> ElementCheck<'a, E, N, 0, K, P> {
-    fn of_force<A: Matrix>(mut self, derivative: Derivative, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.blocks.push(derivative.by_hand(Applied(self.element), hand));
-        self
-    }
-
-    /// Q itself, N numbers.
-    pub fn q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(Derivative::value("Q", OF_Q, Derived::VALUE), hand)
-    }
-
-    /// Q_q, N × N.
-    pub fn q_q<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(by("Q_q", Part::Q).not("Q_v", Derived::VALUE, Part::V), hand)
-    }
-
-    /// Q_v, N × N.
-    pub fn q_v<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(by("Q_v", Part::V).not("Q_q", Derived::VALUE, Part::Q), hand)
-    }
-
-    /// Q_u, N × K.
-    pub fn q_u<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(by("Q_u", Part::U), hand)
-    }
-
-    /// Q_t, N numbers.
-    pub fn q_t<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(by("Q_t", Part::T), hand)
-    }
-
-    /// Q_b, N × P.
-    pub fn q_b<A: Matrix>(self, hand: impl Fn(&Point<N, 0, K, P>) -> A + 'a) -> Self {
-        self.of_force(by("Q_b", Part::B), hand)
+    blocks! { Applied, Point<N, 0, K, P>;
+        /// Q itself, N numbers.
+        q: Derivative::value("Q", OF_Q, Derived::VALUE);
+        /// Q_q, N × N.
+        q_q: by("Q_q", Part::Q).not("Q_v", Derived::VALUE, Part::V);
+        /// Q_v, N × N.
+        q_v: by("Q_v", Part::V).not("Q_q", Derived::VALUE, Part::Q);
+        /// Q_u, N × K.
+        q_u: by("Q_u", Part::U);
+        /// Q_t, N numbers.
+        q_t: by("Q_t", Part::T);
+        /// Q_b, N × P.
+        q_b: by("Q_b", Part::B);
     }
 }

@@ -1,5 +1,16 @@
 //! Hand-derived derivatives of one element, without any scene.
 
+/// A method for each block of an element's function: its name, and what is differentiated by what.
+macro_rules! blocks {
+    ($function:ident, $point:ty; $($(#[$doc:meta])* $method:ident: $derivative:expr;)*) => {
+        $($(#[$doc])*
+        pub fn $method<A: Matrix>(mut self, hand: impl Fn(&$point) -> A + 'a) -> Self {
+            self.blocks.push($derivative.by_hand($function(self.element), hand));
+            self
+        })*
+    };
+}
+
 mod constraint;
 mod cost;
 mod energy;
@@ -206,9 +217,6 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         check_tolerance(self.tolerance)?;
         check_magnitudes(&self.arguments(), &self.magnitudes.list())?;
         check_number("the variation of the constants", self.spread, self.spread.is_finite(), "finite")?;
-        if !self.given.is_empty() {
-            return Ok(Drawn::given(self.given.iter().map(Point::list).collect()));
-        }
         let finite = |x: &[f64]| self.blocks.iter().all(|block| block.function.real(x).iter().all(|y| y.is_finite()));
         let usable = |x: &[f64]| (self.admissible)(&Point::from_list(x)) && finite(x);
         let fresh = |random: &mut Random| {
@@ -217,9 +225,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             point.list()
         };
         let signed: Vec<usize> = (0..Self::PLACES.of(Part::T).start).collect();
-        let drawn = draw(self.count, &mut Random::new(self.seed), &signed, fresh, usable);
-        drawn.check()?;
-        Ok(drawn)
+        draw(self.given.iter().map(Point::list).collect(), (self.count, self.seed), &signed, fresh, usable)
     }
 
     /// The names of all arguments, in the order of their list; the value of a function has none.

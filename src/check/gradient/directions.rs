@@ -77,11 +77,7 @@ pub(super) fn random(sizes: &Inputs, parts: &[Part], random: &mut Random) -> Inp
 
 /// x + s d.
 pub(super) fn along(inputs: &Inputs, direction: &Inputs, s: f64) -> Inputs {
-    let mut moved = inputs.clone();
-    for part in Part::ALL {
-        part.of_mut(&mut moved).iter_mut().zip(part.of(direction)).for_each(|(x, d)| *x += s * d);
-    }
-    moved
+    inputs.along(direction, |x, d| x + s * d)
 }
 
 /// Σ g_j d_j and the size that it has when its terms do not cancel, √Σ (g_j d_j)².
