@@ -12,7 +12,7 @@ use hamiltonian_adjoint::{
     scenes::CartPendulum, simulate,
 };
 use hand::*;
-use nalgebra::{DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 struct Square;
 impl PotentialEnergy<1> for Square {
@@ -52,6 +52,42 @@ fn an_order_that_is_the_given_one_is_no_other() {
     println!("{report}");
     assert_eq!(report.verdict(), Verdict::Wrong);
     assert!(!report.to_string().contains("order"));
+}
+
+/// f = (a b + sin c, a² c + b², eᵃ b + c³).
+struct Dense;
+impl Function for Dense {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let [a, b, c] = [x[0], x[1], x[2]];
+        vec![a * b + c.sin(), a * a * c + b * b, a.exp() * b + c.powi(3)]
+    }
+}
+
+#[test]
+fn right_values_in_wrong_rows_and_columns_are_told_by_their_names() {
+    let jacobian = |x: &[f64]| {
+        let [a, b, c] = [x[0], x[1], x[2]];
+        [[b, a, c.cos()], [2.0 * a * c, 2.0 * b, a * a], [a.exp() * b, a.exp(), 3.0 * c * c]]
+    };
+    // Where the value of entry (i, j) is taken from.
+    type From = fn(usize, usize) -> (usize, usize);
+    let cases: [(From, &str); 6] = [
+        (|i, j| ([1, 0, 2][i], j), "the rows of `p` and `q` are exchanged"),
+        (|i, j| (i, [0, 2, 1][j]), "the columns of `b` and `c` are exchanged"),
+        (|i, j| ([1, 2, 0][i], j), "the rows are in another order: they belong to `q`, `r`, `p`"),
+        (|i, j| (i, [2, 0, 1][j]), "the columns are in another order: they belong to `c`, `a`, `b`"),
+        (|i, j| ([2, 1, 2][i], j), "in the row of `p` stand the values of the row of `r`"),
+        (|i, j| (i, [0, 1, 0][j]), "in the column of `c` stand the values of the column of `a`"),
+    ];
+    for (from, text) in cases {
+        let hand = move |x: &[f64]| {
+            let all = jacobian(x);
+            DMatrix::from_fn(3, 3, |i, j| all[from(i, j).0][from(i, j).1])
+        };
+        let report = check::function(&Dense, ["a", "b", "c"], ["p", "q", "r"]).jacobian(hand).run();
+        let [diagnosis] = &report.blocks[0].diagnoses[..] else { panic!("{report}") };
+        assert_eq!((diagnosis.mistake, diagnosis.text.as_str()), (Mistake::Swapped, text));
+    }
 }
 
 one!(Diode, x, (x * 20.0).exp());
