@@ -38,25 +38,11 @@ const fn wrong(
     Block { equation, variable, printed, value, correct, correct_value }
 }
 
-fn identity(at: &StepPoint) -> DMatrix<f64> {
-    DMatrix::identity(at.y.q.len(), at.y.q.len())
-}
-
-fn minus_identity(at: &StepPoint) -> DMatrix<f64> {
-    -identity(at)
-}
-
-fn gamma_identity(at: &StepPoint) -> DMatrix<f64> {
-    identity(at) * at.gamma
-}
-
-fn minus_gamma_identity(at: &StepPoint) -> DMatrix<f64> {
-    identity(at) * -at.gamma
-}
-
-fn phi_q_transposed(at: &StepPoint) -> DMatrix<f64> {
-    at.terms().phi_q.transpose()
-}
+const IDENTITY: Formula = |at| DMatrix::identity(at.y.q.len(), at.y.q.len());
+const MINUS_IDENTITY: Formula = |at| -IDENTITY(at);
+const GAMMA_IDENTITY: Formula = |at| IDENTITY(at) * at.gamma;
+const MINUS_GAMMA_IDENTITY: Formula = |at| IDENTITY(at) * -at.gamma;
+const PHI_Q_TRANSPOSED: Formula = |at| at.terms().phi_q.transpose();
 
 /// γ M_i + (Φ_qᵀσ_i)_q.
 fn mass_and_constraint_force(at: &StepPoint) -> DMatrix<f64> {
@@ -89,17 +75,17 @@ fn s_and_force_v(at: &StepPoint) -> DMatrix<f64> {
 
 /// ∂f_i/∂y_i.
 const LEFT: [Block; 12] = [
-    right((F1, V), "I", identity),
-    right((F1, Q), "−γ I", minus_gamma_identity),
-    right((F2, PStarDot), "I", identity),
-    right((F2, PStar), "−γ I", minus_gamma_identity),
+    right((F1, V), "I", IDENTITY),
+    right((F1, Q), "−γ I", MINUS_GAMMA_IDENTITY),
+    right((F2, PStarDot), "I", IDENTITY),
+    right((F2, PStar), "−γ I", MINUS_GAMMA_IDENTITY),
     wrong(
         (F3, Q),
         ("γ M_i + (Φ_qᵀσ_i)_q", Some(mass_and_constraint_force)),
         ("γ M_i + (M q̇_i)_q + (Φ_qᵀσ_i)_q", |at| mass_and_constraint_force(at) + at.terms().mass_v_q),
     ),
-    right((F3, PStar), "−I", minus_identity),
-    right((F3, Sigma), "Φ_qᵀ", phi_q_transposed),
+    right((F3, PStar), "−I", MINUS_IDENTITY),
+    right((F3, Sigma), "Φ_qᵀ", PHI_Q_TRANSPOSED),
     wrong(
         (F4, Q),
         (
@@ -111,8 +97,8 @@ const LEFT: [Block; 12] = [
             &t.force_q + &t.force_v * at.gamma + constraint_force(at, &t)
         }),
     ),
-    wrong((F4, PStar), ("−I (first of the two rows), −γ I (second)", Some(minus_identity)), ("−γ I", minus_gamma_identity)),
-    wrong((F4, Sigma), ("Φ_qᵀ", Some(phi_q_transposed)), ("Φ̇_qᵀ", |at| at.terms().phi_dot_q.transpose())),
+    wrong((F4, PStar), ("−I (first of the two rows), −γ I (second)", Some(MINUS_IDENTITY)), ("−γ I", MINUS_GAMMA_IDENTITY)),
+    wrong((F4, Sigma), ("Φ_qᵀ", Some(PHI_Q_TRANSPOSED)), ("Φ̇_qᵀ", |at| at.terms().phi_dot_q.transpose())),
     wrong(
         (F5, Q),
         ("[f_4^i]_q (n × n)", None),
@@ -129,10 +115,10 @@ const LEFT: [Block; 12] = [
 
 /// ∂f_{i+1}/∂y_i; the functions are evaluated at node i + 1, `previous` is node i.
 const RIGHT: [Block; 12] = [
-    right((F1, V), "I", identity),
-    right((F1, Q), "γ I", gamma_identity),
-    right((F2, PStarDot), "I", identity),
-    right((F2, PStar), "γ I", gamma_identity),
+    right((F1, V), "I", IDENTITY),
+    right((F1, Q), "γ I", GAMMA_IDENTITY),
+    right((F2, PStarDot), "I", IDENTITY),
+    right((F2, PStar), "γ I", GAMMA_IDENTITY),
     wrong((F3, V), ("−M_i", Some(|at| -at.previous_terms().mass)), ("−M_{i+1}", |at| -at.terms().mass)),
     wrong(
         (F3, Q),
@@ -144,13 +130,13 @@ const RIGHT: [Block; 12] = [
         ("−S − Q_q̇^i, with S as meant", Some(|at| -s_and_previous_force_v(at))),
         ("−S − (Q + T_q)_q̇^{i+1}", |at| -s_and_force_v(at)),
     ),
-    right((F4, PStarDot), "I", identity),
+    right((F4, PStarDot), "I", IDENTITY),
     wrong(
         (F4, Q),
         ("−γ (S + Q_q̇^i), with S as meant", Some(|at| s_and_previous_force_v(at) * -at.gamma)),
         ("−γ (S + (Q + T_q)_q̇^{i+1})", |at| s_and_force_v(at) * -at.gamma),
     ),
-    wrong((F4, PStar), ("0", Some(|at| identity(at) * 0.0)), ("γ I", gamma_identity)),
+    wrong((F4, PStar), ("0", Some(|at| IDENTITY(at) * 0.0)), ("γ I", GAMMA_IDENTITY)),
     wrong((F5, V), ("−Φ_q at i", Some(|at| -at.previous_terms().phi_q)), ("−Φ_q at i + 1", |at| -at.terms().phi_q)),
     wrong(
         (F5, Q),
