@@ -1,6 +1,7 @@
 //! Random directions of the inputs, and the gradient along them.
 
 use super::super::random::Random;
+use crate::check::Input;
 use crate::{Gradient, Inputs};
 
 /// A part of the inputs.
@@ -72,6 +73,13 @@ pub(super) fn random(sizes: &Inputs, parts: &[Part], random: &mut Random) -> Inp
         let moves = part.of_mut(&mut direction).iter_mut().zip(part.of(sizes));
         moves.for_each(|(d, &size)| *d = random.away_from_zero(size));
     }
+    direction
+}
+
+/// The direction of one input alone.
+pub(super) fn only(inputs: &Inputs, input: Input, d: f64) -> Inputs {
+    let mut direction = inputs.no_change();
+    *input.of(&mut direction) = d;
     direction
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
-use super::directions::{product, random};
+use super::directions::{only, product, random};
 use super::{Part, name_of, own, sizes_of_inputs};
 use crate::check::Input;
 use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
@@ -128,8 +128,7 @@ impl HessianCheck<'_> {
     ) -> Result<BlockReport, Error> {
         let of = (self.system, self.inputs, sizes);
         own::compare(of, (name, "own product", *part), values, product, (self.tolerance, 1.0), |input| {
-            let mut direction = self.inputs.no_change();
-            *input.of(&mut direction) = 1.0;
+            let direction = only(self.inputs, input, 1.0);
             let (product, reference) = (input.in_gradient(product), self.by_hyper(hyper, [&direction, along])?);
             Ok((product - reference).abs() <= self.tolerance * product.abs())
         })

@@ -22,7 +22,7 @@ use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
 use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
-use directions::{product, random};
+use directions::{only, product, random};
 use sizes::sizes_of_inputs;
 use ways::Ways;
 
@@ -199,8 +199,7 @@ impl GradientCheck<'_> {
         let inputs = Input::all(self.inputs);
         let mut rows = Vec::new();
         for input in &inputs {
-            let mut direction = self.inputs.no_change();
-            *input.of(&mut direction) = *input.of(&mut sizes.clone());
+            let direction = only(self.inputs, *input, *input.of(&mut sizes.clone()));
             rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
@@ -222,9 +221,7 @@ impl GradientCheck<'_> {
         let (of, what, within) =
             ((self.system, self.inputs, sizes), (name.as_str(), "own gradient", *part), (self.tolerance, raised));
         let mut report = own::compare(of, what, values, gradient, within, |input| {
-            let mut direction = self.inputs.no_change();
-            *input.of(&mut direction) = 1.0;
-            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&direction)?);
+            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&only(self.inputs, input, 1.0))?);
             Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
         })?;
         if !trusted {

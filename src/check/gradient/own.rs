@@ -34,7 +34,7 @@ pub(super) fn compare(
         report.notes.push("there are no such inputs: nothing was compared".into());
         return Ok(report);
     }
-    let units: Vec<f64> = all.iter().map(|input| unit(sizes, input)).collect();
+    let units = units(sizes, part);
     let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
     // NaN is infinitely wrong.
     let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
@@ -64,13 +64,17 @@ pub(super) fn compare(
     Ok(report)
 }
 
-/// What an entry is multiplied by to be compared with the others: its size, or the largest of its kind where several have one unit.
-fn unit(sizes: &Inputs, input: &Input) -> f64 {
-    match input {
-        Input::Control { channel, .. } => sizes.controls.row(*channel).amax(),
-        Input::Step(_) => sizes.grid.steps.iter().copied().fold(0.0, f64::max),
-        _ => *input.of(&mut sizes.clone()),
-    }
+/// What entries are multiplied by to be compared with each other: their sizes, or the largest of their kind where several have one unit.
+fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
+    let own = part.of(sizes);
+    let channels = match part {
+        Part::Controls => sizes.controls.nrows(),
+        Part::Steps => 1,
+        Part::Design | Part::Coordinates | Part::Rates => return own.to_vec(),
+    };
+    let largest = |k: usize| own.iter().skip(k).step_by(channels).copied().fold(0.0, f64::max);
+    let largest: Vec<f64> = (0..channels).map(largest).collect();
+    (0..own.len()).map(|j| largest[j % channels]).collect()
 }
 
 fn diagnose(
