@@ -1,6 +1,6 @@
 //! A problem by way of easier ones: a parameter s goes from 0 to 1, each solution is the next start.
 
-use super::outcome::{Counted, largest_change};
+use super::outcome::largest_change;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher, interior_point};
 use crate::Error;
 
@@ -12,7 +12,7 @@ const LEAST: f64 = 1e-4;
 /// A problem on the way that takes more iterations than this is too far away; after fewer than these s may change more.
 const MOST: usize = 60;
 const FEW: usize = 12;
-/// How exact solutions on the way are at most; constraints, in parts of how far they are from what they must be at the start.
+/// How exact solutions on the way are at most; constraints, behind the first problem, in parts of how far they are from what they must be at the start.
 const STATIONARITY: f64 = 1e-3;
 const VIOLATION: f64 = 1e-5;
 
@@ -32,16 +32,10 @@ pub fn homotopy<P: Problem + ?Sized>(
 ) -> Result<Outcome, Error> {
     options.check()?;
     set(problem, 0.0)?;
-    let (mut counted, x) = Counted::new(problem, start, options)?;
-    counted.evaluate_start(&x)?;
-    let on_the_way = Options {
-        stationarity: options.stationarity.max(STATIONARITY),
-        violation: options.violation.max(VIOLATION * counted.violation()),
-        target: None,
-        ..*options
-    };
-    let mut best = interior_point(problem, start, &on_the_way, watch)?;
-    let (mut s, mut change, mut counts) = (0.0, FIRST, Counts { evaluations: 1, ..Counts::default() });
+    let first = Options { stationarity: options.stationarity.max(STATIONARITY), target: None, ..*options };
+    let mut best = interior_point(problem, start, &first, watch)?;
+    let on_the_way = Options { violation: options.violation.max(VIOLATION * best.history[0].violation), ..first };
+    let (mut s, mut change, mut counts) = (0.0, FIRST, Counts::default());
     counts.add(&best);
     // The solution before, and how far back it lies.
     let mut before: Option<(Vec<f64>, f64)> = None;

@@ -238,6 +238,18 @@ fn a_homotopy_tells_of_the_first_failure_on_its_way() {
 }
 
 #[test]
+fn a_homotopy_begins_inside_bounds_where_the_cost_has_no_value() {
+    // x − ln x, from 0.
+    let barrier: Function = |x, _, g| {
+        g[0] = 1.0 - 1.0 / x[0];
+        x[0] - x[0].ln()
+    };
+    let mut problem = Given::new(barrier, vec![Interval::at_least(0.0)], vec![]);
+    let outcome = homotopy(&mut problem, &[0.0], &Options::default(), &mut |_, _| Ok(()), &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged() && (outcome.x[0] - 1.0).abs() < 1e-5, "{outcome:?}");
+}
+
+#[test]
 fn variables_belong_to_inputs_with_as_many_nodes() {
     let (system, force) = push(false);
     let [long, short] = [40, 20].map(|steps| Inputs::at_rest(&system, Grid::uniform(steps, 0.1)));
