@@ -64,7 +64,7 @@ impl AdjointSweep {
     ) -> Result<(), Error> {
         self.cost_rows(system, motion, node)?;
         if !self.cost_is_zero {
-            self.growth.add_source(system, motion, &newton.weights, &self.cost, node);
+            self.growth.add_source(motion, &newton.weights, &self.cost, node);
         }
         self.take_sigma_before(node);
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
@@ -151,19 +151,19 @@ impl AdjointSweep {
         let design = motion.inputs.design.as_slice();
         system.parameters().pull_back(design, &self.design, self.gradient.design.as_mut_slice());
         let StageAdjoint { a, b, .. } = &self.step[self.stage];
-        self.growth.watch(system, &newton.weights, (a, b));
+        self.growth.watch(&newton.weights, (a, b));
         Ok(())
     }
 
     /// The length of the step into a node, and what the step carries to where it begins.
-    fn leave(&mut self, system: &System, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<&Restart>)) {
+    fn leave(&mut self, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<&Restart>)) {
         self.step_row(motion, restart, node);
         carried_part((&motion.trajectory.scheme, 0), motion.length(node), &mut self.step, &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
         }
         if node.is_multiple_of(Growth::LOOK_EVERY) {
-            self.growth.watch(system, &newton.weights, (&self.carried.a, &self.carried.b));
+            self.growth.watch(&newton.weights, (&self.carried.a, &self.carried.b));
         }
     }
 }
@@ -196,7 +196,7 @@ fn visit(
     for s in (1..motion.trajectory.last_stage()).rev() {
         side_by_side(sweeps, |sweep, is_factored| sweep.inner_stage(system, motion, newton, (node, s), is_factored))?;
     }
-    sweeps.iter_mut().for_each(|sweep| sweep.leave(system, motion, newton, (node, restart.as_ref())));
+    sweeps.iter_mut().for_each(|sweep| sweep.leave(motion, newton, (node, restart.as_ref())));
     Ok(())
 }
 

@@ -9,11 +9,11 @@
 //!
 //! Free flight keeps them; a cost that is small because its aim is reached is small in both.
 
+use crate::Warning;
 use crate::forward::Motion;
 use crate::motion::Report;
 use crate::node::UnitWeights;
 use crate::system::CostRows;
-use crate::{System, Warning};
 
 #[derive(Default)]
 pub(crate) struct Growth {
@@ -34,37 +34,28 @@ impl Growth {
     }
 
     /// Adds what the costs of a node put in, at the last node and at those looked at, which stand for those between.
-    pub(crate) fn add_source(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        weights: &UnitWeights,
-        cost: &CostRows,
-        node: usize,
-    ) {
+    pub(crate) fn add_source(&mut self, motion: &Motion, weights: &UnitWeights, cost: &CostRows, node: usize) {
         let steps = &motion.inputs.grid.steps;
         let is_last = node == steps.len();
         if !is_last && !node.is_multiple_of(Self::LOOK_EVERY) {
             return;
         }
-        let positions = system.positions();
         let step = steps[node.saturating_sub(1)..].first().map_or(1.0, |dt| dt.abs());
-        let of_rates = |rates: &[f64]| weights.of_velocities(positions, rates.iter().copied());
+        let of_rates = |rates: &[f64]| weights.of_velocities(rates.iter().copied());
         let sizes = [
-            self.duration * weights.of_momenta(positions, &cost.q),
-            weights.of_momenta(positions, &cost.v),
+            self.duration * weights.of_momenta(&cost.q),
+            weights.of_momenta(&cost.v),
             of_rates(&cost.p_star),
             of_rates(&cost.p_star_dot) / step,
-            weights.of_equations(positions, &cost.sigma),
+            weights.of_equations(&cost.sigma),
         ];
         let size = sizes.into_iter().fold(0.0, f64::max);
         self.source += if is_last { size } else { Self::LOOK_EVERY as f64 * size };
     }
 
     /// Compares a and b with what the costs have put in.
-    pub(crate) fn watch(&mut self, system: &System, weights: &UnitWeights, (a, b): (&[f64], &[f64])) {
-        let positions = system.positions();
-        let size = weights.of_velocities(positions, b.iter().copied()).max(self.duration * weights.of_momenta(positions, a));
+    pub(crate) fn watch(&mut self, weights: &UnitWeights, (a, b): (&[f64], &[f64])) {
+        let size = weights.of_velocities(b.iter().copied()).max(self.duration * weights.of_momenta(a));
         if self.source > 0.0 {
             self.most = self.most.max(size / self.source);
         }

@@ -106,8 +106,8 @@ impl AdjointSweep {
             let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
-            let change = newton.size_of(system, d);
-            if is_rounding(change, last, newton.size_of(system, c)) {
+            let change = newton.size_of(d);
+            if is_rounding(change, last, newton.size_of(c)) {
                 break;
             }
             last = change;

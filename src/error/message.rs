@@ -55,7 +55,7 @@ impl fmt::Display for Error {
             Error::Assembly { equation, violation, tolerance } => write!(
                 f,
                 "the start cannot be assembled: {equation} is left violated by {violation:.3e} (tolerance {tolerance:.1e}); see whether these \
-                 lengths can close, hold fewer coordinates, or begin from a better guess"
+                 lengths can close, hold fewer coordinates, or begin from a better guess, with links that lie in one line bent a little"
             ),
             Error::AssemblyStalled { correction } => write!(
                 f,

@@ -165,7 +165,7 @@ impl ForwardSweep {
                     }
                     if error <= 1.0 {
                         self.check_compliant(system, node, settings)?;
-                        self.watch_reach(node);
+                        self.monitor.watch_reach(&self.motion, node);
                         restart::apply(self, system, node, settings)?;
                         node += 1;
                         self.motion.trajectory.computed = node - self.motion.first;

@@ -37,19 +37,19 @@ impl Continuation {
 
 impl ForwardSweep {
     /// Whether the velocities at the nodes before a column jump up and down from each to the next, by more than rounding.
-    pub(crate) fn is_rough(&self, system: &System, k: usize) -> bool {
-        let (positions, weights) = (system.positions(), &self.stepper.newton.weights);
-        let momentum = weights.of_momenta(positions, column(&self.motion.trajectory.p_star, k - 1));
+    pub(crate) fn is_rough(&self, k: usize) -> bool {
+        let weights = &self.stepper.newton.weights;
+        let momentum = weights.of_momenta(column(&self.motion.trajectory.p_star, k - 1));
         let v = |before: usize| column(&self.motion.trajectory.v, k - before);
-        let size = |v: &[f64]| weights.of_velocities(positions, v.iter().copied());
+        let size = |v: &[f64]| weights.of_velocities(v.iter().copied());
         // Where they pass zero, three nodes do not tell.
         (3..=k.min(4)).any(|before| {
             let [v, v1, v2] = [v(before - 2), v(before - 1), v(before)];
-            let first = weights.of_velocities(positions, v.iter().zip(v1).map(|(v, v1)| v - v1));
+            let first = weights.of_velocities(v.iter().zip(v1).map(|(v, v1)| v - v1));
             // Steps may be of other lengths, and lead back.
             let ratio = self.step_ratio(k - before + 2);
             let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2));
-            let second = weights.of_velocities(positions, seconds);
+            let second = weights.of_velocities(seconds);
             // A sine that turns by 60° a step has second differences as large as first ones.
             second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
         })
@@ -57,23 +57,23 @@ impl ForwardSweep {
 
     /// Whether the guess of the step into this column was none, although the motion was smooth before.
     #[inline]
-    pub(crate) fn has_missed(&self, system: &System, k: usize) -> bool {
+    pub(crate) fn has_missed(&self, k: usize) -> bool {
         // Where the guess was good, nothing more is looked at.
-        self.is_far(system, k) && (k < 2 || self.is_beyond(system, k))
+        self.is_far(k) && (k < 2 || self.is_beyond(k))
     }
 
     /// Whether it was off by more than part of the velocities before and of its own.
     #[inline]
-    fn is_far(&self, system: &System, k: usize) -> bool {
+    fn is_far(&self, k: usize) -> bool {
         let Miss { change, guess } = self.stepper.newton.miss;
-        change > MISSED * guess && self.is_far_from_before(system, k)
+        change > MISSED * guess && self.is_far_from_before(k)
     }
 
     #[cold]
-    fn is_far_from_before(&self, system: &System, k: usize) -> bool {
+    fn is_far_from_before(&self, k: usize) -> bool {
         let change = self.stepper.newton.miss.change;
         let before = column(&self.motion.trajectory.v, k - 1).iter().copied();
-        change > MISSED * self.stepper.newton.weights.of_velocities(system.positions(), before)
+        change > MISSED * self.stepper.newton.weights.of_velocities(before)
     }
 
     /// The length of the step into a column, in parts of the one before.
@@ -83,10 +83,9 @@ impl ForwardSweep {
     }
 
     /// Whether mean accelerations differ by more than this part of them between the step into a column and the one before.
-    pub(crate) fn turns_by(&self, system: &System, k: usize, part: f64) -> bool {
+    pub(crate) fn turns_by(&self, k: usize, part: f64) -> bool {
         let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.motion.trajectory.v, k - before));
-        let size =
-            |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.weights.of_velocities(system.positions(), changes);
+        let size = |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.weights.of_velocities(changes);
         let ratio = self.step_ratio(k);
         let change = size(&mut v.iter().zip(v1).map(|(v, v1)| v - v1));
         let before = size(&mut v1.iter().zip(v2).map(|(v1, v2)| ratio * (v1 - v2)));
@@ -95,10 +94,10 @@ impl ForwardSweep {
     }
 
     /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
-    fn is_beyond(&self, system: &System, k: usize) -> bool {
+    fn is_beyond(&self, k: usize) -> bool {
         let (v, before) = (column(&self.motion.trajectory.v, k - 1), column(&self.motion.trajectory.v, k - 2));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        self.stepper.newton.miss.change > 2.0 * self.stepper.newton.weights.of_velocities(system.positions(), changes)
+        self.stepper.newton.miss.change > 2.0 * self.stepper.newton.weights.of_velocities(changes)
     }
 
     /// Follows the solution of the step into a node from h = 0; the next step is not extrapolated from what lies before it.
@@ -116,9 +115,7 @@ impl ForwardSweep {
                 self.stepper.smooth_from = node;
                 let k = node - self.motion.first;
                 // No guess was near, and still the motion may go on as it went; from rest, under forces that grow, it goes three times as fast.
-                if s == self.motion.trajectory.last_stage()
-                    && k >= 2
-                    && self.turns_by(system, k, if k == 2 { 1.0 } else { MISSED })
+                if s == self.motion.trajectory.last_stage() && k >= 2 && self.turns_by(k, if k == 2 { 1.0 } else { MISSED })
                 {
                     self.warn_of_roughness(node);
                 }
@@ -178,7 +175,7 @@ impl ForwardSweep {
             self.guess_last(k);
             // One correction of a guess that is far off may be all that fails.
             let failed = matches!(self.solve_at_hand(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
-            good = if failed || self.is_far(system, k) { 0 } else { good + 1 };
+            good = if failed || self.is_far(k) { 0 } else { good + 1 };
             if good == 2 {
                 return level;
             }

@@ -8,8 +8,8 @@
 //!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| so far for the rest
 //! ```
 
+use super::Motion;
 use super::monitor::Monitor;
-use super::{ForwardSweep, Motion};
 use crate::motion::column;
 use crate::node::Newton;
 use crate::number::larger;
@@ -17,17 +17,24 @@ use crate::{Settings, System, Warning};
 
 /// Besides the last node, those are looked at whose numbers are powers of two, from this one on: what is rare costs nothing.
 const FIRST: usize = 128;
-
-impl ForwardSweep {
-    /// Takes the coordinates of a node into account.
-    #[inline]
-    pub(super) fn watch_reach(&mut self, node: usize) {
-        let q = column(&self.motion.trajectory.q, node - self.motion.first);
-        self.monitor.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
-    }
-}
+/// How far coordinates reach is read off one node in so many, and off those where Φ is looked at.
+const REACH_EVERY: usize = 8;
 
 impl Monitor {
+    /// Takes the coordinates of a node into account, if it is one of the first or one of those.
+    #[inline]
+    pub(super) fn watch_reach(&mut self, motion: &Motion, node: usize) {
+        if node < REACH_EVERY || node.is_multiple_of(REACH_EVERY) {
+            self.take_reach(motion, node);
+        }
+    }
+
+    #[inline(never)]
+    fn take_reach(&mut self, motion: &Motion, node: usize) {
+        let q = column(&motion.trajectory.q, node - motion.first);
+        self.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
+    }
+
     /// Before a motion: nothing is known of how far its coordinates reach.
     pub(crate) fn begin(&mut self, system: &System, newton: &Newton) {
         self.measure_sinusoidal(newton);
@@ -57,6 +64,7 @@ impl Monitor {
     #[cold]
     #[inline(never)]
     fn measure_drift(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize, settings: &Settings) {
+        self.take_reach(motion, node);
         self.evaluate_phi(system, motion, node);
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
         // What the start may violate is no drift.

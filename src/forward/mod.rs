@@ -137,7 +137,7 @@ impl ForwardSweep {
         self.check_energies(system, 0)?;
         restart::keep_end(self, 0);
         self.monitor.reach.fill(0.0);
-        self.watch_reach(0);
+        self.monitor.watch_reach(&self.motion, 0);
         Ok(())
     }
 
@@ -175,7 +175,7 @@ impl ForwardSweep {
             self.check_energies(system, node)?;
             self.check_compliant(system, node, settings)?;
             self.watch_turns(system, node);
-            self.watch_reach(node);
+            self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
             node += 1;
@@ -218,7 +218,7 @@ impl ForwardSweep {
         }
         // Of a step that is followed from zero, later stages know its beginning.
         let history = Predictor::MOST.min(k).min(node - self.stepper.smooth_from).max(1);
-        if history == 1 && s == 1 && self.is_rough(system, k) {
+        if history == 1 && s == 1 && self.is_rough(k) {
             self.continue_from_zero(system, node, settings)?;
         } else {
             self.stepper.predictor.predict(
@@ -228,13 +228,13 @@ impl ForwardSweep {
                 s,
             );
             match self.solve_at_hand(system, node, dt, settings) {
-                Ok(()) if !self.has_missed(system, k) => {}
+                Ok(()) if !self.has_missed(k) => {}
                 Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
                 _ => self.continue_from_zero(system, node, settings)?,
             }
         }
         if system.may_bend() && self.motion.trajectory.scheme.is_trapezoidal() {
-            self.note_surprise(system, k, history);
+            self.note_surprise(k, history);
         }
         Ok(())
     }
@@ -321,6 +321,9 @@ impl ForwardSweep {
 
     /// Refuses a node where an energy is not defined, though its derivatives are.
     fn check_energies(&self, system: &System, node: usize) -> Result<(), Error> {
+        if !system.has_partly_defined_energies() {
+            return Ok(());
+        }
         system.find_undefined_energy(&self.motion.at(node), self.motion.given_step(node)).map_or(Ok(()), Err)
     }
 
@@ -332,7 +335,7 @@ impl ForwardSweep {
     #[cold]
     fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         let at = self.motion.at(node);
-        let size = self.stepper.newton.size_of(system, at.v);
+        let size = self.stepper.newton.size_of(at.v);
         // In the unit of the equation.
         let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * redundancy::root_flexibility(mu);
         let gap = |&(j, mu): &(usize, f64)| {

@@ -44,7 +44,7 @@ impl Projection<'_> {
     /// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
     pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
         self.l_v(at);
-        let momentum = self.newton.weights.of_momenta(self.system.positions(), &at.left.v);
+        let momentum = self.newton.weights.of_momenta(&at.left.v);
         at.x.v.fill(0.0);
         let (mut last, mut moved) = (f64::INFINITY, f64::INFINITY);
         for corrections in 0..MOST_CORRECTIONS_OF_PROJECTION {
@@ -54,7 +54,7 @@ impl Projection<'_> {
             }
             self.violation(at);
             self.newton.solve(self.system, &mut at.left);
-            let (correction, size) = (self.newton.size_of(self.system, &at.left.v), self.newton.size_of(self.system, &at.q));
+            let (correction, size) = (self.newton.size_of(&at.left.v), self.newton.size_of(&at.q));
             moved = largest(&at.left.v);
             if correction <= ROUNDING * size {
                 return Ok(());
@@ -80,8 +80,8 @@ impl Projection<'_> {
 
     /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
     fn check_quadratic(&self, at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
-        let (weights, positions) = (&self.newton.weights, self.system.positions());
-        let size = |i: usize| weights.of_equation(positions.v[i]) * at_rest[i].abs();
+        let weights = self.newton.weights.momenta();
+        let size = |i: usize| weights[i] * at_rest[i].abs();
         let Some(most) = (0..at_rest.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))) else { return Ok(()) };
         if size(most) > LINEAR * momentum {
             Err(StepFailure::LinearEnergy { coordinate: most, momentum: at_rest[most] })
@@ -110,7 +110,7 @@ impl Projection<'_> {
         self.l_v(at);
         at.left.sigma.fill(0.0);
         self.newton.solve(self.system, &mut at.left);
-        let of_l_v = self.newton.size_of(self.system, &at.left.v);
+        let of_l_v = self.newton.size_of(&at.left.v);
         self.violation(at);
         let terms = self.terms(at);
         let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;

@@ -197,14 +197,14 @@ fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool 
         return !breakdown.pivot.is_finite();
     }
     forward.warn_of_lost_digits(system, node, worst);
-    let (positions, left) = (system.positions(), &mut forward.restarting.point.left);
+    let (weights, left) = (forward.stepper.newton.weights.multipliers(), &mut forward.restarting.point.left);
     left.v.fill(0.0);
-    for (j, (violation, &position)) in left.sigma.iter_mut().zip(&positions.sigma).enumerate() {
+    for (j, (violation, weight)) in left.sigma.iter_mut().zip(weights).enumerate() {
         // Any combination of all of them.
-        *violation = forward.stepper.newton.weights.of_multiplier(position) * (1.0 + 0.3 * (j as f64).sin());
+        *violation = weight * (1.0 + 0.3 * (j as f64).sin());
     }
     forward.stepper.newton.solve(system, left);
-    forward.stepper.newton.size_of(system, &left.v) <= UNDETERMINED
+    forward.stepper.newton.size_of(&left.v) <= UNDETERMINED
 }
 
 /// The number of macro steps before a node, if it ends one.
@@ -242,14 +242,14 @@ fn restart(
     if project {
         Projection { system, motion, newton: &mut stepper.newton, monitor, node }.apply(at)?;
     }
-    record(forward, system, node, project, settings);
+    record(forward, node, project, settings);
     begin_anew(forward, system, node, settings)
 }
 
 /// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
-fn record(forward: &mut ForwardSweep, system: &System, node: usize, project: bool, settings: &Settings) {
+fn record(forward: &mut ForwardSweep, node: usize, project: bool, settings: &Settings) {
     let k = node - forward.motion.first;
-    let weights = weights(forward, system, k, settings);
+    let weights = weights(forward, k, settings);
     let at_end = forward.motion.block_column(k, forward.motion.trajectory.last_stage());
     let (restarts, y) = (&mut forward.motion.restarts, forward.motion.trajectory.columns(k));
     restarts.before.push(forward.restarting.last_end.node);
@@ -287,12 +287,12 @@ fn begin_anew(forward: &mut ForwardSweep, system: &System, node: usize, settings
 }
 
 /// α and β of the restart at column k.
-fn weights(forward: &mut ForwardSweep, system: &System, k: usize, settings: &Settings) -> [f64; 2] {
+fn weights(forward: &mut ForwardSweep, k: usize, settings: &Settings) -> [f64; 2] {
     let every = settings.rebase_every.max(1) as f64;
     let [before, now] = [&forward.restarting.last_end.sigma, column(&forward.motion.trajectory.sigma, k)];
-    let (weights, positions) = (&forward.stepper.newton.weights, system.positions());
-    let range = weights.of_multipliers(positions, now.iter().zip(before).map(|(now, before)| every * (now - before)));
-    let size = weights.of_multipliers(positions, now.iter().copied());
+    let weights = &forward.stepper.newton.weights;
+    let range = weights.of_multipliers(now.iter().zip(before).map(|(now, before)| every * (now - before)));
+    let size = weights.of_multipliers(now.iter().copied());
     forward.restarting.most_range = larger(forward.restarting.most_range, range);
     let is_first = forward.motion.trajectory.restarted.is_empty();
     let anew = every == 1.0 || is_first || size > WANDERED * forward.restarting.most_range;

@@ -1,7 +1,6 @@
 //! Which steps are worth a look, if elements may bend within them: those whose end was not where the nodes before led to expect it.
 
 use super::ForwardSweep;
-use crate::System;
 use crate::motion::column;
 
 /// A guess whose velocities were off by more than this part of their change in a step makes it worth a look …
@@ -13,15 +12,15 @@ const JERK: f64 = 0.1;
 
 impl ForwardSweep {
     /// Notes whether the step into a column, guessed from so many nodes, is worth a look.
-    pub(crate) fn note_surprise(&mut self, system: &System, k: usize, history: usize) {
+    pub(crate) fn note_surprise(&mut self, k: usize, history: usize) {
         if self.motion.surprising.len() <= k {
             self.motion.surprising.resize(k + 1, false);
         }
         let (v, before) = (column(&self.motion.trajectory.v, k), column(&self.motion.trajectory.v, k - 1));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        let change = self.stepper.newton.weights.of_velocities(system.positions(), changes);
+        let change = self.stepper.newton.weights.of_velocities(changes);
         let has_missed = self.stepper.newton.miss.change > SURPRISE * change;
-        let turns = |k: usize| self.turns_by(system, k, JERK);
+        let turns = |k: usize| self.turns_by(k, JERK);
         let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));
         // Of the first step nothing can be expected before the second.
         if k == 2 && self.motion.first == 0 {

@@ -146,6 +146,11 @@ impl Evaluation {
         Ok(())
     }
 
+    /// Whether elements other than sums of sines are evaluated at every point: these alone may have terms in the rows of condensed unknowns.
+    pub(crate) fn has_elements(&self) -> bool {
+        self.elements.is_some()
+    }
+
     /// Begins a step.
     pub(crate) fn begin(&mut self) {
         self.sines.forget();
@@ -198,9 +203,9 @@ impl Evaluation {
         }
     }
 
-    /// Adds 𝓛_q + Q at the point that was evaluated last; `at` is that point in the scene's order.
-    pub(crate) fn add_force(&self, at: &NodeView<f64>, force: &mut [f64]) {
-        self.constants.add_force(at, force);
+    /// Adds 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
+    pub(crate) fn add_force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
+        self.constants.add_force(q, v, u, force);
         self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
         if let Some(elements) = &self.elements {
             force.iter_mut().zip(elements.sums.force()).for_each(|(sum, force)| *sum += force);

@@ -91,7 +91,7 @@ impl<F: Factorization> Newton<F> {
             linear: zeros(),
             delta: zeros(),
             transposed: TransposedProduct::new(system),
-            weights: UnitWeights::new(system.n() + system.m(), condensed),
+            weights: UnitWeights::new((system.n(), system.m()), condensed),
             size: Sizes::default(),
             floor: 0.0,
             miss: Miss { change: 0.0, guess: 0.0 },
@@ -238,8 +238,8 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// The size of velocities, or of coordinates or their changes, which have other units.
-    pub(crate) fn size_of(&self, system: &System, v: &[f64]) -> f64 {
-        self.weights.of_velocities(system.positions(), v.iter().copied())
+    pub(crate) fn size_of(&self, v: &[f64]) -> f64 {
+        self.weights.of_velocities(v.iter().copied())
     }
 
     /// Solves K x = r in place.
@@ -303,13 +303,15 @@ impl<F: Factorization> Newton<F> {
         self.evaluation.step_constants(system, from, given, &mut self.linear);
         self.delta.fill(0.0);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
-        // What N has in the rows of condensed unknowns depends on time at most.
-        add(&mut self.linear[..self.condensed], &self.delta);
+        if self.evaluation.has_elements() {
+            // What N has in the rows of condensed unknowns depends on time at most, and is known.
+            add(&mut self.linear[..self.condensed], &self.delta);
+        }
         self.matrix.reduce(&mut self.linear);
         self.matrix.subtract_constant_product(&self.x, &mut self.linear);
         let free = self.condensed..;
         add(&mut self.delta[free.clone()], &self.linear[free]);
-        let scale = self.weights.of_momenta(system.positions(), from.p_star);
+        let scale = self.weights.of_momenta(from.p_star);
         self.floor = SMALL * scale;
         Ok(scale)
     }
@@ -371,8 +373,7 @@ impl<F: Factorization> Newton<F> {
         }
         y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
         y.p_star_dot.fill(0.0);
-        let at = given.at(y.q, y.v, y.sigma);
-        self.evaluation.add_force(&at, y.p_star_dot);
+        self.evaluation.add_force(y.q, y.v, given.u, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
@@ -382,7 +383,7 @@ impl<F: Factorization> Newton<F> {
         let positions = system.positions().v.iter().zip(guess);
         let differences =
             positions.map(|(&position, guess)| if position < self.condensed { 0.0 } else { self.x[position] - guess });
-        self.weights.of_velocities(system.positions(), differences)
+        self.weights.of_velocities(differences)
     }
 
     fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {

@@ -1,7 +1,7 @@
 //! How large velocities and multipliers are, or the residuals of their equations, in units that make them comparable.
 
 use crate::number::larger;
-use crate::system::Positions;
+use crate::system::{Pair, Positions};
 
 /// The largest velocity and the largest multiplier, or the largest residuals of their equations.
 #[derive(Clone, Copy, Default)]
@@ -27,40 +27,23 @@ impl Sizes {
     }
 }
 
-/// The weights of all unknowns, or of all equations, in the solver's order: those of velocities, zero for multipliers, and those of multipliers.
-struct Weights {
-    v: Vec<f64>,
-    sigma: Vec<f64>,
+/// The weights of all unknowns, or of all equations, in the solver's order: that of a velocity, or zero, beside that of a multiplier, or zero.
+type Weights = Vec<[f64; 2]>;
+
+/// The largest weighted entries that belong to velocities and to multipliers.
+// By itself: it is called from six places of a step.
+#[inline(never)]
+fn sizes(x: &[f64], weights: &[[f64; 2]]) -> Sizes {
+    let [mut v, mut sigma] = [0.0; 2];
+    for (x, [of_v, of_sigma]) in x.iter().zip(weights) {
+        (v, sigma) = (larger(v, x.abs() * of_v), larger(sigma, x.abs() * of_sigma));
+    }
+    Sizes { v, sigma }
 }
 
-impl Weights {
-    fn new(len: usize) -> Self {
-        Weights { v: vec![0.0; len], sigma: vec![0.0; len] }
-    }
-
-    /// The largest weighted entries that belong to velocities and to multipliers, from a position on.
-    #[inline]
-    fn sizes(&self, x: &[f64], from: usize) -> Sizes {
-        let x = &x[from..];
-        let (of_v, of_sigma) = (&self.v[from..][..x.len()], &self.sigma[from..][..x.len()]);
-        let (mut v, mut sigma) = ([0.0; 4], [0.0; 4]);
-        let ((xs, x), (of_vs, of_v), (of_sigmas, of_sigma)) =
-            (x.as_chunks::<4>(), of_v.as_chunks::<4>(), of_sigma.as_chunks::<4>());
-        for ((xs, of_v), of_sigma) in xs.iter().zip(of_vs).zip(of_sigmas) {
-            raise(&mut v, xs, of_v);
-            raise(&mut sigma, xs, of_sigma);
-        }
-        raise(&mut v, x, of_v);
-        raise(&mut sigma, x, of_sigma);
-        let largest = |[a, b, c, d]: [f64; 4]| larger(larger(a, c), larger(b, d));
-        Sizes { v: largest(v), sigma: largest(sigma) }
-    }
-}
-
-/// Makes each of four numbers at least |x| times its weight.
-#[inline(always)]
-fn raise(to: &mut [f64; 4], x: &[f64], weights: &[f64]) {
-    to.iter_mut().zip(x).zip(weights).for_each(|((to, x), weight)| *to = larger(*to, x.abs() * weight));
+/// The largest weighted number.
+fn largest(x: impl Iterator<Item = f64>, weights: &[f64]) -> f64 {
+    x.zip(weights).fold(0.0, |size, (x, weight)| larger(size, x.abs() * weight))
 }
 
 /// What makes unknowns of different units comparable, and the residuals of their equations.
@@ -68,80 +51,86 @@ pub(crate) struct UnitWeights {
     of_unknowns: Weights,
     of_equations: Weights,
     condensed: usize,
+    /// The same in the scene's order.
+    unknowns: Pair,
+    equations: Pair,
 }
 
 impl UnitWeights {
-    pub(crate) fn new(len: usize, condensed: usize) -> Self {
-        UnitWeights { of_unknowns: Weights::new(len), of_equations: Weights::new(len), condensed }
+    pub(crate) fn new((n, m): (usize, usize), condensed: usize) -> Self {
+        let [of_unknowns, of_equations] = [vec![[0.0; 2]; n + m], vec![[0.0; 2]; n + m]];
+        UnitWeights { of_unknowns, of_equations, condensed, unknowns: Pair::new(n, m), equations: Pair::new(n, m) }
     }
 
     /// Takes the roots of pivots p: √p v, σ/√p and so on have one unit, √J, whatever the units of the coordinates are.
     pub(crate) fn set(&mut self, positions: &Positions, reciprocal_pivots: impl Iterator<Item = f64>) {
-        let UnitWeights { of_unknowns, of_equations, .. } = self;
-        of_equations.v.fill(0.0);
         let roots = reciprocal_pivots.map(|reciprocal| reciprocal.abs().sqrt());
-        of_equations.sigma.iter_mut().zip(roots).for_each(|(weight, root)| *weight = root);
-        for &position in &positions.v {
-            std::mem::swap(&mut of_equations.v[position], &mut of_equations.sigma[position]);
+        self.of_equations.iter_mut().zip(roots).for_each(|(weights, root)| *weights = [root; 2]);
+        let inverse = |x: f64| if x > 0.0 { x.recip() } else { 0.0 };
+        for (i, &position) in positions.v.iter().enumerate() {
+            let [root, _] = self.of_equations[position];
+            (self.unknowns.v[i], self.equations.v[i]) = (inverse(root), root);
+            (self.of_unknowns[position], self.of_equations[position]) = ([inverse(root), 0.0], [root, 0.0]);
         }
-        let inverse = |x: &f64| if *x > 0.0 { x.recip() } else { 0.0 };
-        of_unknowns.v.iter_mut().zip(of_equations.v.iter().map(inverse)).for_each(|(weight, x)| *weight = x);
-        of_unknowns.sigma.iter_mut().zip(of_equations.sigma.iter().map(inverse)).for_each(|(weight, x)| *weight = x);
+        for (j, &position) in positions.sigma.iter().enumerate() {
+            let [_, root] = self.of_equations[position];
+            (self.unknowns.sigma[j], self.equations.sigma[j]) = (inverse(root), root);
+            (self.of_unknowns[position], self.of_equations[position]) = ([0.0, inverse(root)], [0.0, root]);
+        }
     }
 
     /// The sizes of all unknowns.
     pub(crate) fn of_all(&self, x: &[f64]) -> Sizes {
-        self.of_unknowns.sizes(x, 0)
+        sizes(x, &self.of_unknowns)
     }
 
     /// The sizes of unknowns, condensed ones left out.
     pub(crate) fn of(&self, x: &[f64]) -> Sizes {
-        self.of_unknowns.sizes(x, self.condensed)
+        sizes(&x[self.condensed..], &self.of_unknowns[self.condensed..])
     }
 
     /// The sizes of residuals of the same equations.
     pub(crate) fn of_residual(&self, r: &[f64]) -> Sizes {
-        self.of_equations.sizes(r, self.condensed)
+        sizes(&r[self.condensed..], &self.of_equations[self.condensed..])
     }
 
-    /// The weight of an equation, of a velocity or a multiplier.
+    /// The weight of an equation, of a velocity or a multiplier, by its position.
     pub(crate) fn of_any_equation(&self, position: usize) -> f64 {
-        self.of_equations.v[position] + self.of_equations.sigma[position]
+        let [of_v, of_sigma] = self.of_equations[position];
+        of_v + of_sigma
     }
 
-    /// The weight of a velocity's equation.
+    /// The weight of a velocity's equation, by its position.
     pub(crate) fn of_equation(&self, position: usize) -> f64 {
-        self.of_equations.v[position]
+        self.of_equations[position][0]
     }
 
-    /// The weight of a multiplier; of its equation, one unit.
-    pub(crate) fn of_multiplier(&self, position: usize) -> f64 {
-        self.of_unknowns.sigma[position]
+    /// The weights of velocities' equations and of multipliers, in the scene's order.
+    pub(crate) fn momenta(&self) -> &[f64] {
+        &self.equations.v
+    }
+
+    pub(crate) fn multipliers(&self) -> &[f64] {
+        &self.unknowns.sigma
     }
 
     /// The largest velocity, of those in the scene's order.
-    pub(crate) fn of_velocities(&self, positions: &Positions, v: impl Iterator<Item = f64>) -> f64 {
-        positions.v.iter().zip(v).fold(0.0, |size, (&position, v)| larger(size, v.abs() * self.of_unknowns.v[position]))
+    pub(crate) fn of_velocities(&self, v: impl Iterator<Item = f64>) -> f64 {
+        largest(v, &self.unknowns.v)
     }
 
     /// The largest multiplier, of those in the scene's order.
-    pub(crate) fn of_multipliers(&self, positions: &Positions, sigma: impl Iterator<Item = f64>) -> f64 {
-        let terms = positions.sigma.iter().zip(sigma);
-        terms.fold(0.0, |size, (&position, sigma)| larger(size, sigma.abs() * self.of_unknowns.sigma[position]))
+    pub(crate) fn of_multipliers(&self, sigma: impl Iterator<Item = f64>) -> f64 {
+        largest(sigma, &self.unknowns.sigma)
     }
 
     /// The largest multiplier's equation, of those in the scene's order.
-    pub(crate) fn of_equations(&self, positions: &Positions, r: &[f64]) -> f64 {
-        positions
-            .sigma
-            .iter()
-            .zip(r)
-            .fold(0.0, |size, (&position, r)| larger(size, r.abs() * self.of_equations.sigma[position]))
+    pub(crate) fn of_equations(&self, r: &[f64]) -> f64 {
+        largest(r.iter().copied(), &self.equations.sigma)
     }
 
     /// The largest momentum, of those in the scene's order.
-    pub(crate) fn of_momenta(&self, positions: &Positions, p_star: &[f64]) -> f64 {
-        let terms = positions.v.iter().zip(p_star);
-        terms.fold(0.0, |size, (&position, p)| larger(size, p.abs() * self.of_equations.v[position]))
+    pub(crate) fn of_momenta(&self, p_star: &[f64]) -> f64 {
+        largest(p_star.iter().copied(), &self.equations.v)
     }
 }

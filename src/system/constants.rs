@@ -128,11 +128,11 @@ impl Constants {
     }
 
     /// Adds the constant part of 𝓛_q + Q.
-    pub fn add_force(&self, at: &NodeView<f64>, force: &mut [f64]) {
+    pub fn add_force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
         force.iter_mut().zip(&self.force).for_each(|(sum, constant)| *sum += constant);
-        multiply(&self.qv, at.v, force);
-        multiply(&self.qq, at.q, force);
-        multiply(&self.q_u, at.u, force);
+        multiply(&self.qv, v, force);
+        multiply(&self.qq, q, force);
+        multiply(&self.q_u, u, force);
     }
 
     /// The constant part of K(h) as (row, column, value); unknowns are numbered v, then σ.

@@ -375,6 +375,11 @@ impl System {
         Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 
+    /// Whether there are energies that may not be finite where their derivatives are.
+    pub(crate) fn has_partly_defined_energies(&self) -> bool {
+        !self.partly_defined.is_empty()
+    }
+
     /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
     pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let mut items = self.partly_defined.iter().map(|&(batch, item)| &self.batches[batch].items[item]);

@@ -120,8 +120,8 @@ impl SecondOrderSweep {
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
             newton.solve(system, left);
             x.add(left);
-            let correction = newton.size_of(system, &left.v);
-            if is_rounding(correction, last, newton.size_of(system, &x.v)) {
+            let correction = newton.size_of(&left.v);
+            if is_rounding(correction, last, newton.size_of(&x.v)) {
                 break;
             }
             last = correction;

@@ -196,10 +196,10 @@ impl Assembler<'_> {
                 weighted(&after, &units) <= violation || largest_of(&after).1 <= self.tolerance
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
-            let (next, correction) = (step(share), share * self.newton.size_of(self.system, &delta.v));
+            let (next, correction) = (step(share), share * self.newton.size_of(&delta.v));
             moved.v.copy_from_slice(&next);
             moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            let size = larger(self.newton.size_of(self.system, q), self.newton.size_of(self.system, &moved.v));
+            let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
             if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= ROUNDING * size || is_stalled) {
@@ -213,7 +213,7 @@ impl Assembler<'_> {
             let equation = self.system.equation_name(equation).to_string();
             return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
         }
-        let size = larger(self.newton.size_of(self.system, q), self.newton.size_of(self.system, &moved.v));
+        let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
         if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
