@@ -42,9 +42,12 @@ enum Kind {
     Origin,
     /// |x|: no slope at its end.
     Kink,
+    /// x₀² + x₁² ≤ 3/2, from where it holds.
+    Inside,
 }
 
-const KINDS: [Kind; 6] = [Kind::Valley, Kind::Offset, Kind::Bounded, Kind::Constrained, Kind::Origin, Kind::Kink];
+const KINDS: [Kind; 7] =
+    [Kind::Valley, Kind::Offset, Kind::Bounded, Kind::Constrained, Kind::Origin, Kind::Kink, Kind::Inside];
 
 struct Scaled {
     kind: Kind,
@@ -62,7 +65,11 @@ impl Scaled {
     }
 
     fn start(&self) -> Vec<f64> {
-        let start = if matches!(self.kind, Kind::Origin) { [0.0, 0.0] } else { [-1.2, 1.0] };
+        let start = match self.kind {
+            Kind::Origin => [0.0, 0.0],
+            Kind::Inside => [-0.5, 0.5],
+            _ => [-1.2, 1.0],
+        };
         start.map(|x| x * self.units.x).into()
     }
 }
@@ -80,6 +87,7 @@ impl Problem for Scaled {
     fn constraints(&self) -> Vec<Interval> {
         match self.kind {
             Kind::Constrained => vec![Interval::ZERO, Interval::at_least(0.5 * self.units.c)],
+            Kind::Inside => vec![Interval::at_most(-0.5 * self.units.c), Interval::FREE],
             _ => Vec::new(),
         }
     }

@@ -13,14 +13,17 @@ use crate::number::dot;
 /// The penalty grows by this factor where the violation did not shrink to this share.
 const GROWTH: f64 = 10.0;
 const SHRINKS: f64 = 0.25;
-/// The least and the greatest first penalty, and one that drowns f in rounding, in a unit of their own ([`Steepness`]).
+/// The least and the greatest first penalty, and one that drowns f in rounding, in a unit of their own ([`Augmented::unit`]).
 const FIRST_PENALTY: [f64; 2] = [1e-6, 10.0];
 const LARGEST_PENALTY: f64 = 1e12;
 const MOST_ROUNDS: usize = 60;
 
 struct Augmented {
     w: Vec<f64>,
-    penalty: f64,
+    /// None until constraints are violated somewhere: where they hold, without multipliers, it is no matter.
+    penalty: Option<f64>,
+    /// |∇f|, the largest so far, and |∇ ½ Σ v²| of the first violations v.
+    steepness: [f64; 2],
     /// f at the point of the last value.
     cost: f64,
 }
@@ -28,8 +31,10 @@ struct Augmented {
 impl Augmented {
     /// ρ (t − P(t)): the multiplier that belongs to a value of a constraint.
     fn multiplier(&self, j: usize, c: f64, of: &Interval) -> f64 {
-        let t = c + self.w[j] / self.penalty;
-        self.penalty * (t - of.nearest(t))
+        self.penalty.map_or(0.0, |penalty| {
+            let t = c + self.w[j] / penalty;
+            penalty * (t - of.nearest(t))
+        })
     }
 
     fn multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
@@ -38,14 +43,42 @@ impl Augmented {
 
     /// The augmented Lagrangian at the point that was evaluated last.
     fn of<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
-        self.cost + self.multipliers(problem).iter().map(|w| 0.5 * w * w / self.penalty).sum::<f64>()
+        let of_penalty = |penalty| self.multipliers(problem).iter().map(|w| 0.5 * w * w / penalty).sum::<f64>();
+        self.cost + self.penalty.map_or(0.0, of_penalty)
+    }
+
+    /// Takes note of f at the point that was evaluated last.
+    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let none = vec![0.0; problem.c.len()];
+        self.steepness[0] = self.steepness[0].max(length_of_gradient(problem, 1.0, &none)?);
+        Ok(())
+    }
+
+    /// The penalty that makes f and the violations alike in steepness, whatever their units are; 1 if there is none.
+    fn unit(&self) -> f64 {
+        let unit = self.steepness[0] / self.steepness[1];
+        if unit.is_normal() { unit } else { 1.0 }
+    }
+
+    /// Takes the first penalty where constraints are violated first: f and what they add to it begin alike.
+    fn weigh<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+        let violations: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)).collect();
+        let squares = dot(&violations, &violations);
+        if self.penalty.is_none() && squares > 0.0 {
+            self.note(problem)?;
+            self.steepness[1] = length_of_gradient(problem, 0.0, &violations)?;
+            let [least, most] = FIRST_PENALTY.map(|penalty| penalty * self.unit());
+            let alike = 2.0 * self.cost.abs() / squares;
+            self.penalty = Some(if self.cost == 0.0 { self.unit() } else { alike.clamp(least, most) });
+        }
+        Ok(())
     }
 }
 
 impl<P: Problem + ?Sized> Merit<P> for Augmented {
     fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64 {
         self.cost = problem.evaluate(x);
-        if self.cost.is_finite() { self.of(problem) } else { f64::INFINITY }
+        if self.cost.is_finite() && self.weigh(problem).is_ok() { self.of(problem) } else { f64::INFINITY }
     }
 
     fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error> {
@@ -55,35 +88,6 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
 
     fn cost(&self) -> f64 {
         self.cost
-    }
-}
-
-/// |∇f|, the largest so far, and |∇ ½ Σ v²| of the violations v at the start.
-struct Steepness {
-    of_cost: f64,
-    of_violations: f64,
-}
-
-impl Steepness {
-    fn at_start<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Self, Error> {
-        let violations: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)).collect();
-        let of_violations = length_of_gradient(problem, 0.0, &violations)?;
-        let mut steepness = Steepness { of_cost: 0.0, of_violations };
-        steepness.note(problem)?;
-        Ok(steepness)
-    }
-
-    /// Takes note of f at the point that was evaluated last.
-    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
-        let none = vec![0.0; problem.c.len()];
-        self.of_cost = self.of_cost.max(length_of_gradient(problem, 1.0, &none)?);
-        Ok(())
-    }
-
-    /// The penalty that makes both alike, whatever the units of f and c are; 1 if there is none.
-    fn unit(&self) -> f64 {
-        let unit = self.of_cost / self.of_violations;
-        if unit.is_normal() { unit } else { 1.0 }
     }
 }
 
@@ -104,27 +108,39 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
-    let f = counted.evaluate_start(&x)?;
-    let squares: f64 = counted.c.iter().zip(&counted.intervals).map(|(c, of)| of.violation(*c).powi(2)).sum();
-    // f and what constraints add to it begin alike.
-    let mut steepness = Steepness::at_start(&mut counted)?;
-    let [least, most] = FIRST_PENALTY.map(|penalty| penalty * steepness.unit());
-    let penalty = if squares > 0.0 && f != 0.0 { (2.0 * f.abs() / squares).clamp(least, most) } else { steepness.unit() };
-    let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty, cost: f };
+    let cost = counted.evaluate_start(&x)?;
+    let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty: None, steepness: [0.0; 2], cost };
+    merit.note(&mut counted)?;
+    merit.weigh(&mut counted)?;
     let value = merit.of(&counted);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
-    let asked = options.stationarity * descent.history[0].stationarity;
-    let mut tolerance = 0.1 * descent.history[0].stationarity;
-    let mut violation = f64::INFINITY;
+    let found = rounds(&mut counted, &mut merit, &mut descent, options, watch);
+    let reason = counted.reason(found, descent.history.len())?;
+    let value = descent.history[descent.history.len() - 1].value;
+    Ok(counted.outcome(descent.at.x, value, merit.w, descent.history, reason))
+}
+
+/// Descents, each with multipliers that the one before left, and greater penalties where constraints come no closer. The problem is left at the end.
+fn rounds<P: Problem + ?Sized>(
+    problem: &mut Counted<P>,
+    merit: &mut Augmented,
+    descent: &mut Descent,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Reason, Error> {
+    let first = descent.history[0].stationarity;
+    let (asked, mut tolerance, mut violation) = (options.stationarity * first, 0.1 * first, f64::INFINITY);
     let mut reason = Reason::Iterations;
     for _ in 0..MOST_ROUNDS {
         let goal = tolerance.max(asked);
-        reason = descent.run(&mut counted, &mut merit, goal, watch)?;
+        reason = descent.run(problem, merit, goal, watch);
         // The constraints of the point itself, not of the last trial.
-        merit.value(&mut counted, &descent.at.x);
-        let now = counted.violation();
-        merit.w = merit.multipliers(&counted);
-        let stationarity = counted.stationarity(&descent.at.x, &descent.at.gradient);
+        if !merit.value(problem, &descent.at.x).is_finite() {
+            return Ok(reason);
+        }
+        let now = problem.violation();
+        merit.w = merit.multipliers(problem);
+        let stationarity = problem.stationarity(&descent.at.x, &descent.at.gradient);
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
             break;
         }
@@ -134,18 +150,17 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
         }
         let grows = now > options.violation && now > SHRINKS * violation;
         if grows {
-            steepness.note(&mut counted)?;
-            if merit.penalty >= LARGEST_PENALTY * steepness.unit() {
-                reason = Reason::Infeasible;
-                break;
+            merit.note(problem)?;
+            if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
+                let holds = problem.holds_to_rounding(&descent.at.x)?;
+                return Ok(if holds { Reason::NoLowerValue } else { Reason::Infeasible });
             }
-            merit.penalty *= GROWTH;
+            merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);
         }
         violation = now;
         tolerance *= 0.1;
-        let value = merit.of(&counted);
-        descent.renew(&mut counted, &mut merit, value, grows)?;
+        let value = merit.of(problem);
+        descent.renew(problem, merit, value, grows)?;
     }
-    let (x, value, w) = (descent.at.x, merit.cost, merit.w);
-    Ok(counted.outcome(x, value, w, descent.history, reason))
+    Ok(reason)
 }

@@ -16,7 +16,7 @@ const FEW: usize = 12;
 const STATIONARITY: f64 = 1e-3;
 const VIOLATION: f64 = 1e-5;
 
-/// Minimises by [`interior_point`](interior_point()), first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
+/// Minimises by [`interior_point`](interior_point()), which may take the iterations of the options for each problem, first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
 ///
 /// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts and history are those of all problems, the rest is the
 /// last one's: of s < 1 if there is no way.
@@ -48,7 +48,12 @@ pub fn homotopy<P: Problem + ?Sized>(
         let found = match tried {
             Ok(found) => found,
             Err(error) => {
+                let is_stopped = matches!(error, Error::Interrupted { .. });
                 counts.first_failure.get_or_insert(error);
+                if is_stopped {
+                    best.reason = Reason::Asked;
+                    break;
+                }
                 change *= SHORTER;
                 before = None;
                 continue;
@@ -69,10 +74,10 @@ pub fn homotopy<P: Problem + ?Sized>(
         before = Some((std::mem::replace(&mut best, found).x, next - s));
         s = next;
     }
-    // What the problem keeps is the motion of the answer.
+    // What the problem keeps is the motion of the answer, unless that is interrupted.
     set(problem, s)?;
     let mut c = vec![0.0; best.constraints.len()];
-    problem.evaluate(&best.x, &mut c)?;
+    let _ = problem.evaluate(&best.x, &mut c);
     Ok(counts.into(best, s))
 }
 

@@ -47,8 +47,8 @@ impl<P: Problem + ?Sized> Merit<P> for Cost {
 /// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, a start without a value, constraints, which [`augmented_lagrangian`](super::augmented_lagrangian()) knows; a gradient that
-/// could not be computed.
+/// Sizes, bounds or options that do not fit, a start without a value or without a gradient, constraints, which
+/// [`augmented_lagrangian`](super::augmented_lagrangian()) knows.
 pub fn lbfgs<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -65,7 +65,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     let mut merit = Cost(value);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = descent.run(&mut counted, &mut merit, tolerance, watch)?;
+    let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -99,10 +99,9 @@ impl<'o> Descent<'o> {
         Ok(descent)
     }
 
-    fn note<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, value: f64, step: f64) {
+    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, value: f64, step: f64) {
         let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
-        let (violation, evaluations) = (problem.violation(), problem.evaluations);
-        self.history.push(Iterate { value, violation, stationarity, step, evaluations });
+        self.history.push(problem.iterate(value, stationarity, step));
     }
 
     /// Forgets what belonged to another merit function, and takes the values of this one.
@@ -129,30 +128,33 @@ impl<'o> Descent<'o> {
         merit: &mut dyn Merit<P>,
         tolerance: f64,
         watch: &mut Watcher,
-    ) -> Result<Reason, Error> {
+    ) -> Reason {
         loop {
             let last = self.history[self.history.len() - 1];
             let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
             if watch(&last, &self.at.x).is_break() {
-                return Ok(Reason::Asked);
+                return Reason::Asked;
             }
             if self.options.target.is_some_and(|target| last.value <= target) && last.violation <= self.options.violation {
-                return Ok(Reason::Target);
+                return Reason::Target;
             }
             if stationarity <= tolerance || stationarity == 0.0 {
-                return Ok(Reason::Stationary);
+                return Reason::Stationary;
             }
             if self.history.len() > self.options.iterations {
-                return Ok(Reason::Iterations);
+                return Reason::Iterations;
             }
-            let mut found = self.step(problem, merit)?;
-            if found.is_none() && !self.pairs.is_empty() {
+            let mut found = self.step(problem, merit);
+            if found.is_none() && !self.pairs.is_empty() && !problem.is_stopped() {
                 // What was remembered may have misled it.
                 self.pairs.clear();
-                found = self.step(problem, merit)?;
+                found = self.step(problem, merit);
             }
             let Some(next) = found else {
-                return Ok(if self.is_flat(problem, merit) { Reason::Stationary } else { Reason::NoLowerValue });
+                if problem.is_stopped() {
+                    return Reason::Asked;
+                }
+                return if self.is_flat(problem, merit) { Reason::Stationary } else { Reason::NoLowerValue };
             };
             self.remember(&next);
             let step = largest_change(&next.x, &self.at.x);
@@ -183,7 +185,7 @@ impl<'o> Descent<'o> {
         0.5 * slope * slope <= ROUNDING * value.abs() * curvature
     }
 
-    fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Result<Option<Point>, Error> {
+    fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Option<Point> {
         let direction = self.direction(problem);
         search(problem, merit, &self.at, &direction, self.first(&direction))
     }

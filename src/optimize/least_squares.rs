@@ -8,6 +8,9 @@ use super::outcome::{Counted, largest_change};
 use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 
+/// Differences of a residual below this share of the terms that it is made of are rounding.
+const ROUNDING: f64 = 1e-14;
+
 /// Where a fit ended, and how well its variables are known.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -51,7 +54,7 @@ impl Fit {
 /// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
 ///
 /// # Errors
-/// As [`lbfgs`](super::lbfgs()).
+/// Sizes, bounds or options that do not fit, a start without a value or without a Jacobian.
 pub fn levenberg_marquardt<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -61,10 +64,9 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     let (mut counted, x) = Counted::new(problem, start, options)?;
     counted.evaluate_start(&x)?;
     let mut at = State::at(&mut counted, x)?;
-    let mut history = vec![at.iterate(&counted, 0.0)];
+    let mut history = vec![at.iterate(&mut counted, 0.0)];
     let first = history[0].stationarity;
     let mut damping = 1e-3 * at.jacobian.row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
-    let mut growth = 2.0;
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &at.x).is_break() {
@@ -79,32 +81,43 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
         if history.len() > options.iterations {
             break Reason::Iterations;
         }
-        // Shorter and shorter steps until one leads down.
+        // Shorter and shorter steps until one leads down; what the first of them is to fall by.
+        let (mut growth, mut foreseen) = (2.0, None);
         let next = loop {
-            let Some(step) = at.step(&counted, damping) else { break None };
-            let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
-            counted.project(&mut x);
-            if x == at.x {
-                break None;
+            // What rounding leaves no factors of wants more damping, too.
+            if let Some(step) = at.step(&counted, damping) {
+                let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
+                counted.project(&mut x);
+                let predicted = at.decrease(&x);
+                foreseen.get_or_insert(predicted);
+                if x == at.x {
+                    break None;
+                }
+                let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(&counted)) } else { f64::INFINITY };
+                let gain = (last.value - value) / predicted;
+                // A point without a Jacobian is taken for none.
+                let next = if value < last.value && gain > 1e-4 { State::at(&mut counted, x).ok() } else { None };
+                if next.is_some() {
+                    damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                    break next;
+                }
             }
-            let predicted = at.decrease(&x);
-            let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(&counted)) } else { f64::INFINITY };
-            let gain = (last.value - value) / predicted;
-            if value < last.value && gain > 1e-4 {
-                damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
-                growth = 2.0;
-                break Some(x);
-            }
-            damping *= growth;
+            damping = (damping * growth).max(f64::MIN_POSITIVE);
             growth *= 2.0;
-            if !damping.is_finite() {
+            if counted.is_stopped() || !damping.is_finite() {
                 break None;
             }
         };
-        let Some(x) = next else { break Reason::NoLowerValue };
-        let length = largest_change(&x, &at.x);
-        at = State::at(&mut counted, x)?;
-        history.push(at.iterate(&counted, length));
+        let Some(next) = next else {
+            break match foreseen {
+                _ if counted.is_stopped() => Reason::Asked,
+                Some(decrease) if at.along_gradient(&counted).max(decrease) <= at.noise() => Reason::Stationary,
+                _ => Reason::NoLowerValue,
+            };
+        };
+        let length = largest_change(&next.x, &at.x);
+        at = next;
+        history.push(at.iterate(&mut counted, length));
     };
     let value = half_square(&at.r);
     // What the problem keeps is the motion of the best point.
@@ -153,14 +166,16 @@ impl State {
         self.jacobian.tr_mul(&self.r)
     }
 
-    fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
-        Iterate {
-            value: half_square(&self.r),
-            violation: problem.violation(),
-            stationarity: problem.stationarity(&self.x, self.gradient().as_slice()),
-            step,
-            evaluations: problem.evaluations,
-        }
+    fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
+        let stationarity = problem.stationarity(&self.x, self.gradient().as_slice());
+        problem.iterate(half_square(&self.r), stationarity, step)
+    }
+
+    /// What rounding of residuals, and of the sums that they are made of, leaves of the value.
+    fn noise(&self) -> f64 {
+        let sizes = DVector::from_iterator(self.x.len(), self.x.iter().map(|x| x.abs()));
+        let of_residuals = (self.jacobian.abs() * sizes + self.r.abs()) * ROUNDING;
+        self.r.abs().dot(&of_residuals) + half_square(&of_residuals)
     }
 
     /// How much lower the linear model is at x.
@@ -168,6 +183,20 @@ impl State {
         let step = DVector::from_iterator(x.len(), x.iter().zip(&self.x).map(|(new, old)| new - old));
         let change = &self.jacobian * step;
         -(change.dot(&self.r) + half_square(&change))
+    }
+
+    /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds.
+    fn along_gradient<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
+        let mut gradient = self.gradient();
+        let held = |x: f64, g: f64, of: &Interval| of.holds(x, g).is_some();
+        gradient
+            .iter_mut()
+            .zip(&self.x)
+            .zip(&problem.bounds)
+            .filter(|((g, x), of)| held(**x, **g, of))
+            .for_each(|((g, _), _)| *g = 0.0);
+        let square = gradient.norm_squared();
+        if square > 0.0 { 0.5 * square * square / (&self.jacobian * gradient).norm_squared() } else { 0.0 }
     }
 
     /// The step, with variables that bounds hold left out; none if nothing is left.

@@ -3,7 +3,6 @@
 use super::Problem;
 use super::lbfgs::Merit;
 use super::outcome::Counted;
-use crate::Error;
 
 /// Sufficient decrease, and sufficient increase of the slope.
 const DECREASE: f64 = 1e-4;
@@ -19,17 +18,14 @@ pub(super) struct Point {
     pub(super) gradient: Vec<f64>,
 }
 
-/// A better point in the direction, none if there is none within rounding. The problem is left there.
-///
-/// # Errors
-/// A gradient that could not be computed where there was a value.
+/// A better point in the direction, none if there is none within rounding. The problem is left there. A point without a gradient is taken for none.
 pub(super) fn search<P: Problem + ?Sized>(
     problem: &mut Counted<P>,
     merit: &mut dyn Merit<P>,
     from: &Point,
     direction: &[f64],
     first: f64,
-) -> Result<Option<Point>, Error> {
+) -> Option<Point> {
     let (mut low, mut high, mut alpha) = (0.0, f64::INFINITY, first);
     let mut best: Option<Point> = None;
     let mut trial = Point { x: from.x.clone(), value: 0.0, gradient: vec![0.0; from.x.len()] };
@@ -41,10 +37,16 @@ pub(super) fn search<P: Problem + ?Sized>(
         }
         let slope = along(&from.gradient, &trial.x, &from.x);
         trial.value = merit.value(problem, &trial.x);
-        if trial.value <= from.value + DECREASE * slope && trial.value < from.value {
-            merit.gradient(problem, &mut trial.gradient)?;
+        let mut is_lower = trial.value <= from.value + DECREASE * slope && trial.value < from.value;
+        if is_lower && merit.gradient(problem, &mut trial.gradient).is_err() {
+            (is_lower, trial.value) = (false, f64::INFINITY);
+        }
+        if problem.is_stopped() {
+            return None;
+        }
+        if is_lower {
             if along(&trial.gradient, &trial.x, &from.x) >= SLOPE * slope {
-                return Ok(Some(trial));
+                return Some(trial);
             }
             low = alpha;
             best = Some(trial.clone());
@@ -66,11 +68,7 @@ pub(super) fn search<P: Problem + ?Sized>(
         }
     }
     // A lower value with a steep slope is better than none.
-    if let Some(best) = &mut best {
-        merit.value(problem, &best.x);
-        merit.gradient(problem, &mut best.gradient)?;
-    }
-    Ok(best)
+    best.filter(|best| merit.value(problem, &best.x).is_finite())
 }
 
 /// gᵀ (x − y).

@@ -64,7 +64,7 @@ struct Segment<'s> {
 }
 
 impl<'s> MultipleShooting<'s> {
-    /// With these inputs, of which `free` is free, in so many segments of about equal length; `states` are those of as many coordinates as there are
+    /// With these inputs, of which `free` is free, in so many segments of about as many steps each; `states` are those of as many coordinates as there are
     /// degrees of freedom, from which a segment's start is assembled where there are constraints.
     ///
     /// # Errors

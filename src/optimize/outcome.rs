@@ -8,6 +8,9 @@ use super::Problem;
 use super::problem::Interval;
 use crate::Error;
 
+/// The share of the terms of a constraint that may be rounding.
+const ROUNDED: f64 = 1e-13;
+
 /// When a method stops, and how it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -58,18 +61,21 @@ impl Options {
 pub enum Reason {
     /// The value is at or below the target, and constraints hold.
     Target,
-    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold.
+    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold, at least to rounding.
     Stationary,
     /// There is no lower value within rounding in the direction of search.
     NoLowerValue,
-    /// Constraints do not get any closer to what they must be: there may be no point where they hold.
+    /// Constraints do not get any closer to what they must be, which [`Outcome::violation`] tells: nearby there is no point where they hold. There may be
+    /// none at all, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
     Infeasible,
     /// The last problem of a homotopy was not reached.
     NoWay,
     /// All iterations were made.
     Iterations,
-    /// The watcher said so.
+    /// The watcher said so, or the watcher of a simulation ([`Error::Interrupted`]).
     Asked,
+    /// A derivative at the point could not be computed: `Outcome::first_failure` says why.
+    NoDerivative,
 }
 
 impl Reason {
@@ -97,7 +103,7 @@ pub struct Iterate {
 /// Where a method ended: not to converge is an answer too.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The best point found.
+    /// The best point found; where constraints are far from what they must be, the one at which the method ended.
     pub x: Vec<f64>,
     /// f there, or ½‖r‖².
     pub value: f64,
@@ -117,9 +123,9 @@ pub struct Outcome {
     pub products: usize,
     /// The start and all iterates.
     pub history: Vec<Iterate>,
-    /// Points that had no value, and why the first had none.
+    /// Points that had no value, or no derivatives.
     pub failures: usize,
-    /// The first reason.
+    /// Why the first had none; what ended the method, if that was [`Reason::NoDerivative`].
     pub first_failure: Option<Error>,
 }
 
@@ -158,6 +164,10 @@ pub(super) struct Counted<'p, P: ?Sized> {
     pub(super) products: usize,
     /// The point that was evaluated last.
     last: Vec<f64>,
+    /// c at the last iterate.
+    c_of_iterate: Vec<f64>,
+    /// What whoever watches a simulation stopped it by: then there is nothing more to be asked.
+    pub(super) stopped: Option<Error>,
     pub(super) failures: usize,
     pub(super) first_failure: Option<Error>,
 }
@@ -183,6 +193,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         let c = vec![0.0; intervals.len()];
         let counted = Counted {
             problem,
+            c_of_iterate: c.clone(),
+            stopped: None,
             c,
             intervals,
             bounds,
@@ -211,16 +223,33 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             },
             Err(error) => error,
         };
-        self.failures += 1;
-        self.first_failure.get_or_insert(error);
+        self.fail(error);
         f64::INFINITY
     }
 
-    /// Evaluates this point again, unless it was the last one.
-    pub(super) fn ensure(&mut self, x: &[f64]) {
-        if self.last != x {
-            self.evaluate(x);
+    fn fail(&mut self, error: Error) {
+        self.failures += 1;
+        if let Error::Interrupted { .. } = error {
+            self.stopped.get_or_insert(error.clone());
         }
+        self.first_failure.get_or_insert(error);
+    }
+
+    /// What was computed, with note of what could not be.
+    fn noting<T>(&mut self, found: Result<T, Error>) -> Result<T, Error> {
+        if let Err(error) = &found {
+            self.fail(error.clone());
+        }
+        found
+    }
+
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped.is_some()
+    }
+
+    /// Evaluates this point again, unless it was the last one: whether it has a value.
+    pub(super) fn ensure(&mut self, x: &[f64]) -> bool {
+        self.last == x || self.evaluate(x).is_finite()
     }
 
     /// f at the start.
@@ -235,8 +264,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
 
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         self.gradients += 1;
-        self.problem.gradient(f, c, gradient)?;
-        self.check_derivative(gradient)
+        let found = self.problem.gradient(f, c, gradient).and_then(|()| self.check_derivative(gradient));
+        self.noting(found)
     }
 
     fn check_derivative(&self, gradient: &[f64]) -> Result<(), Error> {
@@ -252,12 +281,17 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// The Hessian of what the last gradient was of, times a direction.
     pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.products += 1;
-        self.problem.product(direction, product)?;
-        self.check_derivative(product)
+        let found = self.problem.product(direction, product).and_then(|()| self.check_derivative(product));
+        self.noting(found)
     }
 
     /// These rows of ∂c/∂x at the point that was evaluated last: by columns where they are fewer and the problem knows them, else row by row.
     pub(super) fn jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
+        let found = self.find_jacobian(rows);
+        self.noting(found)
+    }
+
+    fn find_jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
         let (m, n) = (self.c.len(), self.bounds.len());
         if n < rows.len() {
             let mut all = DMatrix::zeros(m, n);
@@ -299,6 +333,40 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
     }
 
+    /// The point that was evaluated last as an iterate.
+    pub(super) fn iterate(&mut self, value: f64, stationarity: f64, step: f64) -> Iterate {
+        self.c_of_iterate.copy_from_slice(&self.c);
+        Iterate { value, violation: self.violation(), stationarity, step, evaluations: self.evaluations }
+    }
+
+    /// Why a method ended, which behind its start is no error: then nothing is lost of what was found.
+    ///
+    /// # Errors
+    /// That of a start.
+    pub(super) fn reason(&mut self, found: Result<Reason, Error>, iterates: usize) -> Result<Reason, Error> {
+        match found {
+            _ if self.is_stopped() => Ok(Reason::Asked),
+            Err(error) if iterates > 1 => {
+                self.first_failure = Some(error);
+                Ok(Reason::NoDerivative)
+            }
+            other => other,
+        }
+    }
+
+    /// Whether rounding of their terms may leave all that constraints are violated by, at the point x that was evaluated last.
+    ///
+    /// # Errors
+    /// Those of a Jacobian.
+    pub(super) fn holds_to_rounding(&mut self, x: &[f64]) -> Result<bool, Error> {
+        let violated: Vec<usize> = (0..self.c.len()).filter(|&j| self.intervals[j].violation(self.c[j]) > 0.0).collect();
+        let jacobian = self.jacobian(&violated)?;
+        Ok(violated.iter().zip(jacobian.row_iter()).all(|(&j, row)| {
+            let terms = row.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum::<f64>() + self.c[j].abs();
+            self.intervals[j].violation(self.c[j]) <= ROUNDED * terms
+        }))
+    }
+
     /// The nearest point within the bounds.
     pub(super) fn project(&self, x: &mut [f64]) {
         x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
@@ -310,14 +378,16 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
+    /// At the last iterate.
     pub(super) fn outcome(
-        self,
+        mut self,
         x: Vec<f64>,
         value: f64,
         multipliers: Vec<f64>,
         history: Vec<Iterate>,
         reason: Reason,
     ) -> Outcome {
+        std::mem::swap(&mut self.c, &mut self.c_of_iterate);
         Outcome {
             violation: self.violation(),
             x,

@@ -118,6 +118,81 @@ fn what_rounding_leaves_of_a_gradient_is_small_enough() {
     assert_eq!(outcome.reason, Reason::Stationary);
 }
 
+/// Factors of AᵀA + μ I, of rank 1 and with a μ that good steps have made small, are none: more damping is wanted, not an end.
+#[test]
+fn residuals_that_say_the_same_are_fitted_to_the_end() {
+    // s = x + y, and 1 − 0.4 s²: near s = 0 each step leaves 0.8 of it.
+    let again: Function = |x, c, g| {
+        let s = x[0] + x[1];
+        (c[0], c[1]) = (s, 1.0 - 0.4 * s * s);
+        g.copy_from_slice(&[0.0, 0.0, 1.0, 1.0, -0.8 * s, -0.8 * s]);
+        0.0
+    };
+    let mut problem = Given::new(again, vec![Interval::FREE; 2], vec![Interval::ZERO; 2]);
+    let fit = levenberg_marquardt(&mut problem, &[0.3, 0.2], &Options::default(), &mut silent).expect("fits");
+    assert_eq!(fit.outcome.reason, Reason::Stationary, "{:?}", fit.outcome);
+    assert!((fit.outcome.x[0] + fit.outcome.x[1]).abs() < 1e-6 && fit.standard_errors().is_none(), "{:?}", fit.outcome);
+}
+
+#[test]
+fn a_fit_from_its_own_end_is_at_its_end() {
+    let curve: Function = |x, c, g| {
+        let readings = [2.1, 1.1, 0.8, 0.35, 0.3];
+        for (k, (c, reading)) in c.iter_mut().zip(readings).enumerate() {
+            let e = (-x[1] * k as f64).exp();
+            *c = x[0] * e - reading;
+            g[2 + 2 * k..4 + 2 * k].copy_from_slice(&[e, -x[0] * k as f64 * e]);
+        }
+        0.0
+    };
+    let mut problem = Given::new(curve, vec![Interval::FREE; 2], vec![Interval::ZERO; 5]);
+    let mut start = vec![1.0, 1.0];
+    for _ in 0..4 {
+        let fit = levenberg_marquardt(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        assert_eq!(fit.outcome.reason, Reason::Stationary, "{:?}", fit.outcome);
+        start = fit.outcome.x;
+    }
+    // A wall is none.
+    let wall: Function = |x, c, g| {
+        c[0] = if x[0] < 0.5 { f64::NAN } else { x[0] };
+        g[1] = 1.0;
+        0.0
+    };
+    let mut problem = Given::new(wall, vec![Interval::FREE], vec![Interval::ZERO]);
+    let fit = levenberg_marquardt(&mut problem, &[4.0], &Options::default(), &mut silent).expect("fits");
+    assert_eq!(fit.outcome.reason, Reason::NoLowerValue, "{:?}", fit.outcome);
+}
+
+/// Less than rounding cannot be asked for, and is not to be told of as if there were no point where constraints hold.
+#[test]
+fn constraints_that_hold_to_rounding_are_not_infeasible() {
+    // The least ‖x‖² with 1e8 (x + 3 y − 0.7 z) = 1e7 and x y ≤ −1e-3 in the same unit: sums of terms of 1e7.
+    let large: Function = |x, c, g| {
+        (c[0], c[1]) = (1e8 * (x[0] + 3.0 * x[1] - 0.7 * x[2]) - 1e7, 1e8 * x[0] * x[1]);
+        g[..3].copy_from_slice(&[2.0 * x[0], 2.0 * x[1], 2.0 * x[2]]);
+        g[3..].copy_from_slice(&[1e8, 3e8, -0.7e8, 1e8 * x[1], 1e8 * x[0], 0.0]);
+        x.iter().map(|x| x * x).sum()
+    };
+    for violation in [1e-9, 0.0] {
+        for start in [[1.0, 2.0, 3.0], [-0.3, 0.1, 0.7], [5.0, -4.0, 0.3]] {
+            let options = Options { violation, ..Options::default() };
+            let constraints = vec![Interval::ZERO, Interval::at_most(-1e5)];
+            let mut problem = Given::new(large, vec![Interval::FREE; 3], constraints);
+            let outcome = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+            assert!(outcome.reason.is_converged() && outcome.violation < 1e-7, "{violation:e} {start:?}: {outcome:?}");
+        }
+    }
+    // And x + y = 0.3.
+    for start in [[9.0, 9.0], [1.0, 0.1], [-0.7, 3.0]] {
+        let mut problem = Given::new(bowl, vec![Interval::FREE; 2], vec![Interval::equal(0.3)]);
+        let options = Options { violation: 0.0, ..Options::default() };
+        for method in [interior_point, augmented_lagrangian] {
+            let outcome = method(&mut problem, &start, &options, &mut silent).expect("fits");
+            assert!(outcome.reason != Reason::Infeasible && outcome.violation < 1e-14, "{start:?}: {outcome:?}");
+        }
+    }
+}
+
 #[test]
 fn a_homotopy_that_is_stopped_keeps_the_motion_of_its_answer() {
     let (system, force) = push(false);

@@ -3,6 +3,7 @@
 mod common;
 mod degenerate;
 mod ends;
+mod interrupted;
 mod shooting;
 
 use common::assert_says;

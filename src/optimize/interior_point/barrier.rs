@@ -5,7 +5,7 @@ use super::super::problem::{Interval, Problem};
 
 /// A start is moved so far into its bounds: variables relative to their size or to their distance, the smaller of both; slacks relative to their distance
 /// or, with one bound, to its size or to what is far from it.
-const INSIDE: f64 = 1e-2;
+pub(super) const INSIDE: f64 = 1e-2;
 /// No step goes farther than this share of the way to a bound.
 pub(super) const TO_BOUND: f64 = 0.995;
 /// How far the multipliers of bounds may be from μ/distance, by a factor.
@@ -33,18 +33,18 @@ impl Barrier {
         Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, mu: 0.0 }
     }
 
-    /// Moves variables inside their bounds.
-    pub(super) fn move_variables(&self, x: &mut [f64]) {
+    /// Moves variables by such a share inside their bounds.
+    pub(super) fn move_variables(&self, x: &mut [f64], share: f64) {
         x.iter_mut()
             .zip(&self.bounds)
-            .for_each(|(x, of)| move_inside(x, of, |bound| bound.abs().max(1.0).min(of.most - of.least)));
+            .for_each(|(x, of)| move_inside(x, of, |bound| share * bound.abs().max(1.0).min(of.most - of.least)));
     }
 
     /// Moves slacks, the entries of y behind n variables, inside theirs.
     pub(super) fn move_slacks(&self, n: usize, y: &mut [f64]) {
         for ((y, of), far) in y.iter_mut().zip(&self.bounds).zip(&self.far).skip(n) {
             let distance = of.most - of.least;
-            move_inside(y, of, |bound| if distance.is_finite() { distance } else { bound.abs().max(*far) });
+            move_inside(y, of, |bound| INSIDE * if distance.is_finite() { distance } else { bound.abs().max(*far) });
         }
     }
 
@@ -156,10 +156,10 @@ impl Barrier {
     }
 }
 
-/// Moves y so far away from its bounds, in parts of their sizes; what is fixed stays where it is.
-fn move_inside(y: &mut f64, of: &Interval, size: impl Fn(f64) -> f64) {
+/// Moves y so far away from its bounds; what is fixed stays where it is.
+fn move_inside(y: &mut f64, of: &Interval, by: impl Fn(f64) -> f64) {
     if !of.is_equality() {
-        *y = y.max(of.least + INSIDE * size(of.least)).min(of.most - INSIDE * size(of.most));
+        *y = y.max(of.least + by(of.least)).min(of.most - by(of.most));
     }
 }
 

@@ -35,6 +35,9 @@ pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64],
         end = next;
         (iterations, options.iterations) = (iterations + history.len(), options.iterations.saturating_sub(history.len()));
         let last = history[history.len() - 1].value;
+        if problem.is_stopped() {
+            return Ok(Found { step: largest_change(&end, x), x: end, is_least: false, iterations });
+        }
         let is_out = reason == Reason::Iterations;
         let few_ago = history.len().checked_sub(FEW + 1).map_or(f64::INFINITY, |i| history[i].value);
         let earlier = if is_out { few_ago } else { before };
@@ -78,7 +81,7 @@ impl<P: Problem + ?Sized> Problem for Excess<'_, '_, P> {
     fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
         self.jacobian = None;
         if !self.of.evaluate(x).is_finite() {
-            return Ok(f64::INFINITY);
+            return self.of.stopped.clone().map_or(Ok(f64::INFINITY), Err);
         }
         let excess = self.of.intervals.iter().zip(&self.of.c).map(|(of, c)| of.excess(*c));
         self.excess.iter_mut().zip(excess).for_each(|(to, excess)| *to = excess);

@@ -10,7 +10,7 @@ use super::super::outcome::Counted;
 use super::super::problem::Interval;
 use super::super::{Iterate, Options, Problem};
 use super::ROUNDING;
-use super::barrier::Barrier;
+use super::barrier::{Barrier, INSIDE};
 use super::step::{Model, Projection, product};
 
 use crate::Error;
@@ -27,6 +27,9 @@ const ACCEPTED: f64 = 1e-8;
 const LEAST: f64 = 1e-13;
 /// A step that takes less than this share of their violation brings constraints no closer.
 const STUCK: f64 = 1e-9;
+/// Where a start has no value so far inside its bounds, this share of it is tried, until that is as little as this.
+const SHORTER: f64 = 0.1;
+const LEAST_INSIDE: f64 = 1e-9;
 /// The share of the terms of a gradient that may be rounding.
 const ROUNDED: f64 = 1e-13;
 
@@ -61,10 +64,18 @@ pub(super) struct Method {
 }
 
 impl Method {
-    /// At x, moved inside its bounds.
-    pub(super) fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, mut x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
-        Barrier::new(problem, &[]).move_variables(&mut x);
-        Method::at(problem, x, allowed)
+    /// At a start, moved inside its bounds, by less where that leads to no value.
+    pub(super) fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, start: &[f64], allowed: f64) -> Result<Self, Error> {
+        let mut share = INSIDE;
+        loop {
+            let mut x = start.to_vec();
+            Barrier::new(problem, &[]).move_variables(&mut x, share);
+            let is_moved = x != start && share > LEAST_INSIDE;
+            match Method::at(problem, x, allowed) {
+                Err(_) if is_moved && !problem.is_stopped() => share *= SHORTER,
+                found => return found,
+            }
+        }
     }
 
     /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
@@ -95,7 +106,8 @@ impl Method {
             farthest: 0.0,
             steepest: 0.0,
         };
-        method.differentiate(problem)?;
+        let derivatives = method.derivatives(problem)?;
+        method.differentiate(problem, derivatives);
         method.barrier.move_slacks(x.len(), method.y.as_mut_slice());
         method.take_scales(problem);
         if method.barrier.is_there() {
@@ -122,11 +134,18 @@ impl Method {
         DVector::from_iterator(self.rows.len(), differences)
     }
 
-    /// The derivatives at the point that was evaluated last, and from them how far from their bounds slacks are.
-    fn differentiate<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+    /// ∇f and the Jacobian at the point that was evaluated last.
+    fn derivatives<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(Vec<f64>, DMatrix<f64>), Error> {
+        let mut gradient = vec![0.0; problem.bounds.len()];
+        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;
+        Ok((gradient, problem.jacobian(&self.rows)?))
+    }
+
+    /// Takes derivatives, and from them how far from their bounds slacks are.
+    fn differentiate<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, (gradient, jacobian): (Vec<f64>, DMatrix<f64>)) {
         let n = problem.bounds.len();
-        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut self.gradient.as_mut_slice()[..n])?;
-        self.jacobian.columns_mut(0, n).copy_from(&problem.jacobian(&self.rows)?);
+        self.gradient.rows_mut(0, n).copy_from_slice(&gradient);
+        self.jacobian.columns_mut(0, n).copy_from(&jacobian);
         let scales = self.barrier.scales(self.y.as_slice());
         for (slack, k) in self.slacks(n) {
             let change = self.jacobian.row(k).columns(0, n).iter().zip(&scales).map(|(x, d)| x * d).fold(0.0, f64::hypot);
@@ -134,7 +153,6 @@ impl Method {
                 self.barrier.far[slack] = change;
             }
         }
-        Ok(())
     }
 
     /// C, the scales, and what constraints leave.
@@ -220,15 +238,10 @@ impl Method {
         Ok(ROUNDED * terms.component_mul(&self.scales).amax())
     }
 
-    pub(super) fn iterate<P: Problem + ?Sized>(&self, problem: &Counted<P>, step: f64) -> Iterate {
+    pub(super) fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
         let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
-        Iterate {
-            value: self.value,
-            violation: problem.violation(),
-            stationarity: self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice()),
-            step,
-            evaluations: problem.evaluations,
-        }
+        let stationarity = self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice());
+        problem.iterate(self.value, stationarity, step)
     }
 
     /// Makes μ smaller where its problem is solved, but not less than is asked for, nor a smaller share of the first one than |C| is of the largest.
@@ -268,18 +281,23 @@ impl Method {
         };
         let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
         self.steepest = self.steepest.max(known.reduced);
-        while step.length > LEAST {
+        while step.length > LEAST && !problem.is_stopped() {
             let foreseen = self.weigh(&step);
             let here = self.merit(self.value, &self.y, &self.c);
-            let (next, ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
-            if ratio >= ACCEPTED {
+            let (next, mut ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
+            if ratio >= ACCEPTED
+                && let Some(derivatives) = self.derivatives_at(problem, &next.y)
+            {
                 *radius = match ratio {
                     _ if ratio >= 0.9 => radius.max(3.0 * step.length),
                     _ if ratio >= 0.3 => radius.max(2.0 * step.length),
                     _ => *radius,
                 };
                 let is_idle = foreseen <= ROUNDING * here.abs() && step.closer <= STUCK * self.c.norm();
-                return self.take(problem, next).map(|length| Some((length, is_idle)));
+                return Ok(Some((self.take(problem, next, derivatives), is_idle)));
+            }
+            if ratio >= ACCEPTED {
+                ratio = f64::NEG_INFINITY;
             }
             let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
             *radius = shorter * step.length.min(*radius);
@@ -294,16 +312,24 @@ impl Method {
         problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
     }
 
-    /// Goes there.
-    fn take<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, to: Trial) -> Result<f64, Error> {
+    /// Those of a trial, behind which another one may have been evaluated; none where there are none: it is no way then.
+    fn derivatives_at<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        y: &DVector<f64>,
+    ) -> Option<(Vec<f64>, DMatrix<f64>)> {
+        let has_value = problem.ensure(&y.as_slice()[..problem.bounds.len()]);
+        if has_value { self.derivatives(problem).ok() } else { None }
+    }
+
+    /// Goes to the point that was evaluated last.
+    fn take<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, to: Trial, derivatives: (Vec<f64>, DMatrix<f64>)) -> f64 {
         let length = (to.y.rows(0, self.x().len()) - self.x()).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
         (self.y, self.value) = (to.y, to.value);
-        // A second trial may have been evaluated after the one that is taken.
-        problem.ensure(self.x().as_slice());
-        self.differentiate(problem)?;
+        self.differentiate(problem, derivatives);
         self.take_scales(problem);
         self.find_multipliers();
-        Ok(length)
+        length
     }
 }

@@ -28,11 +28,12 @@ const MOST_IDLE: usize = 10;
 const ROUNDING: f64 = 1e-14;
 
 /// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
-/// sweep for each. Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
+/// sweep for each. A start beside a bound is moved away from it, by a hundredth of it or of 1 or of the distance to the other bound (or by less
+/// where that has no value). Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
 /// but `watch` does not see them, and the history only where they led.
 ///
 /// # Errors
-/// As [`lbfgs`](super::lbfgs()); a problem without products.
+/// Sizes, bounds or options that do not fit; a start without a value or without derivatives, as of a problem without products.
 pub fn interior_point<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -40,48 +41,65 @@ pub fn interior_point<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
-    let mut method = Method::new(&mut counted, x, options.violation)?;
-    let mut iterations = Iterations::new(method.iterate(&counted, 0.0));
-    let mut radius = method.first_radius(options);
-    let reason = loop {
-        let last = iterations.last();
-        if watch(&last, method.x().as_slice()).is_break() {
-            break Reason::Asked;
-        }
-        let feasible = last.violation <= options.violation;
-        if feasible && options.target.is_some_and(|target| last.value <= target) {
-            break Reason::Target;
-        }
-        let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
-        if feasible && is_stationary(&method, &mut counted, &iterations, asked)? {
-            break Reason::Stationary;
-        }
-        if iterations.count() >= options.iterations {
-            break Reason::Iterations;
-        }
-        method.lower_barrier(asked.max(f64::MIN_POSITIVE));
-        let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
-        match if ends { None } else { method.advance(&mut counted, &mut radius)? } {
-            Some((length, is_idle)) => iterations.go(method.iterate(&counted, length), is_idle),
-            None if feasible => break last_reason(&method, &mut counted, &mut iterations, asked)?,
-            None => {
-                let left = Options { iterations: options.iterations - iterations.count(), ..*options };
-                let x = method.x().as_slice().to_vec();
-                let found = feasibility::approach(&mut counted, &x, &left)?;
-                method = Method::at(&mut counted, found.x, options.violation)?;
-                radius = method.first_radius(options);
-                iterations.begin_again(method.iterate(&counted, found.step), found.iterations);
-                if found.is_least {
-                    break Reason::Infeasible;
-                }
-            }
-        }
-    };
+    let mut method = Method::new(&mut counted, &x, options.violation)?;
+    let mut iterations = Iterations::new(method.iterate(&mut counted, 0.0));
+    let found = iterate(&mut counted, &mut method, &mut iterations, options, watch);
+    let reason = counted.reason(found, iterations.history.len())?;
     let multipliers = method.all_multipliers(&counted);
     let (x, value) = (method.x().as_slice().to_vec(), method.value);
     // What the problem keeps is the motion of the answer.
     counted.ensure(&x);
     Ok(counted.outcome(x, value, multipliers, iterations.history, reason))
+}
+
+/// Goes on from a point until there is a reason to stop.
+fn iterate<P: Problem + ?Sized>(
+    counted: &mut Counted<P>,
+    method: &mut Method,
+    iterations: &mut Iterations,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Reason, Error> {
+    let (mut radius, mut allowed) = (method.first_radius(options), options.violation);
+    loop {
+        let last = iterations.last();
+        if watch(&last, method.x().as_slice()).is_break() {
+            return Ok(Reason::Asked);
+        }
+        let feasible = last.violation <= allowed;
+        if feasible && options.target.is_some_and(|target| last.value <= target) {
+            return Ok(Reason::Target);
+        }
+        let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
+        if feasible && is_stationary(method, counted, iterations, asked)? {
+            return Ok(Reason::Stationary);
+        }
+        if iterations.count() >= options.iterations {
+            return Ok(Reason::Iterations);
+        }
+        method.lower_barrier(asked.max(f64::MIN_POSITIVE));
+        let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
+        match if ends { None } else { method.advance(counted, &mut radius)? } {
+            Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
+            None if counted.is_stopped() => return Ok(Reason::Asked),
+            None if feasible => return last_reason(method, counted, iterations, asked),
+            None => {
+                let left = Options { iterations: options.iterations - iterations.count(), ..*options };
+                let x = method.x().as_slice().to_vec();
+                let found = feasibility::approach(counted, &x, &left)?;
+                *method = Method::at(counted, found.x, allowed)?;
+                radius = method.first_radius(options);
+                iterations.begin_again(method.iterate(counted, found.step), found.iterations);
+                if found.is_least {
+                    if !counted.holds_to_rounding(method.x().as_slice())? {
+                        return Ok(Reason::Infeasible);
+                    }
+                    // No more can be asked for.
+                    allowed = counted.violation();
+                }
+            }
+        }
+    }
 }
 
 /// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
