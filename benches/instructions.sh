@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# Instructions that value and gradient take for one step of ready examples, counted by Valgrind's callgrind: the same on a busy machine as on an idle one.
+#
+#   instructions.sh           prints them beside those recorded in instructions.txt
+#   instructions.sh check     and fails where one is more than 1 % above
+#   instructions.sh record    records them
+#
+# They belong to a compiler and to a number of codegen units (CARGO_PROFILE_RELEASE_CODEGEN_UNITS, as Cargo.toml has it if that is not set). Others
+# are printed and not compared.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+repository=$(cd "$here/.." && pwd)
+mode=${1:-print}
+recorded=$here/instructions.txt
+steps=100
+units=${CARGO_PROFILE_RELEASE_CODEGEN_UNITS:-$(sed -n '/^\[profile.release\]/,/^\[/s/^codegen-units = //p' "$repository/Cargo.toml")}
+compiler=$(rustc --version)
+
+command -v valgrind >/dev/null || { echo "error: valgrind is not installed (Debian: valgrind)" >&2; exit 2; }
+cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm
+programs=${CARGO_TARGET_DIR:-$repository/target}/release/examples
+
+# All instructions of a program that computes so often.
+total() {
+    local repeat=$1
+    shift
+    valgrind --tool=callgrind --callgrind-out-file=/dev/null "$@" --steps "$steps" --repeat "$repeat" 2>&1 >/dev/null |
+        sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
+}
+
+# Those of five computations more, a step.
+count() { echo $((($(total 8 "$@") - $(total 3 "$@")) / (5 * steps))); }
+
+failed=0
+fresh="# instructions a step of value and gradient: codegen units, workload, count; benches/instructions.sh record
+# $compiler, $(uname -m)"
+compared=0
+grep -qxF "# $compiler, $(uname -m)" "$recorded" 2>/dev/null && compared=1
+[ "$compared" = 1 ] || echo "recorded with another compiler or for another processor: nothing is compared"
+
+# Counts one workload and says how it compares.
+row() {
+    local name=$1 now before note=
+    shift
+    now=$(count "$@")
+    before=$(awk -v units="$units" -v name="$name" '$1 == units && $2 == name { print $3 }' "$recorded" 2>/dev/null || true)
+    if [ "$compared" = 1 ] && [ -n "$before" ] && [ $((now * 100)) -gt $((before * 101)) ]; then
+        note="  MORE by $(awk -v now="$now" -v before="$before" 'BEGIN { printf "%.1f", 100 * (now / before - 1) }') %"
+        failed=1
+    fi
+    printf '%-10s %8d   recorded %8s%s\n' "$name" "$now" "${before:-none}" "$note"
+    fresh+=$'\n'"$units $name $now"
+}
+
+row cart-3 "$programs/cart_pendulum" --links 3 --dt 0.02
+row cart-10 "$programs/cart_pendulum" --links 10 --dt 0.01
+row cart-30 "$programs/cart_pendulum" --links 30 --dt 0.01
+row arm "$programs/arm"
+
+case $mode in
+record)
+    # Those of other numbers of codegen units stay, if they are of this compiler.
+    others=$([ "$compared" = 1 ] && awk -v units="$units" '!/^#/ && $1 != units' "$recorded" || true)
+    printf '%s\n' "$fresh" ${others:+"$others"} >"$recorded"
+    ;;
+check) exit "$failed" ;;
+esac
