@@ -286,11 +286,16 @@ impl ForwardSweep {
     }
 
     /// Keeps the worst of all warnings of this kind; compliances lose digits on purpose, of what moves nothing.
+    #[inline]
     pub(crate) fn warn_of_lost_digits(&mut self, system: &System, node: usize, worst_before: f64) {
         let is_new = self.monitor.report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
-        if !is_new || !self.motion.trajectory.compliance.is_empty() {
-            return;
+        if is_new && self.motion.trajectory.compliance.is_empty() {
+            self.note_lost_digits(system, node);
         }
+    }
+
+    #[cold]
+    fn note_lost_digits(&mut self, system: &System, node: usize) {
         let unknown = system.unknown_name(self.stepper.newton.worst_unknown(system));
         let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
         self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });

@@ -30,15 +30,25 @@ impl Sizes {
 /// The weights of all unknowns, or of all equations, in the solver's order: that of a velocity, or zero, beside that of a multiplier, or zero.
 type Weights = Vec<[f64; 2]>;
 
-/// The largest weighted entries that belong to velocities and to multipliers.
+/// The largest weighted entries that belong to velocities and to multipliers, in two independent chains.
 // By itself: it is called from six places of a step.
 #[inline(never)]
 fn sizes(x: &[f64], weights: &[[f64; 2]]) -> Sizes {
-    let [mut v, mut sigma] = [0.0; 2];
-    for (x, [of_v, of_sigma]) in x.iter().zip(weights) {
-        (v, sigma) = (larger(v, x.abs() * of_v), larger(sigma, x.abs() * of_sigma));
+    let ((pairs, last), (of_pairs, of_last)) = (x.as_chunks::<2>(), weights.as_chunks::<2>());
+    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
+    for ([x, y], [of_x, of_y]) in pairs.iter().zip(of_pairs) {
+        (even, odd) = (raised(even, *x, of_x), raised(odd, *y, of_y));
     }
-    Sizes { v, sigma }
+    if let ([x], [of_x]) = (last, of_last) {
+        even = raised(even, *x, of_x);
+    }
+    Sizes { v: larger(even[0], odd[0]), sigma: larger(even[1], odd[1]) }
+}
+
+/// The larger of sizes so far and |x| with both its weights.
+#[inline(always)]
+fn raised([v, sigma]: [f64; 2], x: f64, [of_v, of_sigma]: &[f64; 2]) -> [f64; 2] {
+    [larger(v, x.abs() * of_v), larger(sigma, x.abs() * of_sigma)]
 }
 
 /// The largest weighted number.
