@@ -1,6 +1,6 @@
 //! How large velocities and multipliers are, or the residuals of their equations, in units that make them comparable.
 
-use crate::number::larger;
+use crate::number::{larger, smaller};
 use crate::system::{Pair, Positions};
 
 /// The largest velocity and the largest multiplier, or the largest residuals of their equations.
@@ -27,28 +27,24 @@ impl Sizes {
     }
 }
 
-/// The weights of all unknowns, or of all equations, in the solver's order: that of a velocity, or zero, beside that of a multiplier, or zero.
-type Weights = Vec<[f64; 2]>;
-
-/// The largest weighted entries that belong to velocities and to multipliers, in two independent chains.
+/// The largest weighted entries that belong to velocities, whose weights are positive, and to multipliers, whose weights are negative.
 // By itself: it is called from six places of a step.
 #[inline(never)]
-fn sizes(x: &[f64], weights: &[[f64; 2]]) -> Sizes {
-    let ((pairs, last), (of_pairs, of_last)) = (x.as_chunks::<2>(), weights.as_chunks::<2>());
-    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
-    for ([x, y], [of_x, of_y]) in pairs.iter().zip(of_pairs) {
-        (even, odd) = (raised(even, *x, of_x), raised(odd, *y, of_y));
+fn sizes(x: &[f64], weights: &[f64]) -> Sizes {
+    let ((fours, rest), (of_fours, of_rest)) = (x.as_chunks::<4>(), weights.as_chunks::<4>());
+    let (mut most, mut least) = ([0.0; 4], [0.0; 4]);
+    for (x, weights) in fours.iter().zip(of_fours) {
+        for lane in 0..4 {
+            let weighted = x[lane].abs() * weights[lane];
+            (most[lane], least[lane]) = (larger(most[lane], weighted), smaller(least[lane], weighted));
+        }
     }
-    if let ([x], [of_x]) = (last, of_last) {
-        even = raised(even, *x, of_x);
+    let (mut v, mut sigma) = (most.into_iter().fold(0.0, larger), least.into_iter().fold(0.0, smaller));
+    for (x, weight) in rest.iter().zip(of_rest) {
+        let weighted = x.abs() * weight;
+        (v, sigma) = (larger(v, weighted), smaller(sigma, weighted));
     }
-    Sizes { v: larger(even[0], odd[0]), sigma: larger(even[1], odd[1]) }
-}
-
-/// The larger of sizes so far and |x| with both its weights.
-#[inline(always)]
-fn raised([v, sigma]: [f64; 2], x: f64, [of_v, of_sigma]: &[f64; 2]) -> [f64; 2] {
-    [larger(v, x.abs() * of_v), larger(sigma, x.abs() * of_sigma)]
+    Sizes { v, sigma: -sigma }
 }
 
 /// The largest weighted number.
@@ -58,8 +54,9 @@ fn largest(x: impl Iterator<Item = f64>, weights: &[f64]) -> f64 {
 
 /// What makes unknowns of different units comparable, and the residuals of their equations.
 pub(crate) struct UnitWeights {
-    of_unknowns: Weights,
-    of_equations: Weights,
+    /// In the solver's order, those of velocities positive and those of multipliers negative.
+    of_unknowns: Vec<f64>,
+    of_equations: Vec<f64>,
     condensed: usize,
     /// The same in the scene's order.
     unknowns: Pair,
@@ -68,24 +65,24 @@ pub(crate) struct UnitWeights {
 
 impl UnitWeights {
     pub(crate) fn new((n, m): (usize, usize), condensed: usize) -> Self {
-        let [of_unknowns, of_equations] = [vec![[0.0; 2]; n + m], vec![[0.0; 2]; n + m]];
+        let [of_unknowns, of_equations] = [vec![0.0; n + m], vec![0.0; n + m]];
         UnitWeights { of_unknowns, of_equations, condensed, unknowns: Pair::new(n, m), equations: Pair::new(n, m) }
     }
 
     /// Takes the roots of pivots p: √p v, σ/√p and so on have one unit, √J, whatever the units of the coordinates are.
     pub(crate) fn set(&mut self, positions: &Positions, reciprocal_pivots: impl Iterator<Item = f64>) {
         let roots = reciprocal_pivots.map(|reciprocal| reciprocal.abs().sqrt());
-        self.of_equations.iter_mut().zip(roots).for_each(|(weights, root)| *weights = [root; 2]);
+        self.of_equations.iter_mut().zip(roots).for_each(|(weight, root)| *weight = root);
         let inverse = |x: f64| if x > 0.0 { x.recip() } else { 0.0 };
         for (i, &position) in positions.v.iter().enumerate() {
-            let [root, _] = self.of_equations[position];
+            let root = self.of_equations[position];
             (self.unknowns.v[i], self.equations.v[i]) = (inverse(root), root);
-            (self.of_unknowns[position], self.of_equations[position]) = ([inverse(root), 0.0], [root, 0.0]);
+            self.of_unknowns[position] = inverse(root);
         }
         for (j, &position) in positions.sigma.iter().enumerate() {
-            let [_, root] = self.of_equations[position];
+            let root = self.of_equations[position];
             (self.unknowns.sigma[j], self.equations.sigma[j]) = (inverse(root), root);
-            (self.of_unknowns[position], self.of_equations[position]) = ([0.0, inverse(root)], [0.0, root]);
+            (self.of_unknowns[position], self.of_equations[position]) = (-inverse(root), -root);
         }
     }
 
@@ -106,13 +103,12 @@ impl UnitWeights {
 
     /// The weight of an equation, of a velocity or a multiplier, by its position.
     pub(crate) fn of_any_equation(&self, position: usize) -> f64 {
-        let [of_v, of_sigma] = self.of_equations[position];
-        of_v + of_sigma
+        self.of_equations[position].abs()
     }
 
-    /// The weight of a velocity's equation, by its position.
+    /// The weight of a velocity's equation, by its position; 0 for a multiplier's.
     pub(crate) fn of_equation(&self, position: usize) -> f64 {
-        self.of_equations[position][0]
+        larger(self.of_equations[position], 0.0)
     }
 
     /// The weights of velocities' equations and of multipliers, in the scene's order.

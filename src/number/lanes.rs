@@ -6,6 +6,12 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
+/// The smaller of two numbers, likewise.
+#[inline(always)]
+pub(crate) fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
 /// The maximum norm; NaN is passed over.
 pub(crate) fn largest(x: &[f64]) -> f64 {
     let (chunks, rest) = x.as_chunks::<4>();

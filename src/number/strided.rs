@@ -33,13 +33,18 @@ impl Strided {
 
 #[inline(always)]
 fn add_products<const D: usize>(x: &[f64], y: &[f64], to: &mut [f64]) {
-    let (eights, rest) = x.as_chunks::<8>();
-    let done = 8 * eights.len() * D;
-    for (k, x) in eights.iter().enumerate() {
-        let (y, to) = (&y[8 * k * D..][..7 * D + 1], &mut to[8 * k * D..][..7 * D + 1]);
-        x.iter().enumerate().for_each(|(k, x)| to[k * D] += x * y[k * D]);
+    // After the last number there may be less than the distance to another.
+    let Some((last, x)) = x.split_last() else { return };
+    let end = x.len() * D;
+    to[end] += last * y[end];
+    let (y, to) = (y[..end].as_chunks::<D>().0, to[..end].as_chunks_mut::<D>().0);
+    let ((x, x_rest), (y, y_rest), (to, to_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>(), to.as_chunks_mut::<4>());
+    for ((x, y), to) in x.iter().zip(y).zip(to) {
+        for k in 0..4 {
+            to[k][0] += x[k] * y[k][0];
+        }
     }
-    rest.iter().enumerate().for_each(|(k, x)| to[done + k * D] += x * y[done + k * D]);
+    x_rest.iter().zip(y_rest).zip(to_rest).for_each(|((x, y), to)| to[0] += x * y[0]);
 }
 
 #[cfg(test)]
