@@ -3,8 +3,8 @@
 //! With multipliers w and a penalty ρ: f + Σ ½ρ (t_j − P(t_j))², t = c + w/ρ, P the nearest value that is allowed. It serves equalities and
 //! inequalities alike, and its gradient is that of f + Σ ρ (t_j − P(t_j)) c_j: one backward sweep.
 
+use super::counted::Counted;
 use super::lbfgs::{Descent, Merit};
-use super::outcome::Counted;
 use super::problem::Interval;
 use super::{Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;

@@ -1,7 +1,8 @@
 //! L-BFGS with bounds: quasi-Newton steps of the variables that no bound holds, projected (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
 
+use super::counted::Counted;
 use super::line_search::{Point, search};
-use super::outcome::{Counted, largest_change};
+use super::outcome::largest_change;
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;

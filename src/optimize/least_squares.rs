@@ -4,7 +4,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::outcome::{Counted, largest_change};
+use super::counted::Counted;
+use super::outcome::largest_change;
 use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 

@@ -1,8 +1,8 @@
 //! A line search for the weak Wolfe conditions by interpolation and bisection (Lewis and Overton 2013), along P(x + α d).
 
 use super::Problem;
+use super::counted::Counted;
 use super::lbfgs::Merit;
-use super::outcome::Counted;
 
 /// Sufficient decrease, and sufficient increase of the slope.
 const DECREASE: f64 = 1e-4;

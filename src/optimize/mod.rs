@@ -31,6 +31,8 @@
 //! ```
 
 mod augmented_lagrangian;
+mod counted;
+mod free;
 mod homotopy;
 mod interior_point;
 mod lbfgs;
@@ -46,6 +48,7 @@ mod trials;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;
+pub use free::{Free, Quantity};
 pub use homotopy::homotopy;
 pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
@@ -56,4 +59,4 @@ pub use multiple_shooting::MultipleShooting;
 pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, silent};
 pub use problem::{Interval, Problem};
 pub use trials::Trials;
-pub use variables::{Free, Quantity, Variables};
+pub use variables::Variables;

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
+use super::free::{Free, Quantity};
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
-use super::variables::{Free, Quantity, Variables};
+use super::variables::Variables;
 use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System};
 
 /// minimise J subject to what outputs must be and to each segment beginning where the one before it ends (Bock and Plitt 1984).

@@ -2,105 +2,10 @@
 
 use std::mem::{Discriminant, discriminant};
 
+use super::free::{Free, Quantity};
 use super::problem::Interval;
 use super::spline::cubic;
-use crate::{Control, Coordinate, Design, Error, Gradient, Inputs, System};
-
-/// What an optimiser may change.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Quantity {
-    /// A control at all nodes.
-    Control(Control),
-    /// A control at so many knots, evenly spread in time, linear between them.
-    LinearControl(Control, usize),
-    /// A control in so many pieces of equal length, constant in each; a node between two pieces belongs to the later one.
-    PiecewiseControl(Control, usize),
-    /// A control as a cubic B-spline of so many coefficients with clamped ends, the knots evenly spread in time.
-    SplineControl(Control, usize),
-    /// A design variable.
-    Design(Design),
-    /// An initial coordinate; of a start that is assembled, a guess or what is held.
-    Coordinate(Coordinate),
-    /// An initial velocity, or momentum where momenta are given.
-    Rate(Coordinate),
-    /// The duration of the motion, s: all steps are longer or shorter alike.
-    Duration,
-    /// The length of the step into a node, from 1 on, s.
-    StepLength(usize),
-}
-
-/// A free quantity with its bounds, scale and form.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Free {
-    /// What it is.
-    pub quantity: Quantity,
-    /// Its bounds, in its own unit.
-    pub bounds: Interval,
-    /// A variable of 1 is so much of it.
-    pub scale: f64,
-    /// Whether the variable is its logarithm, for what must be positive and may be of any size.
-    pub logarithm: bool,
-}
-
-impl Free {
-    /// Without bounds, a variable of 1 being 1.
-    pub fn new(quantity: Quantity) -> Self {
-        Free { quantity, bounds: Interval::FREE, scale: 1.0, logarithm: false }
-    }
-
-    /// A control at all nodes.
-    pub fn control(control: Control) -> Self {
-        Free::new(Quantity::Control(control))
-    }
-
-    /// A design variable.
-    pub fn design(design: Design) -> Self {
-        Free::new(Quantity::Design(design))
-    }
-
-    /// The duration of the motion.
-    pub fn duration() -> Self {
-        Free::new(Quantity::Duration)
-    }
-
-    /// From `least` to `most`, in the unit of the quantity.
-    pub fn within(self, least: f64, most: f64) -> Self {
-        Free { bounds: Interval::new(least, most), ..self }
-    }
-
-    /// A variable of 1 is so much.
-    pub fn scaled(self, scale: f64) -> Self {
-        Free { scale, ..self }
-    }
-
-    /// By its logarithm.
-    pub fn logarithmic(self) -> Self {
-        Free { logarithm: true, ..self }
-    }
-
-    fn to_variable(&self, value: f64) -> f64 {
-        if self.logarithm { (value / self.scale).ln() } else { value / self.scale }
-    }
-
-    fn to_value(&self, x: f64) -> f64 {
-        self.scale * if self.logarithm { x.exp() } else { x }
-    }
-
-    /// d value / dx.
-    fn slope(&self, x: f64) -> f64 {
-        self.scale * if self.logarithm { x.exp() } else { 1.0 }
-    }
-
-    fn knots(&self, nodes: usize) -> usize {
-        match self.quantity {
-            Quantity::Control(_) => nodes,
-            Quantity::LinearControl(_, knots) | Quantity::PiecewiseControl(_, knots) | Quantity::SplineControl(_, knots) => {
-                knots
-            }
-            _ => 1,
-        }
-    }
-}
+use crate::{Error, Gradient, Inputs, System};
 
 /// All that is free, in order, with the inputs that it belongs to.
 #[derive(Clone, Debug)]
@@ -125,7 +30,7 @@ impl Variables {
         inputs.check(system)?;
         let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
         for (at, of) in free.iter().enumerate() {
-            let name = name(system, inputs.grid.steps.len(), &of.quantity)?;
+            let name = of.quantity.name(system, inputs.grid.steps.len())?;
             of.bounds.check(|| format!("`{name}`"))?;
             require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
             let Interval { least, most } = of.bounds;
@@ -146,7 +51,7 @@ impl Variables {
                 knots as f64,
                 "at least 1 (2 if linear, 4 of a spline) and at most that of the nodes",
             )?;
-            let times = 1 + free[..at].iter().filter(|other| subject(&other.quantity) == subject(&of.quantity)).count();
+            let times = 1 + free[..at].iter().filter(|other| other.quantity.subject() == of.quantity.subject()).count();
             require(times == 1, || format!("the number of times that `{name}` is free"), times as f64, "1")?;
             first.push(first[at] + knots);
             match knots {
@@ -175,7 +80,7 @@ impl Variables {
                 found,
             });
         }
-        self.free.iter().try_for_each(|of| name(system, inputs.grid.steps.len(), &of.quantity).map(drop))
+        self.free.iter().try_for_each(|of| of.quantity.name(system, inputs.grid.steps.len()).map(drop))
     }
 
     /// Takes over where in the motion's time its nodes are; the variables that give these inputs.
@@ -367,38 +272,6 @@ impl Variables {
 /// One knot alone.
 fn only(knot: usize) -> [(usize, f64); 4] {
     [(knot, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]
-}
-
-/// What may be free only once.
-fn subject(quantity: &Quantity) -> (u8, usize) {
-    match quantity {
-        Quantity::Control(control)
-        | Quantity::LinearControl(control, _)
-        | Quantity::PiecewiseControl(control, _)
-        | Quantity::SplineControl(control, _) => (0, control.index()),
-        Quantity::Design(design) => (1, design.index()),
-        Quantity::Coordinate(q) => (2, q.index()),
-        Quantity::Rate(q) => (3, q.index()),
-        Quantity::Duration => (4, 0),
-        Quantity::StepLength(node) => (5, node.wrapping_sub(1)),
-    }
-}
-
-fn name(system: &System, steps: usize, quantity: &Quantity) -> Result<String, Error> {
-    let ((kind, index), counts) = (subject(quantity), [system.k(), system.designs(), system.n(), system.n(), 1, steps]);
-    if index >= counts[usize::from(kind)] {
-        let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
-        let number = if kind == 5 { index.wrapping_add(1) } else { index };
-        return Err(Error::NoSuchInput { input: format!("{} {number}", kinds[usize::from(kind)]) });
-    }
-    Ok(match kind {
-        0 => system.control_name(index).to_string(),
-        1 => system.design_name(index).to_string(),
-        2 => format!("initial {}", system.coordinate_name(index)),
-        3 => format!("initial rate of {}", system.coordinate_name(index)),
-        4 => "duration".to_string(),
-        _ => format!("length of step {}", index + 1),
-    })
 }
 
 fn require(holds: bool, what: impl Fn() -> String, value: f64, must_be: &'static str) -> Result<(), Error> {

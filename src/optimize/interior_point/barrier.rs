@@ -1,6 +1,6 @@
 //! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), s the values of constraints that are inequalities.
 
-use super::super::outcome::Counted;
+use super::super::counted::Counted;
 use super::super::problem::{Interval, Problem};
 
 /// A start is moved so far into its bounds: variables relative to their size or to their distance, the smaller of both; slacks relative to their distance

@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::outcome::{Counted, largest_change};
+use super::super::counted::Counted;
+use super::super::outcome::largest_change;
 use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
 use super::interior_point;
 use crate::Error;

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use super::super::outcome::Counted;
+use super::super::counted::Counted;
 use super::super::problem::Interval;
 use super::super::{Iterate, Options, Problem};
 use super::ROUNDING;

@@ -13,7 +13,7 @@ mod feasibility;
 mod method;
 mod step;
 
-use super::outcome::Counted;
+use super::counted::Counted;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;

@@ -10,7 +10,7 @@
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::super::Problem;
-use super::super::outcome::Counted;
+use super::super::counted::Counted;
 use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
 

@@ -6,7 +6,7 @@
 use nalgebra::DVector;
 
 use super::super::super::Problem;
-use super::super::super::outcome::Counted;
+use super::super::super::counted::Counted;
 use super::super::ROUNDING;
 use super::super::barrier::TO_BOUND;
 use super::super::step::{Projection, Step};

@@ -1,0 +1,263 @@
+//! [`Counted`]: a problem with what a method asked of it, and what was found.
+
+use nalgebra::DMatrix;
+
+use super::Problem;
+use super::outcome::{Iterate, Options, Outcome, Reason};
+use super::problem::Interval;
+use crate::Error;
+
+/// The share of the terms of a constraint that may be rounding.
+const ROUNDED: f64 = 1e-13;
+
+/// A problem with what was asked of it.
+pub(super) struct Counted<'p, P: ?Sized> {
+    pub(super) problem: &'p mut P,
+    pub(super) c: Vec<f64>,
+    pub(super) intervals: Vec<Interval>,
+    pub(super) bounds: Vec<Interval>,
+    pub(super) evaluations: usize,
+    pub(super) gradients: usize,
+    pub(super) products: usize,
+    /// The point that was evaluated last.
+    last: Vec<f64>,
+    /// c at the last iterate.
+    c_of_iterate: Vec<f64>,
+    /// What whoever watches a simulation stopped it by: then there is nothing more to be asked.
+    pub(super) stopped: Option<Error>,
+    pub(super) failures: usize,
+    pub(super) first_failure: Option<Error>,
+}
+
+impl<'p, P: Problem + ?Sized> Counted<'p, P> {
+    /// With the start, moved into its bounds.
+    ///
+    /// # Errors
+    /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
+    pub(super) fn new(problem: &'p mut P, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
+        options.check()?;
+        let (intervals, bounds, n) = (problem.constraints(), problem.bounds(), problem.variables());
+        for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
+            if found != n {
+                return Err(Error::Size { what, expected: n, found });
+            }
+        }
+        if let Some(i) = start.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { what: format!("the start of `{}`", problem.variable_name(i)), value: start[i] });
+        }
+        bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
+        intervals.iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))?;
+        let c = vec![0.0; intervals.len()];
+        let counted = Counted {
+            problem,
+            c_of_iterate: c.clone(),
+            stopped: None,
+            c,
+            intervals,
+            bounds,
+            evaluations: 0,
+            gradients: 0,
+            products: 0,
+            last: Vec::new(),
+            failures: 0,
+            first_failure: None,
+        };
+        let mut x = start.to_vec();
+        counted.project(&mut x);
+        Ok((counted, x))
+    }
+
+    /// f(x), infinite where it has no value.
+    pub(super) fn evaluate(&mut self, x: &[f64]) -> f64 {
+        self.evaluations += 1;
+        self.last.clear();
+        self.last.extend_from_slice(x);
+        let error = match self.problem.evaluate(x, &mut self.c) {
+            Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
+            Ok(f) => match self.c.iter().position(|c| !c.is_finite()).filter(|_| f.is_finite()) {
+                Some(j) => Error::NotFinite { what: format!("the value of constraint {j}"), value: self.c[j] },
+                None => Error::NotFinite { what: "the value of the cost".into(), value: f },
+            },
+            Err(error) => error,
+        };
+        self.fail(error);
+        f64::INFINITY
+    }
+
+    fn fail(&mut self, error: Error) {
+        self.failures += 1;
+        if let Error::Interrupted { .. } = error {
+            self.stopped.get_or_insert(error.clone());
+        }
+        self.first_failure.get_or_insert(error);
+    }
+
+    /// What was computed, with note of what could not be.
+    fn noting<T>(&mut self, found: Result<T, Error>) -> Result<T, Error> {
+        if let Err(error) = &found {
+            self.fail(error.clone());
+        }
+        found
+    }
+
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped.is_some()
+    }
+
+    /// Evaluates this point again, unless it was the last one: whether it has a value.
+    pub(super) fn ensure(&mut self, x: &[f64]) -> bool {
+        self.last == x || self.evaluate(x).is_finite()
+    }
+
+    /// f at the start.
+    ///
+    /// # Errors
+    /// Why it has none.
+    pub(super) fn evaluate_start(&mut self, x: &[f64]) -> Result<f64, Error> {
+        let earlier = self.first_failure.take();
+        let f = self.evaluate(x);
+        std::mem::replace(&mut self.first_failure, earlier).map_or(Ok(f), Err)
+    }
+
+    pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.gradients += 1;
+        let found = self.problem.gradient(f, c, gradient).and_then(|()| self.check_derivative(gradient));
+        self.noting(found)
+    }
+
+    fn check_derivative(&self, gradient: &[f64]) -> Result<(), Error> {
+        match gradient.iter().position(|g| !g.is_finite()) {
+            Some(i) => {
+                let what = format!("the derivative by `{}`", self.problem.variable_name(i));
+                Err(Error::NotFinite { what, value: gradient[i] })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The Hessian of what the last gradient was of, times a direction.
+    pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.products += 1;
+        let found = self.problem.product(direction, product).and_then(|()| self.check_derivative(product));
+        self.noting(found)
+    }
+
+    /// These rows of ∂c/∂x at the point that was evaluated last: by columns where they are fewer and the problem knows them, else row by row.
+    pub(super) fn jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
+        let found = self.find_jacobian(rows);
+        self.noting(found)
+    }
+
+    fn find_jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
+        let (m, n) = (self.c.len(), self.bounds.len());
+        if n < rows.len() {
+            let mut all = DMatrix::zeros(m, n);
+            if self.fill_columns(&mut all)? {
+                return Ok(all.select_rows(rows));
+            }
+        }
+        let mut jacobian = DMatrix::zeros(rows.len(), n);
+        self.gradients += rows.len();
+        self.problem.jacobian(rows, &mut jacobian)?;
+        self.check_jacobian(&jacobian)?;
+        Ok(jacobian)
+    }
+
+    fn check_jacobian(&self, jacobian: &DMatrix<f64>) -> Result<(), Error> {
+        let bad = jacobian.iter().position(|x| !x.is_finite());
+        bad.map_or(Ok(()), |at| {
+            let what = format!("the derivative by `{}`", self.problem.variable_name(at / jacobian.nrows()));
+            Err(Error::NotFinite { what, value: jacobian[at] })
+        })
+    }
+
+    /// False if the problem does not know them.
+    fn fill_columns(&mut self, jacobian: &mut DMatrix<f64>) -> Result<bool, Error> {
+        let mut direction = vec![0.0; jacobian.ncols()];
+        for (i, mut column) in jacobian.column_iter_mut().enumerate() {
+            direction[i] = 1.0;
+            match self.problem.push_forward(&direction, column.as_mut_slice()) {
+                Err(Error::NoSecondDerivatives { .. }) => return Ok(false),
+                done => done?,
+            }
+            direction[i] = 0.0;
+            self.gradients += 1;
+        }
+        self.check_jacobian(jacobian).map(|()| true)
+    }
+
+    pub(super) fn violation(&self) -> f64 {
+        self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
+    }
+
+    /// The point that was evaluated last as an iterate.
+    pub(super) fn iterate(&mut self, value: f64, stationarity: f64, step: f64) -> Iterate {
+        self.c_of_iterate.copy_from_slice(&self.c);
+        Iterate { value, violation: self.violation(), stationarity, step, evaluations: self.evaluations }
+    }
+
+    /// Why a method ended, which behind its start is no error: then nothing is lost of what was found.
+    ///
+    /// # Errors
+    /// That of a start.
+    pub(super) fn reason(&mut self, found: Result<Reason, Error>, iterates: usize) -> Result<Reason, Error> {
+        match found {
+            _ if self.is_stopped() => Ok(Reason::Asked),
+            Err(error) if iterates > 1 => {
+                self.first_failure = Some(error);
+                Ok(Reason::NoDerivative)
+            }
+            other => other,
+        }
+    }
+
+    /// Whether rounding of their terms may leave all that constraints are violated by, at the point x that was evaluated last.
+    ///
+    /// # Errors
+    /// Those of a Jacobian.
+    pub(super) fn holds_to_rounding(&mut self, x: &[f64]) -> Result<bool, Error> {
+        let violated: Vec<usize> = (0..self.c.len()).filter(|&j| self.intervals[j].violation(self.c[j]) > 0.0).collect();
+        let jacobian = self.jacobian(&violated)?;
+        Ok(violated.iter().zip(jacobian.row_iter()).all(|(&j, row)| {
+            let terms = row.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum::<f64>() + self.c[j].abs();
+            self.intervals[j].violation(self.c[j]) <= ROUNDED * terms
+        }))
+    }
+
+    /// The nearest point within the bounds.
+    pub(super) fn project(&self, x: &mut [f64]) {
+        x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
+    }
+
+    /// The largest component of the gradient, of variables that no bound holds.
+    pub(super) fn stationarity(&self, x: &[f64], g: &[f64]) -> f64 {
+        let free = x.iter().zip(g).zip(&self.bounds).filter(|((x, g), of)| of.holds(**x, **g).is_none());
+        free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
+    }
+
+    /// At the last iterate.
+    pub(super) fn outcome(
+        mut self,
+        x: Vec<f64>,
+        value: f64,
+        multipliers: Vec<f64>,
+        history: Vec<Iterate>,
+        reason: Reason,
+    ) -> Outcome {
+        std::mem::swap(&mut self.c, &mut self.c_of_iterate);
+        Outcome {
+            violation: self.violation(),
+            x,
+            value,
+            constraints: self.c,
+            multipliers,
+            reason,
+            evaluations: self.evaluations,
+            gradients: self.gradients,
+            products: self.products,
+            history,
+            failures: self.failures,
+            first_failure: self.first_failure,
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! [`Free`]: a quantity that an optimiser may change, with its bounds, scale and form.
+
+use super::problem::Interval;
+use crate::{Control, Coordinate, Design, Error, System};
+
+/// What an optimiser may change.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Quantity {
+    /// A control at all nodes.
+    Control(Control),
+    /// A control at so many knots, evenly spread in time, linear between them.
+    LinearControl(Control, usize),
+    /// A control in so many pieces of equal length, constant in each; a node between two pieces belongs to the later one.
+    PiecewiseControl(Control, usize),
+    /// A control as a cubic B-spline of so many coefficients with clamped ends, the knots evenly spread in time.
+    SplineControl(Control, usize),
+    /// A design variable.
+    Design(Design),
+    /// An initial coordinate; of a start that is assembled, a guess or what is held.
+    Coordinate(Coordinate),
+    /// An initial velocity, or momentum where momenta are given.
+    Rate(Coordinate),
+    /// The duration of the motion, s: all steps are longer or shorter alike.
+    Duration,
+    /// The length of the step into a node, from 1 on, s.
+    StepLength(usize),
+}
+
+/// A free quantity with its bounds, scale and form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Free {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Its bounds, in its own unit.
+    pub bounds: Interval,
+    /// A variable of 1 is so much of it.
+    pub scale: f64,
+    /// Whether the variable is its logarithm, for what must be positive and may be of any size.
+    pub logarithm: bool,
+}
+
+impl Free {
+    /// Without bounds, a variable of 1 being 1.
+    pub fn new(quantity: Quantity) -> Self {
+        Free { quantity, bounds: Interval::FREE, scale: 1.0, logarithm: false }
+    }
+
+    /// A control at all nodes.
+    pub fn control(control: Control) -> Self {
+        Free::new(Quantity::Control(control))
+    }
+
+    /// A design variable.
+    pub fn design(design: Design) -> Self {
+        Free::new(Quantity::Design(design))
+    }
+
+    /// The duration of the motion.
+    pub fn duration() -> Self {
+        Free::new(Quantity::Duration)
+    }
+
+    /// From `least` to `most`, in the unit of the quantity.
+    pub fn within(self, least: f64, most: f64) -> Self {
+        Free { bounds: Interval::new(least, most), ..self }
+    }
+
+    /// A variable of 1 is so much.
+    pub fn scaled(self, scale: f64) -> Self {
+        Free { scale, ..self }
+    }
+
+    /// By its logarithm.
+    pub fn logarithmic(self) -> Self {
+        Free { logarithm: true, ..self }
+    }
+
+    pub(super) fn to_variable(&self, value: f64) -> f64 {
+        if self.logarithm { (value / self.scale).ln() } else { value / self.scale }
+    }
+
+    pub(super) fn to_value(&self, x: f64) -> f64 {
+        self.scale * if self.logarithm { x.exp() } else { x }
+    }
+
+    /// d value / dx.
+    pub(super) fn slope(&self, x: f64) -> f64 {
+        self.scale * if self.logarithm { x.exp() } else { 1.0 }
+    }
+
+    pub(super) fn knots(&self, nodes: usize) -> usize {
+        match self.quantity {
+            Quantity::Control(_) => nodes,
+            Quantity::LinearControl(_, knots) | Quantity::PiecewiseControl(_, knots) | Quantity::SplineControl(_, knots) => {
+                knots
+            }
+            _ => 1,
+        }
+    }
+}
+
+impl Quantity {
+    /// What may be free only once.
+    pub(super) fn subject(&self) -> (u8, usize) {
+        match self {
+            Quantity::Control(control)
+            | Quantity::LinearControl(control, _)
+            | Quantity::PiecewiseControl(control, _)
+            | Quantity::SplineControl(control, _) => (0, control.index()),
+            Quantity::Design(design) => (1, design.index()),
+            Quantity::Coordinate(q) => (2, q.index()),
+            Quantity::Rate(q) => (3, q.index()),
+            Quantity::Duration => (4, 0),
+            Quantity::StepLength(node) => (5, node.wrapping_sub(1)),
+        }
+    }
+
+    /// The name of what it is of a motion with so many steps.
+    ///
+    /// # Errors
+    /// What there is not.
+    pub(super) fn name(&self, system: &System, steps: usize) -> Result<String, Error> {
+        let ((kind, index), counts) = (self.subject(), [system.k(), system.designs(), system.n(), system.n(), 1, steps]);
+        if index >= counts[usize::from(kind)] {
+            let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
+            let number = if kind == 5 { index.wrapping_add(1) } else { index };
+            return Err(Error::NoSuchInput { input: format!("{} {number}", kinds[usize::from(kind)]) });
+        }
+        Ok(match kind {
+            0 => system.control_name(index).to_string(),
+            1 => system.design_name(index).to_string(),
+            2 => format!("initial {}", system.coordinate_name(index)),
+            3 => format!("initial rate of {}", system.coordinate_name(index)),
+            4 => "duration".to_string(),
+            _ => format!("length of step {}", index + 1),
+        })
+    }
+}
