@@ -43,6 +43,7 @@ mod multi_start;
 mod multiple_shooting;
 mod outcome;
 mod problem;
+mod segment;
 mod spline;
 mod trials;
 mod variables;

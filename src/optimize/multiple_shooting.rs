@@ -6,8 +6,9 @@ use std::collections::HashMap;
 use super::free::{Free, Quantity};
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
+use super::segment::Segment;
 use super::variables::Variables;
-use crate::{EndState, Error, Held, Inputs, Output, Settings, Start, Sum, System};
+use crate::{EndState, Error, Inputs, Output, Settings, Start, Sum, System};
 
 /// minimise J subject to what outputs must be and to each segment beginning where the one before it ends (Bock and Plitt 1984).
 ///
@@ -54,16 +55,6 @@ pub struct MultipleShooting<'s> {
     constraints: Vec<Interval>,
 }
 
-struct Segment<'s> {
-    motion: MotionProblem<'s>,
-    /// The node with which it begins.
-    first: usize,
-    /// Which variable each of its own is.
-    places: Vec<usize>,
-    /// Whether the last gradient asked anything of it: what does not has no product either.
-    asked: bool,
-}
-
 impl<'s> MultipleShooting<'s> {
     /// With these inputs, of which `free` is free, in so many segments of about as many steps each; `states` are those of as many coordinates as there are
     /// degrees of freedom, from which a segment's start is assembled where there are constraints.
@@ -99,11 +90,7 @@ impl<'s> MultipleShooting<'s> {
                 };
                 names.extend(states.iter().flat_map(of));
             }
-            let (own, places) = own_variables(&free, &inputs, (first, last), states, &mut next);
-            let of_segment = of_segment(system, &inputs, (first, last), states);
-            let variables = Variables::new(system, &of_segment, own)?;
-            let motion = MotionProblem::new(system, settings, of_segment, variables)?;
-            all.push(Segment { motion, first, places, asked: false });
+            all.push(Segment::new((system, settings), (&inputs, &free, states), (first, last), &mut next)?);
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
@@ -339,61 +326,4 @@ fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], s
         return Err(Error::NotInSegments { what: "a free duration".into(), why });
     }
     Ok(())
-}
-
-/// What is free of a segment, and which variables of the whole those are; its state at the start, if it is not the first, takes the next ones.
-fn own_variables(
-    free: &[Free],
-    inputs: &Inputs,
-    (first, last): (usize, usize),
-    states: &[EndState],
-    next: &mut usize,
-) -> (Vec<Free>, Vec<usize>) {
-    let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
-    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
-    let share = sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps);
-    for of in free {
-        match of.quantity {
-            Quantity::Control(_) => {
-                places.extend(at + first..=at + last);
-                own.push(of.clone());
-                at += inputs.grid.nodes();
-                continue;
-            }
-            Quantity::Duration => {
-                let Interval { least, most } = of.bounds;
-                own.push(Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() });
-                places.push(at);
-            }
-            Quantity::Coordinate(_) | Quantity::Rate(_) if first > 0 => {}
-            _ => {
-                own.push(of.clone());
-                places.push(at);
-            }
-        }
-        at += 1;
-    }
-    if first > 0 {
-        for state in states {
-            own.extend([Quantity::Coordinate(state.coordinate), Quantity::Rate(state.coordinate)].map(Free::new));
-            places.extend([*next, *next + 1]);
-            *next += 2;
-        }
-    }
-    (own, places)
-}
-
-/// The inputs between two nodes; other than at the first, the start is made of states.
-fn of_segment(system: &System, inputs: &Inputs, (first, last): (usize, usize), states: &[EndState]) -> Inputs {
-    let mut own = inputs.clone();
-    own.grid.start = inputs.grid.times()[first];
-    own.grid.steps = inputs.grid.steps[first..last].to_vec();
-    own.controls = inputs.controls.columns(first, last - first + 1).into_owned();
-    if first > 0 {
-        let (q, v) = (inputs.start.q().clone(), DVector::zeros(system.n()));
-        let coordinates: Vec<_> = states.iter().map(|state| state.coordinate).collect();
-        let held = Held { coordinates: coordinates.clone(), velocities: coordinates };
-        own.start = if system.m() == 0 { Start::Velocity { q, v } } else { Start::Assembled { q, v, held } };
-    }
-    own
 }

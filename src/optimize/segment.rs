@@ -1,0 +1,96 @@
+//! [`Segment`]: a part of a motion as a motion of its own.
+
+use nalgebra::DVector;
+
+use super::free::{Free, Quantity};
+use super::motion_problem::MotionProblem;
+use super::problem::Interval;
+use super::variables::Variables;
+use crate::{EndState, Error, Held, Inputs, Settings, Start, System};
+
+/// Its problem, and its place in the whole.
+pub(super) struct Segment<'s> {
+    pub(super) motion: MotionProblem<'s>,
+    /// The node with which it begins.
+    pub(super) first: usize,
+    /// Which variable each of its own is.
+    pub(super) places: Vec<usize>,
+    /// Whether the last gradient asked anything of it: what does not has no product either.
+    pub(super) asked: bool,
+}
+
+impl<'s> Segment<'s> {
+    /// The one between two nodes; if it does not begin at the first, the states of its start are the next variables.
+    ///
+    /// # Errors
+    /// Inputs and variables that do not fit.
+    pub(super) fn new(
+        (system, settings): (&'s System, Settings),
+        (whole, free, states): (&Inputs, &[Free], &[EndState]),
+        (first, last): (usize, usize),
+        next: &mut usize,
+    ) -> Result<Self, Error> {
+        let (own, places) = own_variables(free, whole, (first, last), states, next);
+        let inputs = own_inputs(system, whole, (first, last), states);
+        let variables = Variables::new(system, &inputs, own)?;
+        let motion = MotionProblem::new(system, settings, inputs, variables)?;
+        Ok(Segment { motion, first, places, asked: false })
+    }
+}
+
+/// What is free of a segment, and which variables of the whole those are; its state at the start, if it is not the first, takes the next ones.
+fn own_variables(
+    free: &[Free],
+    inputs: &Inputs,
+    (first, last): (usize, usize),
+    states: &[EndState],
+    next: &mut usize,
+) -> (Vec<Free>, Vec<usize>) {
+    let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
+    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
+    let share = sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps);
+    for of in free {
+        match of.quantity {
+            Quantity::Control(_) => {
+                places.extend(at + first..=at + last);
+                own.push(of.clone());
+                at += inputs.grid.nodes();
+                continue;
+            }
+            Quantity::Duration => {
+                let Interval { least, most } = of.bounds;
+                own.push(Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() });
+                places.push(at);
+            }
+            Quantity::Coordinate(_) | Quantity::Rate(_) if first > 0 => {}
+            _ => {
+                own.push(of.clone());
+                places.push(at);
+            }
+        }
+        at += 1;
+    }
+    if first > 0 {
+        for state in states {
+            own.extend([Quantity::Coordinate(state.coordinate), Quantity::Rate(state.coordinate)].map(Free::new));
+            places.extend([*next, *next + 1]);
+            *next += 2;
+        }
+    }
+    (own, places)
+}
+
+/// The inputs between two nodes; other than at the first, the start is made of states.
+fn own_inputs(system: &System, inputs: &Inputs, (first, last): (usize, usize), states: &[EndState]) -> Inputs {
+    let mut own = inputs.clone();
+    own.grid.start = inputs.grid.times()[first];
+    own.grid.steps = inputs.grid.steps[first..last].to_vec();
+    own.controls = inputs.controls.columns(first, last - first + 1).into_owned();
+    if first > 0 {
+        let (q, v) = (inputs.start.q().clone(), DVector::zeros(system.n()));
+        let coordinates: Vec<_> = states.iter().map(|state| state.coordinate).collect();
+        let held = Held { coordinates: coordinates.clone(), velocities: coordinates };
+        own.start = if system.m() == 0 { Start::Velocity { q, v } } else { Start::Assembled { q, v, held } };
+    }
+    own
+}
