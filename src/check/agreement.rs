@@ -21,17 +21,24 @@ pub(crate) struct Agreement {
     pub conflict: Option<Conflict>,
 }
 
-/// Why the oracles disagree at a point.
+/// An entry in which the oracles disagree at a point.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Conflict {
-    /// One-sided derivatives differ: no derivative exists, and nobody is to blame.
-    Kink { row: usize, column: usize, left: f64, right: f64 },
-    /// An oracle gives infinity or NaN.
-    NotFinite { oracle: &'static str, row: usize, column: usize },
+pub(crate) struct Conflict {
+    row: usize,
+    column: usize,
+    why: Why,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Why {
+    /// One-sided derivatives, left and right, differ: no derivative exists, and nobody is to blame.
+    Kink(f64, f64),
+    /// This oracle gives infinity or NaN.
+    NotFinite(&'static str),
     /// Dual numbers and complex step differ.
-    NotAnalytic { row: usize, column: usize, dual: f64, complex: f64 },
-    /// Differences of the function itself contradict both others.
-    Lost { row: usize, column: usize, dual: f64, differences: f64 },
+    NotAnalytic(f64, f64),
+    /// Differences of the function itself contradict what both others give.
+    Lost(f64, f64),
 }
 
 /// Compares the oracles at the point x, with errors relative to the `sizes` of the entries.
@@ -52,11 +59,11 @@ pub(crate) fn agreement(
             let by_differences = truth.differences[at];
             let apart = (dual - complex).abs();
             found.complex_step = found.complex_step.max(relative(apart));
-            let mut conflict = None;
+            let mut why = None;
             if let Some(oracle) = not_finite(dual, complex) {
-                conflict = Some(Conflict::NotFinite { oracle, row, column });
+                why = Some(Why::NotFinite(oracle));
             } else if apart > EXACT * size + noise {
-                conflict = Some(Conflict::NotAnalytic { row, column, dual, complex });
+                why = Some(Why::NotAnalytic(dual, complex));
             } else if by_differences.is_finite() {
                 let allowed = |error: f64| DIFFERENCED * size + noise + CAUTION * error;
                 let apart = (dual - by_differences).abs();
@@ -72,12 +79,13 @@ pub(crate) fn agreement(
                     let (shorter, error) = finer(1);
                     let persists = shorter > allowed(error);
                     if persists && ![(shorter, error), finer(2), finer(3)].into_iter().any(agrees) {
-                        conflict = Some(Conflict::Lost { row, column, dual, differences: by_differences });
+                        why = Some(Why::Lost(dual, by_differences));
                     }
                 }
             }
-            if let Some(conflict) = conflict.filter(|_| found.conflict.is_none()) {
-                found.conflict = Some(kink(f, x, (by.start + column, magnitudes), (row, column), size).unwrap_or(conflict));
+            if let Some(why) = why.filter(|_| found.conflict.is_none()) {
+                let kink = kink(f, x, (by.start + column, magnitudes), row, size);
+                found.conflict = Some(Conflict { row, column, why: kink.unwrap_or(why) });
             }
         }
     }
@@ -94,13 +102,7 @@ fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
 }
 
 /// One-sided difference quotients that do not approach each other as the step shrinks: at the point, or too near to see past it.
-fn kink(
-    f: &dyn Differentiable,
-    x: &[f64],
-    (at, magnitudes): (usize, &[f64]),
-    (row, column): (usize, usize),
-    size: f64,
-) -> Option<Conflict> {
+fn kink(f: &dyn Differentiable, x: &[f64], (at, magnitudes): (usize, &[f64]), row: usize, size: f64) -> Option<Why> {
     let value = |s: f64| {
         let mut x = x.to_vec();
         x[at] += s;
@@ -112,33 +114,34 @@ fn kink(
         let (coarse, (left, right)) = (sides(1e-5 * scale), sides(1e-6 * scale));
         let gap = (right - left).abs();
         let persists = gap > 0.5 * (coarse.1 - coarse.0).abs() && gap > 1e-3 * size;
-        persists.then_some(Conflict::Kink { row, column, left, right })
+        persists.then_some(Why::Kink(left, right))
     })
 }
 
 impl Conflict {
+    pub(crate) fn is_kink(&self) -> bool {
+        matches!(self.why, Why::Kink(..))
+    }
+
     /// The sentence for a report.
     pub(crate) fn describe(&self, rows: &[String], columns: &[String]) -> String {
-        match *self {
-            Conflict::Kink { row, column, left, right } => format!(
-                "{} has a kink in {}: its derivative is {left:.3e} on the left and {right:.3e} on the right, so there is none here; \
-                 choose points away from it",
-                rows[row], columns[column]
+        let (row, column) = (&rows[self.row], &columns[self.column]);
+        match self.why {
+            Why::Kink(left, right) => format!(
+                "{row} has a kink in {column}: its derivative is {left:.3e} on the left and {right:.3e} on the right, so there is none here; \
+                 choose points away from it"
             ),
-            Conflict::NotFinite { oracle, row, column } => format!(
-                "{oracle} give infinity or NaN for d({})/d({}): a root, logarithm or quotient at the edge of its domain",
-                rows[row], columns[column]
+            Why::NotFinite(oracle) => format!(
+                "{oracle} give infinity or NaN for d({row})/d({column}): a root, logarithm or quotient at the edge of its domain"
             ),
-            Conflict::NotAnalytic { row, column, dual, complex } => format!(
-                "dual numbers give d({})/d({}) = {dual:.9e}, complex step {complex:.9e}: the formula is not analytic \
-                 (a conjugate, an absolute value by hand, a branch on a derivative part)",
-                rows[row], columns[column]
+            Why::NotAnalytic(dual, complex) => format!(
+                "dual numbers give d({row})/d({column}) = {dual:.9e}, complex step {complex:.9e}: the formula is not analytic \
+                 (a conjugate, an absolute value by hand, a branch on a derivative part)"
             ),
-            Conflict::Lost { row, column, dual, differences } => format!(
-                "the formula itself is wrong for derivatives: d({})/d({}) is {dual:.6e} by dual numbers and complex step, \
+            Why::Lost(dual, differences) => format!(
+                "the formula itself is wrong for derivatives: d({row})/d({column}) is {dual:.6e} by dual numbers and complex step, \
                  but its values change by {differences:.6e}; it continues somewhere with a bare real value (`re()`, a table, \
-                 an iteration that stops early) and so loses a derivative",
-                rows[row], columns[column]
+                 an iteration that stops early) and so loses a derivative"
             ),
         }
     }

@@ -1,13 +1,12 @@
 //! The one comparison that all checks share: a hand-derived block against the oracles, at every point.
 
 use nalgebra::DMatrix;
-use std::ops::Range;
 
 use super::agreement::{Agreement, Conflict, agreement};
-use super::diagnosis::{self, Evidence};
-use super::formula::Differentiable;
+use super::diagnosis::{self, Compared, Evidence};
 use super::matrix::fitting;
 use super::place::{Place, set_scales};
+use super::plan::{Block, Setting};
 use super::random::Random;
 use super::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
 use super::scan::bends;
@@ -22,61 +21,6 @@ const DIFFERENCED_BENDS: usize = 2;
 pub(crate) const SEED: u64 = 0x5eed;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
-
-/// A matrix that depends on the point.
-pub(crate) type MatrixAt<'a> = Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>;
-
-/// A block of derivatives: what is differentiated by what, and the user's version of it.
-pub(crate) struct Block<'a> {
-    pub name: String,
-    pub function: Box<dyn Differentiable + 'a>,
-    /// The arguments it is differentiated by.
-    pub by: Range<usize>,
-    /// What the function is itself made of by differentiation: there, too, the oracles must agree.
-    pub foundation: Option<(Box<dyn Differentiable + 'a>, Range<usize>)>,
-    pub rows: Vec<String>,
-    pub columns: Vec<String>,
-    pub hand: MatrixAt<'a>,
-    /// Named terms that may have been left out of it.
-    pub terms: Vec<(String, MatrixAt<'a>)>,
-    /// Named matrices that it may have been mistaken for.
-    pub others: Vec<(String, MatrixAt<'a>)>,
-    /// Points whose true value may have been taken instead ("node i − 1").
-    pub elsewhere: Vec<(String, Elsewhere<'a>)>,
-}
-
-/// Another point made of a point.
-pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
-
-/// A change of a point, and a question about one.
-type Settle<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
-type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
-
-/// Where blocks are compared, and how strictly.
-pub(crate) struct Setting<'a> {
-    pub points: Vec<Vec<f64>>,
-    /// Of each point: the one that it is with some arguments made small.
-    pub parents: Vec<Option<usize>>,
-    /// Whether the user has given the points.
-    pub given: bool,
-    /// Arguments along which one may search for places where the formula bends, and those that may become small together.
-    pub free: Vec<usize>,
-    pub kinds: Vec<Vec<usize>>,
-    /// Makes a point's other arguments fit those that were moved.
-    pub settle: Settle<'a>,
-    pub admissible: Admissible<'a>,
-    pub seed: u64,
-    /// The size that each argument has.
-    pub magnitudes: Vec<f64>,
-    /// The name of each argument.
-    pub arguments: Vec<String>,
-    /// Arguments that belong together (q, v, σ, …) and may be mistaken for one another; none if they cannot be changed freely.
-    pub groups: Vec<(String, Range<usize>)>,
-    /// Numbers by which one may multiply in error.
-    pub factors: Vec<(String, f64)>,
-    /// Relative to the size of an entry's row and column.
-    pub tolerance: f64,
-}
 
 /// The points at which a block is compared, and behind them the places where the formula bends near them.
 pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> Vec<Place> {
@@ -135,7 +79,7 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
     report.complex_step_error = largest(|a| a.complex_step);
     report.differences_error = largest(|a| a.differences);
     let conflicts: Vec<&Conflict> = agreements.iter().filter_map(|a| a.conflict.as_ref()).collect();
-    let serious = conflicts.iter().find(|conflict| !matches!(conflict, Conflict::Kink { .. }));
+    let serious = conflicts.iter().find(|conflict| !conflict.is_kink());
     if let Some(conflict) = serious.or(conflicts.first()) {
         report.notes.push(conflict.describe(&block.rows, &block.columns));
     }
@@ -157,7 +101,7 @@ fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], re
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
         let row = |i: usize| format!("component {i} of the element's function");
         let rows: Vec<String> = (0..place.size.nrows()).map(row).collect();
-        let serious = !matches!(conflict, Conflict::Kink { .. });
+        let serious = !conflict.is_kink();
         if !noted || serious && report.verdict != Verdict::OraclesDisagree {
             report.notes.push(conflict.describe(&rows, &setting.arguments[by.clone()]));
             noted = true;
@@ -177,21 +121,24 @@ fn judge(
     hands: &[DMatrix<f64>],
     report: &mut BlockReport,
 ) {
-    let of = |value: fn(&Place) -> &DMatrix<f64>| judged.iter().map(|&p| value(&places[p]).clone()).collect::<Vec<_>>();
-    let (truth, sizes) = (of(|place| &place.truth.value), of(|place| &place.scale));
-    let hand: Vec<DMatrix<f64>> = judged.iter().map(|&p| hands[p].clone()).collect();
-    if let Some(diagnosis) = diagnosis::shape(&hand, &truth) {
+    let compared = |&p: &usize| Compared {
+        number: p,
+        x: &places[p].x,
+        hand: &hands[p],
+        truth: &places[p].truth.value,
+        size: &places[p].scale,
+        tolerance: places[p].tolerance(setting.tolerance),
+    };
+    let evidence = Evidence { block, setting, at: judged.iter().map(compared).collect() };
+    if let Some(diagnosis) = diagnosis::shape(&evidence) {
         report.verdict = Verdict::Wrong;
         report.diagnoses.push(diagnosis);
         (report.absolute_error, report.relative_error) = (f64::NAN, f64::NAN);
         return;
     }
-    let points = judged.iter().map(|&p| places[p].x.as_slice()).collect();
-    let tolerance = judged.iter().map(|&p| places[p].tolerance(setting.tolerance)).collect();
-    let evidence = Evidence { block, setting, points, hand, truth, tolerance, sizes };
-    measure(&evidence, judged, report);
+    measure(&evidence, report);
     report.verdict = if report.wrong_entries == 0 { Verdict::Right } else { Verdict::Wrong };
-    if report.verdict == Verdict::Right && evidence.truth.iter().all(|truth| truth.iter().all(|x| *x == 0.0)) {
+    if report.verdict == Verdict::Right && evidence.at.iter().all(|at| at.truth.iter().all(|x| *x == 0.0)) {
         report.notes.push("zero at every point: if it is not zero by nature, choose points where it is not".into());
     }
     if report.verdict == Verdict::Wrong {
@@ -205,28 +152,28 @@ fn judge(
 
 /// A warning where only one point was compared: a coincidence is possible.
 fn without_first(evidence: &Evidence, diagnoses: &[Diagnosis]) -> Option<String> {
-    let sure = evidence.points.len() > 1 || diagnoses.iter().all(|d| d.mistake == Mistake::Unexplained);
+    let sure = evidence.at.len() > 1 || diagnoses.iter().all(|d| d.mistake == Mistake::Unexplained);
     (!sure).then(|| "the diagnosis rests on a single point; more points make it certain".to_string())
 }
 
 /// Errors and the worst entries.
-fn measure(evidence: &Evidence, judged: &[usize], report: &mut BlockReport) {
+fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
     let mut wrong: Vec<(f64, Entry)> = Vec::new();
     for i in 0..rows {
         for j in 0..columns {
-            let worst = (0..evidence.points.len()).map(|p| (evidence.excess(p, i, j), p)).max_by(|a, b| a.0.total_cmp(&b.0));
+            let worst = (0..evidence.at.len()).map(|p| (evidence.excess(p, (i, j)), p)).max_by(|a, b| a.0.total_cmp(&b.0));
             let Some((excess, p)) = worst else { continue };
-            let (hand, truth) = (evidence.hand[p][(i, j)], evidence.truth[p][(i, j)]);
+            let (hand, truth) = (evidence.at[p].hand[(i, j)], evidence.at[p].truth[(i, j)]);
             let error = (hand - truth).abs();
-            let relative = if error == 0.0 { 0.0 } else { error / evidence.sizes[p][(i, j)] };
+            let relative = if error == 0.0 { 0.0 } else { error / evidence.at[p].size[(i, j)] };
             // NaN counts as infinitely wrong.
             let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
             report.absolute_error = at_least(report.absolute_error, error);
             report.relative_error = at_least(report.relative_error, relative);
             if excess > 1.0 {
                 let (row, column) = (evidence.block.rows[i].clone(), evidence.block.columns[j].clone());
-                wrong.push((at_least(0.0, relative), Entry { row, column, hand, truth, point: judged[p] }));
+                wrong.push((at_least(0.0, relative), Entry { row, column, hand, truth, point: evidence.at[p].number }));
             }
         }
     }

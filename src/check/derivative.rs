@@ -55,14 +55,7 @@ impl Input {
 
     /// Refuses an input that the motion does not have.
     fn check(self, inputs: &Inputs) -> Result<(), Error> {
-        let (channels, nodes) = inputs.controls.shape();
-        let exists = match self {
-            Input::Control { channel, node } => channel < channels && node < nodes,
-            Input::Design(p) => p < inputs.design.len(),
-            Input::Coordinate(i) => i < inputs.start.q().len(),
-            Input::Rate(i) => i < inputs.start.rate().len(),
-            Input::Step(i) => (1..=inputs.grid.steps.len()).contains(&i),
-        };
+        let exists = Input::all(inputs).contains(&self);
         if exists { Ok(()) } else { Err(Error::NoSuchInput { input: format!("{self:?}") }) }
     }
 

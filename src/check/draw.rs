@@ -14,6 +14,8 @@ pub(crate) struct Drawn {
     pub points: Vec<Vec<f64>>,
     pub parents: Vec<Option<usize>>,
     pub left_out: usize,
+    /// Whether the user has given them.
+    pub given: bool,
 }
 
 /// The points that are given, or `count` ones: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with
@@ -29,7 +31,7 @@ pub(crate) fn draw(
     usable: impl Fn(&[f64]) -> bool,
 ) -> Result<Drawn, Error> {
     if !given.is_empty() {
-        return Ok(Drawn::given(given));
+        return Ok(Drawn { given: true, ..Drawn::of(given) });
     }
     let (mut drawn, random) = (Drawn::default(), &mut Random::new(seed));
     for k in 0..count {
@@ -68,19 +70,19 @@ fn opposite(mut x: Vec<f64>, point: &[f64], signed: &[usize]) -> Vec<f64> {
 }
 
 impl Drawn {
-    /// Points of the user's own, as they are.
-    pub(crate) fn given(points: Vec<Vec<f64>>) -> Self {
-        Drawn { parents: vec![None; points.len()], points, left_out: 0 }
+    /// These points, none of which was made from another.
+    pub(crate) fn of(points: Vec<Vec<f64>>) -> Self {
+        Drawn { parents: vec![None; points.len()], points, ..Drawn::default() }
     }
 
     /// What the report shall say about them.
-    pub(crate) fn note(&self, count: usize) -> Option<String> {
-        let found = self.points.len();
-        (self.left_out > 0).then(|| {
-            let few =
-                if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
-            format!("{few}{} drawn points were left out: not admissible, or the formula is not finite there", self.left_out)
-        })
+    pub(crate) fn notes(&self, count: usize) -> Vec<String> {
+        let (found, left_out) = (self.points.len(), self.left_out);
+        if left_out == 0 {
+            return Vec::new();
+        }
+        let few = if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
+        vec![format!("{few}{left_out} drawn points were left out: not admissible, or the formula is not finite there")]
     }
 }
 

@@ -1,14 +1,14 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
-use super::compare::{Block, MatrixAt, Setting, check};
 use super::draw::{Drawn, check_magnitudes, draw};
 use super::formula::{Function, Plain, Values};
 use super::matrix::Matrix;
+use super::plan::{Block, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
-#[cfg(feature = "files")]
-use super::worksheet;
 use crate::Error;
+
+const TITLE: &str = "function";
 
 /// The Jacobian of a function to be checked; made by [`function`].
 pub struct FunctionCheck<'a, F> {
@@ -19,8 +19,7 @@ pub struct FunctionCheck<'a, F> {
     given: Vec<Vec<f64>>,
     count: usize,
     seed: u64,
-    /// Each with whether it is the function's values instead of its Jacobian.
-    hands: Vec<(bool, MatrixAt<'a>)>,
+    blocks: Vec<Block<'a>>,
 }
 
 /// Checks the hand-derived Jacobian of a function with named inputs and outputs.
@@ -55,20 +54,24 @@ pub fn function<'a, F: Function, const I: usize, const O: usize>(
         given: Vec::new(),
         count: 12,
         seed: 1,
-        hands: Vec::new(),
+        blocks: Vec::new(),
     }
 }
 
 impl<'a, F: Function> FunctionCheck<'a, F> {
     /// The Jacobian, one row for each output.
     pub fn jacobian<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
-        self.hands.push((false, Box::new(move |x| hand(x).dense())));
+        let count = self.inputs.len();
+        let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
+        self.blocks.push(Block::new("f_x", Box::new(Plain(self.function)), 0..count, hand));
         self
     }
 
     /// The function's values, one for each output.
     pub fn value<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
-        self.hands.push((true, Box::new(move |x| hand(x).dense())));
+        let count = self.inputs.len();
+        let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
+        self.blocks.push(Block::new("f", Box::new(Values(Plain(self.function))), count..count + 1, hand));
         self
     }
 
@@ -95,7 +98,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     /// What cannot be compared is refused in the report: points or magnitudes of another length, more or fewer values than names of
     /// outputs, a formula that is finite at no random point.
     pub fn run(self) -> Report {
-        Report::of("function".to_string(), self.each_block(check))
+        Plan::run(self.plan(), TITLE.to_string())
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
@@ -106,9 +109,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let count = self.inputs.len();
-        let at = |x: &[f64]| x[..count].to_vec();
-        let (blocks, _) = self.each_block(|block, setting| worksheet::block(block, setting, at))?;
-        Ok(worksheet::of("function", blocks))
+        Ok(self.plan()?.worksheet(TITLE, |x| x[..count].to_vec()))
     }
 
     fn points(&self) -> Result<Drawn, Error> {
@@ -141,44 +142,19 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         }
     }
 
-    /// What is made of every block, and notes on the points.
-    fn each_block<T>(self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
+    fn plan(self) -> Result<Plan<'a>, Error> {
         let drawn = self.points()?;
         self.check_outputs(&drawn.points)?;
-        let count = self.inputs.len();
-        let size = |x: &f64| if *x == 0.0 { 1.0 } else { x.abs() };
-        let notes = drawn.note(self.count).into_iter().collect();
+        let (count, notes) = (self.inputs.len(), drawn.notes(self.count));
+        let arguments = self.inputs.iter().cloned().chain([String::new()]).collect();
+        let magnitudes = self.magnitudes.iter().copied().chain([1.0]).collect();
         let setting = Setting {
-            points: drawn.points,
-            parents: drawn.parents,
-            given: !self.given.is_empty(),
             free: (0..count).collect(),
             kinds: vec![(0..count).collect()],
-            settle: Box::new(|_| ()),
-            admissible: Box::new(|_| true),
-            seed: self.seed,
-            magnitudes: self.magnitudes.iter().map(size).chain([1.0]).collect(),
-            arguments: self.inputs.iter().cloned().chain([String::new()]).collect(),
             groups: vec![("x".to_string(), 0..count)],
-            factors: Vec::new(),
-            tolerance: 1e-11,
+            ..Setting::new(drawn, self.seed, 1e-11, arguments, magnitudes)
         };
-        let block = |(values, hand): (bool, MatrixAt<'a>)| {
-            let of = Plain(self.function);
-            let by = if values { count..count + 1 } else { 0..count };
-            Block {
-                name: if values { "f" } else { "f_x" }.into(),
-                function: if values { Box::new(Values(of)) } else { Box::new(of) },
-                columns: setting.arguments[by.clone()].to_vec(),
-                by,
-                foundation: None,
-                rows: self.outputs.clone(),
-                hand: Box::new(move |x| hand(&x[..count])),
-                terms: Vec::new(),
-                others: Vec::new(),
-                elsewhere: Vec::new(),
-            }
-        };
-        Ok((self.hands.into_iter().map(|hand| make(&block(hand), &setting)).collect(), notes))
+        let blocks = self.blocks.into_iter().map(|block| Block { rows: self.outputs.clone(), ..block });
+        Ok(Plan::new(setting, blocks.collect(), notes))
     }
 }

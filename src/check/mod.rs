@@ -36,6 +36,7 @@ mod oracle;
 #[cfg(feature = "files")]
 mod pipe;
 mod place;
+mod plan;
 mod point;
 mod random;
 mod report;

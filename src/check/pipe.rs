@@ -1,6 +1,6 @@
 //! [`Pipe`]: derivatives from a program in any language, one line of JSON in, one line out.
 
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -154,26 +154,22 @@ fn most_bytes(question: &Value) -> usize {
 /// The next line; none at the end of the output.
 fn read_line(output: &mut impl BufRead, most: &AtomicUsize) -> Result<Option<String>, String> {
     let mut line = Vec::new();
-    loop {
-        let part = match output.fill_buf() {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            read => read.map_err(|error| error.to_string())?,
-        };
-        let end = part.iter().position(|byte| *byte == b'\n');
-        let taken = end.unwrap_or(part.len());
-        let is_over = end.is_some() || part.is_empty();
-        line.extend_from_slice(&part[..taken]);
-        output.consume(taken + usize::from(end.is_some()));
-        let most = most.load(Ordering::Relaxed);
-        if line.len() > most {
-            return Err(format!("its line has more than {most} bytes, which no matrix that was asked for has"));
-        }
-        if is_over {
-            let is_end = line.is_empty() && end.is_none();
-            let text = String::from_utf8(line).map_err(|error| error.to_string())?;
-            return Ok((!is_end).then_some(text));
-        }
+    let mut read = |line: &mut Vec<u8>, most: usize| {
+        output.by_ref().take(most as u64).read_until(b'\n', line).map_err(|error| error.to_string())
+    };
+    // What was asked for is known once the answer begins.
+    if read(&mut line, 1)? == 0 {
+        return Ok(None);
     }
+    let most = most.load(Ordering::Relaxed);
+    if line != b"\n" {
+        read(&mut line, most)?;
+    }
+    line.pop_if(|last| *last == b'\n');
+    if line.len() > most {
+        return Err(format!("its line has more than {most} bytes, which no matrix that was asked for has"));
+    }
+    String::from_utf8(line).map(Some).map_err(|error| error.to_string())
 }
 
 /// A matrix in a line.

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use super::compare::Setting;
 use super::formula::Differentiable;
 use super::oracle::{Truth, truth};
+use super::plan::Setting;
 use super::random::Random;
 use super::scale::sizes;
 

@@ -57,7 +57,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> 
 }
 
 impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M, K, P> {
-    const PLACES: Places = Places { n: N, m: M, k: K, p: P };
+    pub(crate) const PLACES: Places = Places { n: N, m: M, k: K, p: P };
 
     /// All arguments zero, with these constants.
     pub fn zero(b: [f64; P]) -> Self {
@@ -126,6 +126,23 @@ pub(crate) enum Part {
     B,
     /// The 1 that values are multiplied by.
     One,
+}
+
+impl Part {
+    /// Arguments that belong together, with their names in files and in words, those that may be mistaken for one another most often first.
+    pub(crate) const GROUPS: [(Part, &'static str, &'static str); 11] = [
+        (Part::B, "b", "b"),
+        (Part::V, "v", "v"),
+        (Part::Sigma, "sigma", "σ"),
+        (Part::U, "u", "u"),
+        (Part::T, "t", "t"),
+        (Part::PStar, "p_star", "p*"),
+        (Part::PStarDot, "p_star_dot", "ṗ*"),
+        (Part::VDot, "v_dot", "v̇"),
+        (Part::Lambda, "lambda", "λ"),
+        (Part::UDot, "u_dot", "u̇"),
+        (Part::Q, "q", "q"),
+    ];
 }
 
 /// Where the arguments stand in the list.

@@ -137,15 +137,6 @@ fn as_text<S: serde::Serializer>(error: &Option<Error>, serializer: S) -> Result
 }
 
 impl Report {
-    /// The report of a check that was run, or why it was not.
-    pub(super) fn of(title: String, compared: Result<(Vec<BlockReport>, Vec<String>), Error>) -> Self {
-        let (blocks, notes, refused) = match compared {
-            Ok((blocks, notes)) => (blocks, notes, None),
-            Err(error) => (Vec::new(), Vec::new(), Some(error)),
-        };
-        Report { title, blocks, notes, refused }
-    }
-
     /// The outcome: right if at least one block was compared and all are right.
     pub fn verdict(&self) -> Verdict {
         let any = |verdict| self.blocks.iter().any(|block| block.verdict == verdict);

@@ -7,8 +7,8 @@
 
 use std::ops::Range;
 
-use super::compare::Setting;
 use super::formula::Differentiable;
+use super::plan::Setting;
 use super::random::Random;
 
 /// Lines are looked along from 1e-8 to 1e3 times the size of their arguments.

@@ -9,7 +9,8 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::arguments::Arguments;
-use super::compare::{Block, Setting, places};
+use super::compare::places;
+use super::plan::{Block, Setting};
 use super::random::Random;
 use crate::Error;
 

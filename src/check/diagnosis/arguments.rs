@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
+use super::Evidence;
 use super::mask::Mask;
-use super::{Evidence, diagnosis};
 use crate::check::matrix::fitting;
 use crate::check::report::{Diagnosis, Mistake};
 
@@ -12,14 +12,14 @@ use crate::check::report::{Diagnosis, Mistake};
 pub(super) fn elsewhere(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     evidence.block.elsewhere.iter().find_map(|(name, other)| {
         let found = is_truth_at(evidence, mask, other)?;
-        Some(diagnosis(Mistake::OtherArgument, format!("{found}evaluated {name}, {}", mask.place(evidence))))
+        Some(mask.says(evidence, Mistake::OtherArgument, format!("{found}evaluated {name},")))
     })
 }
 
 /// Whether the user's values are the true ones at other points, up to the sign, which is returned.
 fn is_truth_at(evidence: &Evidence, mask: &Mask, other: impl Fn(&[f64]) -> Vec<f64>) -> Option<&'static str> {
     let values = evidence.truth_at(other);
-    let sign = evidence.up_to_sign(mask, |p, i, j| values[p][(i, j)])?;
+    let sign = evidence.up_to_sign(mask, |p, e| values[p][e])?;
     Some(if sign > 0.0 { "" } else { "with the sign flipped and " })
 }
 
@@ -31,11 +31,9 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let setting = evidence.setting;
     let names = &setting.arguments;
     let found = |sign: &str, text: String| {
-        let place = mask.place(evidence);
-        Some(diagnosis(
-            Mistake::OtherArgument,
-            format!("{text} {place}{}", if sign.is_empty() { "" } else { ", and the sign is flipped" }),
-        ))
+        let mut found = mask.says(evidence, Mistake::OtherArgument, text);
+        found.text += if sign.is_empty() { "" } else { ", and the sign is flipped" };
+        Some(found)
     };
     let ranges = || setting.groups.iter().map(|(_, range)| range.clone());
     for k in ranges().flatten() {
@@ -83,8 +81,8 @@ pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
     let single = evidence.setting.arguments.iter().enumerate().map(|(k, name)| (name, k..k + 1));
     let candidates = groups.map(|(name, range)| (name, range.clone())).chain(single);
     let gone = |range: &Range<usize>| {
-        evidence.points.iter().enumerate().all(|(p, x)| {
-            let x = changed(x, |x| x[range.clone()].fill(0.0));
+        evidence.at.iter().all(|at| {
+            let x = changed(at.x, |x| x[range.clone()].fill(0.0));
             let truth = crate::check::oracle::dual(evidence.block.function.as_ref(), &x, &evidence.block.by);
             // Where nobody has to have an answer, none is asked for.
             if !(evidence.setting.admissible)(&x) || truth.iter().any(|x| !x.is_finite()) {
@@ -92,7 +90,7 @@ pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
             }
             let hand = fitting((evidence.block.hand)(&x), evidence.rows(), evidence.columns());
             let holds = |(i, t): (usize, &f64)| (hand[i] - truth[i]).abs() <= *t;
-            hand.shape() == truth.shape() && evidence.tolerance[p].iter().enumerate().all(holds)
+            hand.shape() == truth.shape() && at.tolerance.iter().enumerate().all(holds)
         })
     };
     let names: Vec<&str> = candidates.filter(|(_, range)| gone(range)).map(|(name, _)| name.as_str()).take(4).collect();

@@ -8,9 +8,9 @@ pub(super) fn transposed(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> 
     if evidence.rows() != evidence.columns() || mask.entries.iter().all(|(i, j)| i == j) {
         return None;
     }
-    let sign = evidence.up_to_sign(mask, |p, i, j| evidence.truth[p][(j, i)])?;
+    let sign = evidence.up_to_sign(mask, |p, (i, j)| evidence.at[p].truth[(j, i)])?;
     let word = if sign > 0.0 { "transposed" } else { "transposed, with the sign flipped," };
-    Some(diagnosis(Mistake::Transposed, format!("{word} {}", mask.place(evidence))))
+    Some(mask.says(evidence, Mistake::Transposed, word))
 }
 
 /// Two rows, or two columns, exchanged: undoing it makes everything right.
@@ -23,7 +23,7 @@ pub(super) fn rows_or_columns(evidence: &Evidence, wrong: &Mask) -> Option<Diagn
             k if k == b => lines.entry_in(a, entry),
             _ => entry,
         };
-        if evidence.explains(&Mask::all(evidence), |p, i, j| evidence.truth[p][other((i, j))]) {
+        if evidence.explains(&Mask::all(evidence), |p, e| evidence.at[p].truth[other(e)]) {
             let (word, names) = (lines.word(), lines.names(evidence));
             let text = format!("the {word}s of {} and {} are exchanged", names[a], names[b]);
             return Some(diagnosis(Mistake::Swapped, text));
@@ -36,7 +36,7 @@ pub(super) fn rows_or_columns(evidence: &Evidence, wrong: &Mask) -> Option<Diagn
 fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
     let order = |lines: Lines| {
         let all = Mask::all(evidence).by(lines);
-        let holds = |at: &Mask, k: usize| evidence.holds(at, |p, i, j| evidence.truth[p][lines.entry_in(k, (i, j))]);
+        let holds = |at: &Mask, k: usize| evidence.holds(at, |p, e| evidence.at[p].truth[lines.entry_in(k, e)]);
         let order: Option<Vec<usize>> = all.iter().map(|at| (0..all.len()).find(|&k| holds(at, k))).collect();
         let is_another = |order: &Vec<usize>| (0..all.len()).all(|k| order.contains(&k)) && !order.is_sorted();
         Some((lines, order.filter(is_another)?))
@@ -55,21 +55,21 @@ pub(super) fn entries(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     for lines in Lines::BOTH.into_iter().filter(|_| mask.entries.len() > 1) {
         let [one] = &mask.by(lines)[..] else { continue };
         let (own, names) = (lines.of(one.entries[0]), lines.names(evidence));
-        let holds = |k: usize| evidence.explains(mask, |p, i, j| evidence.truth[p][lines.entry_in(k, (i, j))]);
+        let holds = |k: usize| evidence.explains(mask, |p, e| evidence.at[p].truth[lines.entry_in(k, e)]);
         if let Some(k) = (0..names.len()).find(|&k| k != own && holds(k)) {
             return says(format!("{place} stand the values of the {} of {}", lines.word(), names[k]));
         }
     }
     if let [a, b] = mask.entries[..]
-        && evidence.explains(mask, |p, i, j| evidence.truth[p][if (i, j) == a { b } else { a }])
+        && evidence.explains(mask, |p, e| evidence.at[p].truth[if e == a { b } else { a }])
     {
         let name = |(i, j): (usize, usize)| format!("d({})/d({})", names[i], others[j]);
         return says(format!("{} and {} are exchanged", name(a), name(b)));
     }
     let &[(i, j)] = &mask.entries[..] else { return None };
     for (k, l) in Mask::all(evidence).entries.into_iter().filter(|&e| e != (i, j) && (e.0 == i || e.1 == j)) {
-        let varies = evidence.truth.windows(2).any(|t| t[0][(k, l)] != t[1][(k, l)]);
-        if varies && evidence.explains(mask, |p, _, _| evidence.truth[p][(k, l)]) {
+        let varies = evidence.at.windows(2).any(|at| at[0].truth[(k, l)] != at[1].truth[(k, l)]);
+        if varies && evidence.explains(mask, |p, _| evidence.at[p].truth[(k, l)]) {
             return says(format!("{place} stands the value of d({})/d({})", names[k], others[l]));
         }
     }

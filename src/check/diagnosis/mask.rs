@@ -1,6 +1,9 @@
 //! Sets of entries of a block, and how people call them.
 
+use std::fmt;
+
 use super::Evidence;
+use crate::check::report::{Diagnosis, Mistake};
 
 /// The rows of a block, or its columns.
 #[derive(Clone, Copy)]
@@ -57,7 +60,7 @@ impl Mask {
 
     /// The entries that are wrong at some point.
     pub(super) fn wrong(evidence: &Evidence) -> Self {
-        let is_wrong = |&(i, j): &(usize, usize)| (0..evidence.points.len()).any(|p| evidence.excess(p, i, j) > 1.0);
+        let is_wrong = |&entry: &(usize, usize)| (0..evidence.at.len()).any(|p| evidence.excess(p, entry) > 1.0);
         Mask { entries: Mask::all(evidence).entries.into_iter().filter(is_wrong).collect() }
     }
 
@@ -72,6 +75,11 @@ impl Mask {
 
     pub(super) fn singles(&self) -> Vec<Mask> {
         self.entries.iter().map(|&e| Mask { entries: vec![e] }).collect()
+    }
+
+    /// The text and where that is.
+    pub(super) fn says(&self, evidence: &Evidence, mistake: Mistake, text: impl fmt::Display) -> Diagnosis {
+        Diagnosis { mistake, text: format!("{text} {}", self.place(evidence)) }
     }
 
     /// "in the whole block", "in row …", "in the entry …": for the end of a sentence.

@@ -12,7 +12,7 @@ mod terms;
 
 use nalgebra::DMatrix;
 
-use super::compare::{Block, Setting};
+use super::plan::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
 use mask::{Lines, Mask};
 
@@ -23,84 +23,88 @@ const MOST_SINGLE: usize = 6;
 /// A block with more wrong rows than this is only split if all of them have an explanation.
 const MOST_SPLIT: usize = 3;
 
-/// The user's and the true values at all points.
+/// A block at the points where it is judged.
 pub(crate) struct Evidence<'a> {
     pub block: &'a Block<'a>,
     pub setting: &'a Setting<'a>,
-    pub points: Vec<&'a [f64]>,
-    pub hand: Vec<DMatrix<f64>>,
-    pub truth: Vec<DMatrix<f64>>,
-    pub tolerance: Vec<DMatrix<f64>>,
-    pub sizes: Vec<DMatrix<f64>>,
+    pub at: Vec<Compared<'a>>,
+}
+
+/// The user's and the true values at a point with this number.
+pub(crate) struct Compared<'a> {
+    pub number: usize,
+    pub x: &'a [f64],
+    pub hand: &'a DMatrix<f64>,
+    pub truth: &'a DMatrix<f64>,
+    pub size: &'a DMatrix<f64>,
+    pub tolerance: DMatrix<f64>,
 }
 
 impl Evidence<'_> {
     /// The first points, and the worst of the others.
     pub(crate) fn with_worst(mut self, first: usize, most: usize) -> Self {
-        let worst = |p: usize| {
-            let entries = (0..self.rows()).flat_map(|i| (0..self.columns()).map(move |j| (i, j)));
-            entries.map(|(i, j)| self.excess(p, i, j)).fold(0.0, f64::max)
-        };
-        let mut others: Vec<(f64, usize)> = (first..self.points.len()).map(|p| (worst(p), p)).collect();
-        others.sort_by(|a, b| b.0.total_cmp(&a.0));
-        others.truncate(most);
-        let kept: Vec<usize> = (0..first).chain(others.into_iter().map(|(_, p)| p)).collect();
-        let some = |of: &[DMatrix<f64>]| kept.iter().map(|&p| of[p].clone()).collect::<Vec<_>>();
-        (self.hand, self.truth) = (some(&self.hand), some(&self.truth));
-        (self.tolerance, self.sizes) = (some(&self.tolerance), some(&self.sizes));
-        self.points = kept.iter().map(|&p| self.points[p]).collect();
+        let all = Mask::all(&self).entries;
+        let worst = |p: usize| all.iter().map(|&entry| self.excess(p, entry)).fold(0.0, f64::max);
+        let excesses: Vec<f64> = (0..self.at.len()).map(worst).collect();
+        let mut others: Vec<_> = self.at.drain(first..).zip(excesses.into_iter().skip(first)).collect();
+        others.sort_by(|a, b| b.1.total_cmp(&a.1));
+        self.at.extend(others.into_iter().take(most).map(|(at, _)| at));
         self
     }
 
     /// |hand − true| relative to its tolerance; more than 1 is wrong.
-    pub(crate) fn excess(&self, p: usize, i: usize, j: usize) -> f64 {
-        let error = (self.hand[p][(i, j)] - self.truth[p][(i, j)]).abs();
-        match error {
+    pub(crate) fn excess(&self, p: usize, entry: (usize, usize)) -> f64 {
+        match self.difference(p, entry).abs() {
             0.0 => 0.0,
-            e if e.is_nan() => f64::INFINITY,
-            e => e / self.tolerance[p][(i, j)],
+            error if error.is_nan() => f64::INFINITY,
+            error => error / self.at[p].tolerance[entry],
         }
     }
 
     /// Whether the user's values are the expected ones in these entries, at all points, and these are not just the true ones: what
     /// hardly differs from the truth is no reason for an error that is hardly one.
-    fn explains(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> bool {
-        let differs = |p: usize, &(i, j): &(usize, usize)| {
-            let error = (expected(p, i, j) - self.truth[p][(i, j)]).abs();
-            error.is_nan() || error > self.tolerance[p][(i, j)]
+    fn explains(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> bool {
+        let differs = |p: usize, &e: &(usize, usize)| {
+            let error = (expected(p, e) - self.at[p].truth[e]).abs();
+            error.is_nan() || error > self.at[p].tolerance[e]
         };
-        let is_another = || (0..self.points.len()).any(|p| mask.entries.iter().any(|entry| differs(p, entry)));
+        let is_another = || (0..self.at.len()).any(|p| mask.entries.iter().any(|entry| differs(p, entry)));
         self.holds(mask, &expected) && is_another()
     }
 
     /// The sign with which the expected values explain the user's, if one does.
-    fn up_to_sign(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> Option<f64> {
-        [1.0, -1.0].into_iter().find(|sign| self.explains(mask, |p, i, j| sign * expected(p, i, j)))
+    fn up_to_sign(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> Option<f64> {
+        [1.0, -1.0].into_iter().find(|sign| self.explains(mask, |p, e| sign * expected(p, e)))
     }
 
     /// Whether the user's values are the expected ones in these entries, at all points.
-    fn holds(&self, mask: &Mask, expected: impl Fn(usize, usize, usize) -> f64) -> bool {
-        let within = |p: usize, &(i, j): &(usize, usize)| {
-            let x = expected(p, i, j);
+    fn holds(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> bool {
+        let within = |p: usize, &e: &(usize, usize)| {
+            let x = expected(p, e);
             // A multiple of the true value has a multiple of its rounding.
-            let grown = (x / self.truth[p][(i, j)]).abs().max(1.0);
+            let grown = (x / self.at[p].truth[e]).abs().max(1.0);
             let grown = if grown.is_finite() { grown } else { 1.0 };
-            (self.hand[p][(i, j)] - x).abs() <= SLACK * grown * self.tolerance[p][(i, j)]
+            (self.at[p].hand[e] - x).abs() <= SLACK * grown * self.at[p].tolerance[e]
         };
-        (0..self.points.len()).all(|p| mask.entries.iter().all(|entry| within(p, entry)))
+        (0..self.at.len()).all(|p| mask.entries.iter().all(|entry| within(p, entry)))
     }
 
     /// Σ a b over entries and points, in units of the entries' sizes.
-    fn product(&self, mask: &Mask, a: impl Fn(usize, usize, usize) -> f64, b: impl Fn(usize, usize, usize) -> f64) -> f64 {
-        let term = |p: usize, &(i, j): &(usize, usize)| {
-            let size = self.sizes[p][(i, j)].max(f64::MIN_POSITIVE);
-            a(p, i, j) / size * (b(p, i, j) / size)
+    fn product(
+        &self,
+        mask: &Mask,
+        a: impl Fn(usize, (usize, usize)) -> f64,
+        b: impl Fn(usize, (usize, usize)) -> f64,
+    ) -> f64 {
+        let term = |p: usize, &e: &(usize, usize)| {
+            let size = self.at[p].size[e].max(f64::MIN_POSITIVE);
+            a(p, e) / size * (b(p, e) / size)
         };
-        (0..self.points.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
+        (0..self.at.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
     }
 
-    fn difference(&self, p: usize, i: usize, j: usize) -> f64 {
-        self.hand[p][(i, j)] - self.truth[p][(i, j)]
+    fn difference(&self, p: usize, entry: (usize, usize)) -> f64 {
+        self.at[p].hand[entry] - self.at[p].truth[entry]
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -113,8 +117,8 @@ impl Evidence<'_> {
 
     /// The true block at other points.
     fn truth_at(&self, other: impl Fn(&[f64]) -> Vec<f64>) -> Vec<DMatrix<f64>> {
-        let dual = |x: &&[f64]| super::oracle::dual(self.block.function.as_ref(), &other(x), &self.block.by);
-        self.points.iter().map(dual).collect()
+        let dual = |at: &Compared| super::oracle::dual(self.block.function.as_ref(), &other(at.x), &self.block.by);
+        self.at.iter().map(dual).collect()
     }
 
     /// Whether there are groups of arguments, and few enough to try all of them one by one.
@@ -124,14 +128,14 @@ impl Evidence<'_> {
 }
 
 /// Wrong numbers of rows and columns.
-pub(crate) fn shape(hand: &[DMatrix<f64>], truth: &[DMatrix<f64>]) -> Option<Diagnosis> {
-    let (hand, truth) = hand.iter().zip(truth).find(|(hand, truth)| hand.shape() != truth.shape())?;
+pub(crate) fn shape(evidence: &Evidence) -> Option<Diagnosis> {
+    let Compared { hand, truth, .. } = evidence.at.iter().find(|at| at.hand.shape() != at.truth.shape())?;
     let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
     if rows == 1 && columns == 1 && hand[0].is_nan() {
         return Some(diagnosis(Mistake::NotFinite, "no matrix was given, but NaN alone".into()));
     }
     let turned = (rows, columns) == (c, r);
-    let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
+    let same = turned && (hand.transpose() - *truth).amax() <= 1e-9 * truth.amax();
     Some(match (turned, same) {
         (_, true) => {
             diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values"))
@@ -151,16 +155,14 @@ fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
 /// What the differences look like, and further observations.
 pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
     let wrong = Mask::wrong(evidence);
-    if let Some(text) = not_finite(evidence, &wrong) {
-        return (vec![diagnosis(Mistake::NotFinite, text)], Vec::new());
-    }
-    if let Some(found) = whole(evidence, &wrong).or_else(|| part(evidence, &wrong)) {
+    let known = not_finite(evidence, &wrong).or_else(|| whole(evidence, &wrong)).or_else(|| part(evidence, &wrong));
+    if let Some(found) = known {
         return (vec![found], Vec::new());
     }
+    let rest = |mask: &Mask| mask.says(evidence, Mistake::Unexplained, "no simple explanation");
     let split = |masks: Vec<Mask>| -> Option<Vec<Diagnosis>> {
         let found: Vec<_> = masks.iter().map(|mask| (mask, part(evidence, mask))).collect();
         let explained = found.iter().filter(|(_, found)| found.is_some()).count();
-        let rest = |mask: &Mask| diagnosis(Mistake::Unexplained, format!("no simple explanation {}", mask.place(evidence)));
         let helps = masks.len() > 1 && explained > 0 && (explained == masks.len() || masks.len() <= MOST_SPLIT);
         helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
     };
@@ -169,9 +171,7 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
         .into_iter()
         .flatten()
         .min_by_key(|found| badness(found));
-    let found = best.or_else(|| Some(vec![terms::few_digits(evidence, &wrong)?]));
-    let unexplained = || vec![diagnosis(Mistake::Unexplained, format!("no simple explanation {}", wrong.place(evidence)))];
-    let found = found.unwrap_or_else(unexplained);
+    let found = best.unwrap_or_else(|| vec![terms::few_digits(evidence, &wrong).unwrap_or_else(|| rest(&wrong))]);
     let open = found.iter().any(|d| d.mistake == Mistake::Unexplained);
     (found, if open { arguments::where_it_vanishes(evidence) } else { Vec::new() })
 }
@@ -214,8 +214,9 @@ fn part(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
         .or_else(|| terms::few_digits(evidence, mask))
 }
 
-fn not_finite(evidence: &Evidence, wrong: &Mask) -> Option<String> {
-    let bad = |&(i, j): &(usize, usize)| evidence.hand.iter().any(|hand| !hand[(i, j)].is_finite());
+fn not_finite(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
+    let bad = |entry: &(usize, usize)| evidence.at.iter().any(|at| !at.hand[*entry].is_finite());
     let entries: Vec<_> = wrong.entries.iter().copied().filter(bad).collect();
-    (!entries.is_empty()).then(|| format!("infinite or not a number {}", Mask { entries }.place(evidence)))
+    let says = |mask: Mask| mask.says(evidence, Mistake::NotFinite, "infinite or not a number");
+    (!entries.is_empty()).then(|| says(Mask { entries }))
 }

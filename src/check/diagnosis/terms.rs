@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
+use super::Evidence;
 use super::arguments::changed;
 use super::factor::digits;
 use super::mask::Mask;
-use super::{Evidence, diagnosis};
-use crate::check::compare::MatrixAt;
+use crate::check::plan::MatrixAt;
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Errors below this fraction may be a matter of digits.
@@ -15,7 +15,7 @@ const FEW: f64 = 1e-3;
 const SAME: f64 = 1e-6;
 
 fn values(evidence: &Evidence, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
-    evidence.points.iter().map(|x| matrix(x)).collect()
+    evidence.at.iter().map(|at| matrix(at.x)).collect()
 }
 
 /// Whether the difference is a multiple of a term that the true value is the sum of.
@@ -26,7 +26,7 @@ pub(super) fn named(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     // A small multiple of a term is a matter of digits.
     let any = || fitting.first().filter(|_| few_digits(evidence, mask).is_none());
     if let Some((name, c)) = simple.or_else(any) {
-        return Some(describe(name, *c, &mask.place(evidence)));
+        return Some(describe(evidence, mask, name, *c));
     }
     turned(evidence, mask)
 }
@@ -38,8 +38,8 @@ pub(super) fn of_other_blocks(evidence: &Evidence, mask: &Mask) -> Option<Diagno
     }
     evidence.block.others.iter().find_map(|(name, matrix)| {
         let c = coefficient(evidence, mask, &values(evidence, matrix))?;
-        let text = format!("the difference is {c:.6} times {name}, which does not belong here, {}", mask.place(evidence));
-        Some(diagnosis(Mistake::TermWrong, text))
+        let text = format!("the difference is {c:.6} times {name}, which does not belong here,");
+        Some(mask.says(evidence, Mistake::TermWrong, text))
     })
 }
 
@@ -55,35 +55,36 @@ fn turned(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
         }
         let term: Vec<DMatrix<f64>> = term.into_iter().map(|term| term.transpose() - term).collect();
         let c = coefficient(evidence, mask, &term)?;
-        ((c - 1.0).abs() < SAME)
-            .then(|| diagnosis(Mistake::Transposed, format!("the term {name} is transposed {}", mask.place(evidence))))
+        let says = || mask.says(evidence, Mistake::Transposed, format!("the term {name} is transposed"));
+        ((c - 1.0).abs() < SAME).then(says)
     };
     evidence.block.terms.iter().find_map(changed)
 }
 
 /// The c with hand − true = c · term, if there is one.
 fn coefficient(evidence: &Evidence, mask: &Mask, term: &[DMatrix<f64>]) -> Option<f64> {
-    if term.iter().zip(&evidence.truth).any(|(a, b)| a.shape() != b.shape()) {
+    if term.iter().zip(&evidence.at).any(|(term, at)| term.shape() != at.truth.shape()) {
         return None;
     }
-    let of = |p: usize, i: usize, j: usize| term[p][(i, j)];
+    let of = |p: usize, e: (usize, usize)| term[p][e];
     let size = evidence.product(mask, of, of);
-    let c = evidence.product(mask, |p, i, j| evidence.difference(p, i, j), of) / size;
-    let fits = || evidence.explains(mask, |p, i, j| evidence.truth[p][(i, j)] + c * of(p, i, j));
+    let c = evidence.product(mask, |p, e| evidence.difference(p, e), of) / size;
+    let fits = || evidence.explains(mask, |p, e| evidence.at[p].truth[e] + c * of(p, e));
     (size > 0.0 && c.is_finite() && c.abs() > SAME && fits()).then_some(c)
 }
 
-fn describe(name: &str, c: f64, place: &str) -> Diagnosis {
+fn describe(evidence: &Evidence, mask: &Mask, name: &str, c: f64) -> Diagnosis {
     let is = |x: f64| (c - x).abs() < SAME;
-    if is(-1.0) {
-        diagnosis(Mistake::TermMissing, format!("term missing: {name}, {place}"))
+    let (mistake, words) = if is(-1.0) {
+        (Mistake::TermMissing, "term missing".into())
     } else if is(1.0) {
-        diagnosis(Mistake::TermWrong, format!("once too often: {name}, {place}"))
+        (Mistake::TermWrong, "once too often".into())
     } else if is(-2.0) {
-        diagnosis(Mistake::TermWrong, format!("sign of a term flipped: {name}, {place}"))
+        (Mistake::TermWrong, "sign of a term flipped".into())
     } else {
-        diagnosis(Mistake::TermWrong, format!("a term has the factor {:.6} instead of 1: {name}, {place}", 1.0 + c))
-    }
+        (Mistake::TermWrong, format!("a term has the factor {:.6} instead of 1", 1.0 + c))
+    };
+    mask.says(evidence, mistake, format!("{words}: {name},"))
 }
 
 /// Whether the matrix is the right value of something else.
@@ -93,10 +94,9 @@ pub(super) fn other_block(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis>
         if values.iter().any(|v| v.shape() != (evidence.rows(), evidence.columns())) {
             return None;
         }
-        let sign = evidence.up_to_sign(mask, |p, i, j| values[p][(i, j)])?;
+        let sign = evidence.up_to_sign(mask, |p, e| values[p][e])?;
         let minus = if sign > 0.0 { "" } else { "−" };
-        let text = format!("these are the values of {minus}{name} instead, {}", mask.place(evidence));
-        Some(diagnosis(Mistake::OtherBlock, text))
+        Some(mask.says(evidence, Mistake::OtherBlock, format!("these are the values of {minus}{name} instead,")))
     };
     evidence.block.others.iter().find_map(is)
 }
@@ -118,31 +118,24 @@ pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis
         .into_iter()
         .filter_map(|(name, range)| {
             let without = evidence.truth_at(|x| changed(x, |x| x[range.clone()].fill(0.0)));
-            let term: Vec<DMatrix<f64>> =
-                evidence.truth.iter().zip(&without).map(|(with, without)| with - without).collect();
+            let term: Vec<DMatrix<f64>> = evidence.at.iter().zip(&without).map(|(at, without)| at.truth - without).collect();
             Some((name, coefficient(evidence, mask, &term)?))
         })
         .collect();
     // A term left out is likelier than one with another factor, even where both fit.
     let with = |wanted: f64| fitting.iter().find(move |(_, c)| (c - wanted).abs() < SAME);
     let (name, c) = with(-1.0).or_else(|| with(-2.0)).or_else(|| with(1.0))?;
-    Some(describe(&format!("the part that comes from {name}"), *c, &mask.place(evidence)))
+    Some(describe(evidence, mask, &format!("the part that comes from {name}"), *c))
 }
 
 /// Right in the leading digits.
 pub(super) fn few_digits(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let mut worst = 0.0f64;
-    for p in 0..evidence.points.len() {
-        for &(i, j) in &mask.entries {
-            worst = worst.max(evidence.difference(p, i, j).abs() / evidence.sizes[p][(i, j)]);
-        }
-    }
-    let text = || {
-        let digits = digits(worst);
-        format!(
-            "right to {digits} digits only {}: a constant with too few digits, a difference quotient, or a small term missing",
-            mask.place(evidence)
-        )
-    };
-    (worst < FEW).then(|| diagnosis(Mistake::FewDigits, text()))
+    let share = |p: usize, &e: &(usize, usize)| evidence.difference(p, e).abs() / evidence.at[p].size[e];
+    let of_point = |p| mask.entries.iter().fold(0.0f64, |worst, entry| worst.max(share(p, entry)));
+    let worst = (0..evidence.at.len()).map(of_point).fold(0.0, f64::max);
+    let digits = digits(worst);
+    // Its place stands in the middle.
+    let few = mask.says(evidence, Mistake::FewDigits, format!("right to {digits} digits only"));
+    let text = few.text + ": a constant with too few digits, a difference quotient, or a small term missing";
+    (worst < FEW).then_some(Diagnosis { text, ..few })
 }

@@ -21,19 +21,16 @@ pub use cost::cost;
 pub use energy::{kinetic_energy, potential_energy};
 pub use force::force;
 
-use std::ops::Range;
 use std::rc::Rc;
 
-use super::compare::{Block, MatrixAt, Setting, check};
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
 use super::formula::{Derived, Differentiable, Function, Made, Values};
 use super::matrix::Matrix;
 use super::oracle::dual;
+use super::plan::{Block, MatrixAt, Plan, Setting};
 use super::point::{Part, Places, Point};
 use super::random::Random;
 use super::report::Report;
-#[cfg(feature = "files")]
-use super::worksheet;
 use crate::Error;
 
 /// Derivatives of an element to be checked; made by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`], [`force`](force()) or [`cost`](cost()).
@@ -53,32 +50,22 @@ pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, c
     spread: f64,
     tolerance: f64,
     admissible: Box<dyn Fn(&Point<N, M, K, P>) -> bool + 'a>,
-    blocks: Vec<Pending<'a>>,
+    /// Each with what its rows are.
+    blocks: Vec<(Rows, Block<'a>)>,
 }
 
-/// What the rows of a block are.
+/// What the rows of a block are, or some arguments: what has a name, and what stands before it.
 #[derive(Clone, Copy)]
 enum Rows {
     Equations(&'static str),
     Coordinates(&'static str),
+    Controls(&'static str),
+    Constants,
     One(&'static str),
 }
 
-/// A block before the names and the points are known.
-struct Pending<'a> {
-    name: &'static str,
-    rows: Rows,
-    by: Range<usize>,
-    function: Box<dyn Differentiable + 'a>,
-    /// The element's own function, whose derivatives the block is made of.
-    foundation: Option<(Box<dyn Differentiable + 'a>, Range<usize>)>,
-    hand: MatrixAt<'a>,
-    terms: Vec<(String, MatrixAt<'a>)>,
-    others: Vec<(String, MatrixAt<'a>)>,
-}
-
 impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> ElementCheck<'a, E, N, M, K, P> {
-    const PLACES: Places = Places { n: N, m: M, k: K, p: P };
+    const PLACES: Places = Point::<N, M, K, P>::PLACES;
 
     fn new(element: &'a E, kind: &str, b: [f64; P]) -> Self {
         let name = std::any::type_name::<E>().rsplit("::").next().unwrap_or_default().trim_end_matches('>');
@@ -167,7 +154,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     /// random point.
     pub fn run(self) -> Report {
         let title = self.title.clone();
-        Report::of(title, self.each_block(check))
+        Plan::run(self.plan(), title)
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
@@ -178,46 +165,33 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let title = self.title.clone();
-        let at = |x: &[f64]| Point::<N, M, K, P>::from_list(x);
-        let (blocks, _) = self.each_block(|block, setting| worksheet::block(block, setting, at))?;
-        Ok(worksheet::of(&title, blocks))
+        Ok(self.plan()?.worksheet(&title, Point::<N, M, K, P>::from_list))
     }
 
-    /// What is made of every block, and notes on the points.
-    fn each_block<T>(mut self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
+    fn plan(mut self) -> Result<Plan<'a>, Error> {
         let drawn = self.points()?;
-        let notes = drawn.note(self.count).into_iter().collect();
-        let blocks = std::mem::take(&mut self.blocks);
-        let setting = self.setting(drawn);
-        let blocks = blocks.into_iter().map(|pending| {
-            let equations = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect();
-            let rows = match pending.rows {
-                Rows::Equations(prefix) => equations(prefix, &self.equations),
-                Rows::Coordinates(prefix) => equations(prefix, &self.coordinates),
-                Rows::One(name) => vec![name.to_string()],
-            };
-            let block = Block {
-                name: pending.name.to_string(),
-                function: pending.function,
-                foundation: pending.foundation,
-                columns: setting.arguments[pending.by.clone()].to_vec(),
-                by: pending.by,
-                rows,
-                hand: pending.hand,
-                terms: pending.terms,
-                others: pending.others,
-                elsewhere: Vec::new(),
-            };
-            make(&block, &setting)
-        });
-        Ok((blocks.collect(), notes))
+        let notes = drawn.notes(self.count);
+        let blocks = std::mem::take(&mut self.blocks).into_iter();
+        let blocks: Vec<_> = blocks.map(|(rows, block)| Block { rows: self.names(rows), ..block }).collect();
+        Ok(Plan::new(self.setting(drawn), blocks, notes))
+    }
+
+    fn names(&self, of: Rows) -> Vec<String> {
+        let prefixed = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect();
+        match of {
+            Rows::Equations(prefix) => prefixed(prefix, &self.equations),
+            Rows::Coordinates(prefix) => prefixed(prefix, &self.coordinates),
+            Rows::Controls(prefix) => prefixed(prefix, &self.controls),
+            Rows::Constants => self.constants.clone(),
+            Rows::One(name) => vec![name.to_string()],
+        }
     }
 
     fn points(&self) -> Result<Drawn, Error> {
         check_tolerance(self.tolerance)?;
         check_magnitudes(&self.arguments(), &self.magnitudes.list())?;
         check_number("the variation of the constants", self.spread, self.spread.is_finite(), "finite")?;
-        let finite = |x: &[f64]| self.blocks.iter().all(|block| block.function.real(x).iter().all(|y| y.is_finite()));
+        let finite = |x: &[f64]| self.blocks.iter().all(|(_, block)| block.function.real(x).iter().all(|y| y.is_finite()));
         let usable = |x: &[f64]| (self.admissible)(&Point::from_list(x)) && finite(x);
         let fresh = |random: &mut Random| {
             let mut point = Point::random(&self.magnitudes, random);
@@ -230,58 +204,35 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
 
     /// The names of all arguments, in the order of their list; the value of a function has none.
     fn arguments(&self) -> Vec<String> {
-        let prefixed =
-            |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>();
         let arguments = [
-            self.coordinates.clone(),
-            prefixed("v of ", &self.coordinates),
-            prefixed("p* of ", &self.coordinates),
-            prefixed("ṗ* of ", &self.coordinates),
-            prefixed("v̇ of ", &self.coordinates),
-            prefixed("σ of ", &self.equations),
-            prefixed("λ of ", &self.equations),
-            self.controls.clone(),
-            prefixed("du/dt of ", &self.controls),
-            vec!["t".to_string()],
-            self.constants.clone(),
-            vec![String::new()],
+            Rows::Coordinates(""),
+            Rows::Coordinates("v of "),
+            Rows::Coordinates("p* of "),
+            Rows::Coordinates("ṗ* of "),
+            Rows::Coordinates("v̇ of "),
+            Rows::Equations("σ of "),
+            Rows::Equations("λ of "),
+            Rows::Controls(""),
+            Rows::Controls("du/dt of "),
+            Rows::One("t"),
+            Rows::Constants,
+            Rows::One(""),
         ];
-        arguments.concat()
+        arguments.map(|of| self.names(of)).concat()
     }
 
-    fn setting(&self, drawn: Drawn) -> Setting<'_> {
+    fn setting(self, drawn: Drawn) -> Setting<'a> {
         let places = Self::PLACES;
-        let groups = [
-            ("b", Part::B),
-            ("v", Part::V),
-            ("σ", Part::Sigma),
-            ("u", Part::U),
-            ("t", Part::T),
-            ("p*", Part::PStar),
-            ("ṗ*", Part::PStarDot),
-            ("v̇", Part::VDot),
-            ("λ", Part::Lambda),
-            ("u̇", Part::UDot),
-            ("q", Part::Q),
-        ];
-        let groups = groups.map(|(name, part)| (name.to_string(), places.of(part)));
-        let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
-        let varied = self.spread != 0.0;
-        let constants = self.constants.iter().cloned().zip(self.magnitudes.b.iter().copied()).filter(|_| !varied);
+        let groups = Part::GROUPS.map(|(part, _, name)| (name.to_string(), places.of(part)));
+        let arguments = self.arguments();
+        let constants = self.constants.into_iter().zip(self.magnitudes.b.iter().copied());
         Setting {
-            points: drawn.points,
-            parents: drawn.parents,
-            given: !self.given.is_empty(),
             free: (0..places.of(Part::T).end).collect(),
             kinds: groups[1..].iter().map(|(_, range)| range.clone().collect()).collect(),
-            settle: Box::new(|_| ()),
-            admissible: Box::new(|x| (self.admissible)(&Point::from_list(x))),
-            seed: self.seed,
-            magnitudes: self.magnitudes.list().into_iter().map(size).collect(),
-            arguments: self.arguments(),
             groups: groups.to_vec(),
-            factors: constants.collect(),
-            tolerance: self.tolerance,
+            admissible: Box::new(move |x| (self.admissible)(&Point::from_list(x))),
+            factors: constants.filter(|_| self.spread == 0.0).collect(),
+            ..Setting::new(drawn, self.seed, self.tolerance, arguments, self.magnitudes.list())
         }
     }
 }
@@ -324,7 +275,7 @@ impl Derivative {
         self,
         function: F,
         hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
-    ) -> Pending<'a>
+    ) -> (Rows, Block<'a>)
     where
         F: Function + 'a,
         A: Matrix,
@@ -339,15 +290,14 @@ impl Derivative {
         let is_value = self.by == Part::One;
         let below = self.derived.inner().filter(|_| !is_value);
         let boxed = |derived| -> Box<dyn Differentiable + 'a> { Box::new(made(derived)) };
-        Pending {
-            name: self.name,
-            rows: self.rows,
-            by: places.of(self.by),
+        let function: Box<dyn Differentiable + 'a> = if is_value { Box::new(Values(of)) } else { Box::new(of) };
+        let hand = Box::new(move |x: &[f64]| hand(&Point::from_list(x)).dense());
+        let block = Block {
             foundation: below.map(|by| (boxed(Derived::VALUE), places.of(by))),
             terms: self.terms.iter().map(matrix).collect(),
             others: self.others.iter().map(matrix).collect(),
-            function: if is_value { Box::new(Values(of)) } else { Box::new(of) },
-            hand: Box::new(move |x| hand(&Point::from_list(x)).dense()),
-        }
+            ..Block::new(self.name, function, places.of(self.by), hand)
+        };
+        (self.rows, block)
     }
 }

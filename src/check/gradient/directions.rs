@@ -55,14 +55,10 @@ impl Part {
         }
     }
 
-    fn of_gradient(self, gradient: &Gradient) -> &[f64] {
-        match self {
-            Part::Controls => gradient.controls.as_slice(),
-            Part::Design => gradient.design.as_slice(),
-            Part::Coordinates => gradient.start.q().as_slice(),
-            Part::Rates => gradient.start.rate().as_slice(),
-            Part::Steps => &gradient.steps,
-        }
+    /// Each of them.
+    pub(super) fn inputs(self, inputs: &Inputs) -> Vec<Input> {
+        let before: usize = Part::ALL.iter().take_while(|part| **part != self).map(|part| part.of(inputs).len()).sum();
+        Input::all(inputs)[before..][..self.of(inputs).len()].to_vec()
     }
 }
 
@@ -90,8 +86,8 @@ pub(super) fn along(inputs: &Inputs, direction: &Inputs, s: f64) -> Inputs {
 
 /// Σ g_j d_j and the size that it has when its terms do not cancel, √Σ (g_j d_j)².
 pub(super) fn product(gradient: &Gradient, direction: &Inputs) -> (f64, f64) {
-    let terms = || {
-        Part::ALL.into_iter().flat_map(|part| part.of_gradient(gradient).iter().zip(part.of(direction)).map(|(g, d)| g * d))
-    };
-    (terms().sum(), terms().map(|x| x * x).sum::<f64>().sqrt())
+    let mut d = direction.clone();
+    let terms = Input::all(direction).into_iter().map(|input| input.in_gradient(gradient) * *input.of(&mut d));
+    let terms: Vec<f64> = terms.collect();
+    (terms.iter().sum(), terms.iter().map(|x| x * x).sum::<f64>().sqrt())
 }

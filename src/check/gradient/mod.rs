@@ -140,8 +140,8 @@ impl GradientCheck<'_> {
         let all = random(&sizes, &parts, &mut random_source);
         rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
         judge_among(&mut rows, NOTHING_BESIDE, self.tolerance);
-        let along = (&all, product(&gradient, &all).0);
-        let taylor = taylor::taylor(self.system, self.inputs, (self.settings, which), along, FIRST_STEP)?;
+        let derivative = product(&gradient, &all).0;
+        let taylor = taylor::taylor(|s| ways.value_along(&all, s), gradient.value, derivative);
         let varied = [Part::Controls, Part::Coordinates, Part::Rates];
         let direction = random(&sizes, &varied, &mut random_source);
         let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));

@@ -19,7 +19,7 @@ pub(super) fn compare(
     (tolerance, raised): (f64, f64),
     mut is_known: impl FnMut(Input) -> Result<bool, Error>,
 ) -> Result<BlockReport, Error> {
-    let all: Vec<Input> = Input::all(inputs).into_iter().filter(|input| part.contains(input)).collect();
+    let all = part.inputs(inputs);
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
     let title = format!("{name} ({kind}, {})", part.name());
     let mut report = BlockReport { points: 1, ..BlockReport::empty(title, (1, truth.len()), tolerance) };
@@ -142,16 +142,4 @@ fn diagnose(
         );
     }
     says(Mistake::Unexplained, format!("no simple explanation; {} of {count} are wrong", wrong.len()))
-}
-
-impl Part {
-    fn contains(self, input: &Input) -> bool {
-        match input {
-            Input::Control { .. } => self == Part::Controls,
-            Input::Design(_) => self == Part::Design,
-            Input::Coordinate(_) => self == Part::Coordinates,
-            Input::Rate(_) => self == Part::Rates,
-            Input::Step(_) => self == Part::Steps,
-        }
-    }
 }

@@ -93,7 +93,7 @@ impl<'a> Ways<'a> {
     }
 
     /// J(x + s d); NaN where there is no motion.
-    fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
+    pub(super) fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
         let mut solver = self.real.borrow_mut();
         let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
         if moved { solver.value_of(self.which).unwrap_or(f64::NAN) } else { f64::NAN }

@@ -10,14 +10,12 @@ pub use terms::Terms;
 
 use std::ops::Range;
 
-use super::compare::{Block, Elsewhere, MatrixAt, Setting, check};
 use super::draw::{Drawn, check_tolerance};
 use super::formula::{Differentiable, Formula, Values};
 use super::matrix::Matrix;
+use super::plan::{Block, Elsewhere, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
-#[cfg(feature = "files")]
-use super::worksheet;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
 use crate::{Error, System};
@@ -36,14 +34,8 @@ pub struct StepCheck<'a> {
     tolerance: f64,
     /// The names of the constraint equations.
     equations: Vec<String>,
-    blocks: Vec<Pending<'a>>,
-}
-
-struct Pending<'a> {
-    name: String,
-    equation: Equation,
-    by: By,
-    hand: MatrixAt<'a>,
+    /// Each with the equation that its rows are.
+    blocks: Vec<(Equation, Block<'a>)>,
 }
 
 /// What f_i is differentiated by.
@@ -174,9 +166,17 @@ impl<'a> StepCheck<'a> {
     }
 
     fn block<A: Matrix>(mut self, name: String, equation: Equation, by: By, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        let paper = self.paper;
-        let hand: MatrixAt<'a> = Box::new(move |x| hand(&StepPoint::new(paper, x)).dense());
-        self.blocks.push(Pending { name, equation, by, hand });
+        let (paper, places) = (self.paper, Places::of(self.paper));
+        let rows = RowsOf(Residual(paper), part(equation as usize, paper.system.n(), paper.system.m()));
+        let function: Box<dyn Differentiable> = if by == By::Nothing { Box::new(Values(rows)) } else { Box::new(rows) };
+        let hand = Box::new(move |x: &[f64]| hand(&StepPoint::new(paper, x)).dense());
+        let block = Block {
+            terms: terms::of_block(paper, equation, by),
+            others: terms::all(paper),
+            elsewhere: other_nodes(paper, places),
+            ..Block::new(name, function, by.range(&places), hand)
+        };
+        self.blocks.push((equation, block));
         self
     }
 
@@ -184,7 +184,7 @@ impl<'a> StepCheck<'a> {
     ///
     /// What cannot be compared is refused in the report: a tolerance that is no number, another number of equations' names.
     pub fn run(self) -> Report {
-        Report::of(TITLE.to_string(), self.each_block(check))
+        Plan::run(self.plan(), TITLE.to_string())
     }
 
     /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
@@ -195,47 +195,24 @@ impl<'a> StepCheck<'a> {
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let paper = self.paper;
-        let (blocks, _) =
-            self.each_block(|block, setting| worksheet::block(block, setting, |x| StepPoint::new(paper, x)))?;
-        Ok(worksheet::of(TITLE, blocks))
+        Ok(self.plan()?.worksheet(TITLE, |x| StepPoint::new(paper, x)))
     }
 
-    /// What is made of every block, and notes on the points.
-    fn each_block<T>(self, mut make: impl FnMut(&Block, &Setting) -> T) -> Result<(Vec<T>, Vec<String>), Error> {
-        let expected = self.paper.system.m();
-        if self.equations.len() != expected {
-            let found = self.equations.len();
+    fn plan(self) -> Result<Plan<'a>, Error> {
+        let (expected, found) = (self.paper.system.m(), self.equations.len());
+        if found != expected {
             return Err(Error::Size { what: "names of the constraint equations", expected, found });
         }
         check_tolerance(self.tolerance)?;
-        let places = Places::of(self.paper);
-        let setting = self.setting(places);
-        let (n, m) = (self.paper.system.n(), self.paper.system.m());
-        let (paper, steps) = (self.paper, self.paper.inputs.grid.steps.len());
+        let steps = self.paper.inputs.grid.steps.len();
         let mut notes = Vec::new();
         if self.nodes.iter().any(|&node| node == 0 || node > steps) {
             notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
         }
-        let blocks = self.blocks.into_iter().map(|pending| {
-            let by = pending.by.range(&places);
-            let rows = RowsOf(Residual(paper), part(pending.equation as usize, n, m));
-            let function: Box<dyn Differentiable> =
-                if pending.by == By::Nothing { Box::new(Values(rows)) } else { Box::new(rows) };
-            let block = Block {
-                name: pending.name,
-                function,
-                foundation: None,
-                rows: row_names(paper.system, pending.equation, &self.equations),
-                columns: setting.arguments[by.clone()].to_vec(),
-                by,
-                hand: pending.hand,
-                terms: terms::of_block(paper, pending.equation, pending.by),
-                others: terms::all(paper),
-                elsewhere: other_nodes(places),
-            };
-            make(&block, &setting)
-        });
-        Ok((blocks.collect(), notes))
+        let setting = self.setting(Places::of(self.paper));
+        let rows = |equation| row_names(self.paper.system, equation, &self.equations);
+        let blocks = self.blocks.into_iter().map(|(equation, block)| Block { rows: rows(equation), ..block });
+        Ok(Plan::new(setting, blocks.collect(), notes))
     }
 
     fn setting(&self, places: Places) -> Setting<'a> {
@@ -244,24 +221,16 @@ impl<'a> StepCheck<'a> {
         let nodes = || self.nodes.iter().copied().filter(|&node| node > 0 && node <= steps.len());
         let magnitudes = point::magnitudes(paper);
         let near = |node| point::near(paper, &places, node, &magnitudes, self.spread, &mut random);
-        let drawn = Drawn::given(nodes().map(near).collect());
+        let drawn = Drawn::of(nodes().map(near).collect());
         let dt: Vec<f64> = nodes().map(|node| steps[node - 1]).collect();
         let factor = |dt: f64| [("γ", 2.0 / dt), ("Δt", dt), ("γ²", 4.0 / (dt * dt))].map(|(name, x)| (name.to_string(), x));
         let same = dt.windows(2).all(|pair| pair[0] == pair[1]);
         Setting {
-            points: drawn.points,
-            parents: drawn.parents,
-            given: false,
             free: places.free(),
             kinds: places.kinds(),
             settle: Box::new(move |x| places.settle(paper, x)),
-            admissible: Box::new(|_| true),
-            seed: self.seed,
-            magnitudes,
-            arguments: point::names(paper, &self.equations),
-            groups: Vec::new(),
             factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
-            tolerance: self.tolerance,
+            ..Setting::new(drawn, self.seed, self.tolerance, point::names(paper, &self.equations), magnitudes)
         }
     }
 }
@@ -286,9 +255,9 @@ fn row_names(system: &System, equation: Equation, equations: &[String]) -> Vec<S
 }
 
 /// States with parts of the previous node in the place of the present one.
-fn other_nodes<'a>(places: Places) -> Vec<(String, Elsewhere<'a>)> {
+fn other_nodes<'a>(paper: &'a PaperSystem<'a>, places: Places) -> Vec<(String, Elsewhere<'a>)> {
     let other = |name: &str, which: &'static [Variable]| -> (String, Elsewhere<'a>) {
-        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(x, which)))
+        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(paper, x, which)))
     };
     vec![
         other("q, v, σ", &[Variable::Q, Variable::V, Variable::Sigma]),

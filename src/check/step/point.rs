@@ -166,26 +166,12 @@ impl Places {
     }
 
     /// x with some parts of y_i replaced by those of y_{i−1}, and Eq. (2) still true.
-    pub(super) fn with_previous(&self, x: &[f64], which: &[Variable]) -> Vec<f64> {
+    pub(super) fn with_previous(&self, paper: &PaperSystem, x: &[f64], which: &[Variable]) -> Vec<f64> {
         let mut x = x.to_vec();
-        // V = γ (q_i − q_{i−1}) − v_{i−1} is what f_i contains: keep it, or make it v_{i−1}, by moving q_{i−1}.
-        let (q, v) = (self.part_of_y(Variable::Q, false), self.part_of_y(Variable::V, false));
-        let (q_previous, v_previous) = (self.part_of_y(Variable::Q, true), self.part_of_y(Variable::V, true));
-        for i in 0..self.n {
-            let (sum, step) = (x[v.start + i] + x[v_previous.start + i], x[q.start + i] - x[q_previous.start + i]);
-            if which.contains(&Variable::Q) {
-                x[q.start + i] = x[q_previous.start + i];
-            }
-            if which.contains(&Variable::V) {
-                x[v.start + i] = x[v_previous.start + i];
-            }
-            let change = (x[v.start + i] + x[v_previous.start + i]) / sum * step;
-            x[q_previous.start + i] = x[q.start + i] - change;
+        for &variable in which {
+            x.copy_within(self.part_of_y(variable, true), self.part_of_y(variable, false).start);
         }
-        if which.contains(&Variable::Sigma) {
-            let (sigma, previous) = (self.part_of_y(Variable::Sigma, false), self.part_of_y(Variable::Sigma, true));
-            x.copy_within(previous, sigma.start);
-        }
+        self.settle(paper, &mut x);
         x
     }
 }

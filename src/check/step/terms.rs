@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
-use super::super::compare::MatrixAt;
+use super::super::plan::MatrixAt;
 use super::By;
 use super::point::{State, StepPoint};
 use crate::System;
@@ -40,29 +40,31 @@ pub struct Terms {
     pub force_u: DMatrix<f64>,
 }
 
-/// A term by its name.
-type Named = (&'static str, fn(&Terms) -> DMatrix<f64>);
+/// A term by its name, of the terms and γ.
+type Named = (&'static str, fn(&Terms, f64) -> DMatrix<f64>);
 
-const REACTION: Named = ("(Φ_qᵀσ)_q", |t| t.phi_q_t_sigma_q.clone());
-const REACTION_RATE: Named = ("((dΦ/dt)_qᵀσ)_q", |t| t.phi_dot_q_t_sigma_q.clone());
-const MASS: Named = ("M", |t| t.mass.clone());
-const MASS_Q: Named = ("(M v)_q", |t| t.mass_v_q.clone());
-const FORCE_Q: Named = ("Q_q", |t| &t.force_q - &t.t_qq);
-const FORCE_V: Named = ("Q_v", |t| &t.force_v - &t.t_qv);
-const T_QQ: Named = ("T_qq", |t| t.t_qq.clone());
-const T_QV: Named = ("T_qv", |t| t.t_qv.clone());
-const FORCE_U: Named = ("Q_u", |t| t.force_u.clone());
-const IDENTITY: Named = ("I", |t| DMatrix::identity(t.mass.nrows(), t.mass.ncols()));
-const PHI_Q: Named = ("Φ_q", |t| t.phi_q.clone());
-const PHI_DOT_Q: Named = ("(dΦ/dt)_q", |t| t.phi_dot_q.clone());
-const PHI_Q_T: Named = ("Φ_qᵀ", |t| t.phi_q.transpose());
-const PHI_DOT_Q_T: Named = ("(dΦ/dt)_qᵀ", |t| t.phi_dot_q.transpose());
+const REACTION: Named = ("(Φ_qᵀσ)_q", |t, _| t.phi_q_t_sigma_q.clone());
+const REACTION_RATE: Named = ("((dΦ/dt)_qᵀσ)_q", |t, _| t.phi_dot_q_t_sigma_q.clone());
+const MASS: Named = ("M", |t, _| t.mass.clone());
+const MASS_Q: Named = ("(M v)_q", |t, _| t.mass_v_q.clone());
+const FORCE_Q: Named = ("Q_q", |t, _| &t.force_q - &t.t_qq);
+const FORCE_V: Named = ("Q_v", |t, _| &t.force_v - &t.t_qv);
+const T_QQ: Named = ("T_qq", |t, _| t.t_qq.clone());
+const T_QV: Named = ("T_qv", |t, _| t.t_qv.clone());
+const FORCE_U: Named = ("Q_u", |t, _| t.force_u.clone());
+const IDENTITY: Named = ("I", |t, _| DMatrix::identity(t.mass.nrows(), t.mass.ncols()));
+const PHI_Q: Named = ("Φ_q", |t, _| t.phi_q.clone());
+const PHI_DOT_Q: Named = ("(dΦ/dt)_q", |t, _| t.phi_dot_q.clone());
+const PHI_Q_T: Named = ("Φ_qᵀ", |t, _| t.phi_q.transpose());
+const PHI_DOT_Q_T: Named = ("(dΦ/dt)_qᵀ", |t, _| t.phi_dot_q.transpose());
+/// Who forgets T_q forgets both of its derivatives.
+const ALL_OF_T_Q: Named = ("T_qq + γ T_qv, all of T_q,", |t, gamma| &t.t_qq + &t.t_qv * gamma);
 
 /// A term with its sign and, if `times_gamma`, the factor γ.
 fn signed<'a>(paper: &'a PaperSystem<'a>, (name, of): Named, sign: f64, times_gamma: bool) -> (String, MatrixAt<'a>) {
     let matrix: MatrixAt<'a> = Box::new(move |x| {
         let at = StepPoint::new(paper, x);
-        of(&at.terms()) * if times_gamma { sign * at.gamma } else { sign }
+        of(&at.terms(), at.gamma) * if times_gamma { sign * at.gamma } else { sign }
     });
     (format!("{}{}{name}", if sign < 0.0 { "−" } else { "" }, if times_gamma { "γ " } else { "" }), matrix)
 }
@@ -79,23 +81,14 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) ->
             (T_QV, 1.0, true),
             (REACTION_RATE, 1.0, false),
             (REACTION, 1.0, true),
+            (ALL_OF_T_Q, 1.0, false),
         ],
         (F5, By::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
         (F4, By::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false)],
         (F4, By::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true)],
         _ => &[],
     };
-    let mut all: Vec<_> = terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect();
-    if (row, by) == (F4, By::Y(Variable::Q)) {
-        // Who forgets T_q forgets both of its derivatives.
-        let both: MatrixAt<'a> = Box::new(|x| {
-            let at = StepPoint::new(paper, x);
-            let terms = at.terms();
-            terms.t_qq + terms.t_qv * at.gamma
-        });
-        all.push(("T_qq + γ T_qv, all of T_q,".into(), both));
-    }
-    all
+    terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()
 }
 
 /// Everything that stands somewhere in Eq. (10).

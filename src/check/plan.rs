@@ -1,0 +1,145 @@
+//! What is compared, and where: blocks and a setting, which the checks of elements, functions and steps make each in its way.
+
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+use super::compare::check;
+use super::draw::Drawn;
+use super::formula::Differentiable;
+use super::report::Report;
+#[cfg(feature = "files")]
+use super::{Arguments, worksheet};
+use crate::Error;
+
+/// A matrix that depends on the point.
+pub(crate) type MatrixAt<'a> = Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>;
+
+/// A block of derivatives: what is differentiated by what, and the user's version of it.
+pub(crate) struct Block<'a> {
+    pub name: String,
+    pub function: Box<dyn Differentiable + 'a>,
+    /// The arguments it is differentiated by.
+    pub by: Range<usize>,
+    /// What the function is itself made of by differentiation: there, too, the oracles must agree.
+    pub foundation: Option<(Box<dyn Differentiable + 'a>, Range<usize>)>,
+    pub rows: Vec<String>,
+    pub columns: Vec<String>,
+    pub hand: MatrixAt<'a>,
+    /// Named terms that may have been left out of it.
+    pub terms: Vec<(String, MatrixAt<'a>)>,
+    /// Named matrices that it may have been mistaken for.
+    pub others: Vec<(String, MatrixAt<'a>)>,
+    /// Points whose true value may have been taken instead ("node i − 1").
+    pub elsewhere: Vec<(String, Elsewhere<'a>)>,
+}
+
+/// Another point made of a point.
+pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
+
+/// A change of a point, and a question about one.
+type Settle<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
+type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
+
+/// Where blocks are compared, and how strictly.
+pub(crate) struct Setting<'a> {
+    pub points: Vec<Vec<f64>>,
+    /// Of each point: the one that it is with some arguments made small.
+    pub parents: Vec<Option<usize>>,
+    /// Whether the user has given the points.
+    pub given: bool,
+    /// Arguments along which one may search for places where the formula bends, and those that may become small together.
+    pub free: Vec<usize>,
+    pub kinds: Vec<Vec<usize>>,
+    /// Makes a point's other arguments fit those that were moved.
+    pub settle: Settle<'a>,
+    pub admissible: Admissible<'a>,
+    pub seed: u64,
+    /// The size that each argument has.
+    pub magnitudes: Vec<f64>,
+    /// The name of each argument.
+    pub arguments: Vec<String>,
+    /// Arguments that belong together (q, v, σ, …) and may be mistaken for one another; none if they cannot be changed freely.
+    pub groups: Vec<(String, Range<usize>)>,
+    /// Numbers by which one may multiply in error.
+    pub factors: Vec<(String, f64)>,
+    /// Relative to the size of an entry's row and column.
+    pub tolerance: f64,
+}
+
+/// A check that is ready to be run.
+pub(crate) struct Plan<'a> {
+    blocks: Vec<Block<'a>>,
+    setting: Setting<'a>,
+    /// What the report shall say of the points.
+    notes: Vec<String>,
+}
+
+impl<'a> Block<'a> {
+    /// Without names, and without anything that it may be mistaken for.
+    pub(crate) fn new(
+        name: impl Into<String>,
+        function: Box<dyn Differentiable + 'a>,
+        by: Range<usize>,
+        hand: MatrixAt<'a>,
+    ) -> Self {
+        Block {
+            name: name.into(),
+            function,
+            by,
+            foundation: None,
+            rows: Vec::new(),
+            columns: Vec::new(),
+            hand,
+            terms: Vec::new(),
+            others: Vec::new(),
+            elsewhere: Vec::new(),
+        }
+    }
+}
+
+impl<'a> Setting<'a> {
+    /// At these points, of arguments with these names and magnitudes of which none may be moved yet.
+    pub(crate) fn new(drawn: Drawn, seed: u64, tolerance: f64, arguments: Vec<String>, magnitudes: Vec<f64>) -> Self {
+        let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
+        Setting {
+            points: drawn.points,
+            parents: drawn.parents,
+            given: drawn.given,
+            free: Vec::new(),
+            kinds: Vec::new(),
+            settle: Box::new(|_| ()),
+            admissible: Box::new(|_| true),
+            seed,
+            magnitudes: magnitudes.into_iter().map(size).collect(),
+            arguments,
+            groups: Vec::new(),
+            factors: Vec::new(),
+            tolerance,
+        }
+    }
+}
+
+impl<'a> Plan<'a> {
+    /// Blocks whose rows have names; their columns are the setting's arguments.
+    pub(crate) fn new(setting: Setting<'a>, blocks: Vec<Block<'a>>, notes: Vec<String>) -> Self {
+        let named = |block: Block<'a>| Block { columns: setting.arguments[block.by.clone()].to_vec(), ..block };
+        Plan { blocks: blocks.into_iter().map(named).collect(), setting, notes }
+    }
+
+    /// The report of a plan, or why there is none.
+    pub(crate) fn run(plan: Result<Self, Error>, title: String) -> Report {
+        let (blocks, notes, refused) = match plan {
+            Ok(Plan { blocks, setting, notes }) => {
+                (blocks.iter().map(|block| check(block, &setting)).collect(), notes, None)
+            }
+            Err(error) => (Vec::new(), Vec::new(), Some(error)),
+        };
+        Report { title, blocks, notes, refused }
+    }
+
+    /// The points and the true blocks there as JSON; `at` gives a point's arguments their names.
+    #[cfg(feature = "files")]
+    pub(crate) fn worksheet<A: Arguments>(&self, title: &str, at: impl Fn(&[f64]) -> A) -> String {
+        worksheet::of(title, self.blocks.iter().map(|block| worksheet::block(block, &self.setting, &at)).collect())
+    }
+}
