@@ -1,26 +1,18 @@
 //! `assumptions`: what the paper leaves open is varied, and what each choice reproduces of the paper's numbers is told.
 
-use std::path::PathBuf;
+use std::path::Path;
 
-use clap::Args;
-use hamiltonian_adjoint::{Control, Error as MotionError, Inputs, Settings as SolverSettings, Solver, System};
+use hamiltonian_adjoint::{Error as MotionError, Settings as SolverSettings, Solver};
 use serde_json::{Value, json};
 
+use crate::constraints::norms;
 use crate::error::Error;
+use crate::experiment::{Experiment, Optimum};
 use crate::files;
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::settings::Settings;
 use crate::statistics::median;
-use crate::steepest_descent::{self, LineSearch};
 use crate::table::Table;
-
-/// Varies what the paper leaves open, and tells which of its numbers each choice reproduces
-#[derive(Args, Clone, Debug)]
-pub struct Options {
-    /// Folder for the files [default: paper-repro/out]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-}
 
 /// J₀ read from the axis of Fig. 3, and how closely it can be read.
 const START: (f64, f64) = (15.0, 0.5);
@@ -32,7 +24,7 @@ const NEAR: f64 = 0.04;
 const DRIFT: std::ops::RangeInclusive<f64> = 1e-5..=1e-4;
 /// What counts as close to zero after the paper's iterations.
 const ZERO: f64 = 1e-3;
-const ITERATIONS: usize = 300;
+const ITERATIONS: u32 = 300;
 /// So many rows are printed; all are in the files.
 const SHOWN: usize = 12;
 
@@ -50,30 +42,26 @@ struct Start {
     drift: f64,
 }
 
-/// Where one descent ends.
-struct End {
-    cost: f64,
-    iterations: usize,
-    /// s.
-    rightmost: f64,
+/// One choice: what it starts and where its descent ends.
+struct Choice<'a> {
+    settings: &'a Settings,
+    start: &'a Start,
+    end: &'a Optimum,
 }
 
-pub fn run(options: &Options, usual: &Settings) -> Result<bool, Error> {
-    let folder = files::folder(options.out.as_deref())?;
+pub fn run(usual: &Settings, folder: &Path) -> Result<bool, Error> {
     draw(usual, &folder.join("assumptions"))?;
     let (mut rows, mut all) = (Vec::new(), Vec::new());
     for length in LENGTHS {
         for friction_joint in 0..usual.links {
-            let settings = Settings { length, friction_joint, ..usual.clone() };
-            let system = settings.example().scene().compile()?;
-            let inputs = settings.inputs(&system);
-            let start = start(&system, &inputs)?;
-            for first in FIRST_STEPS {
-                for shorten in SHORTEN {
-                    let search = LineSearch { first, shorten, ..settings.line_search() };
-                    let end = descend(&system, &inputs, settings.force(), &search)?;
-                    rows.push(row(&settings, &search, &start, &end));
-                    all.push(record(&settings, &search, &start, &end));
+            let mechanism = Settings { length, friction_joint, iterations: ITERATIONS, ..usual.clone() };
+            let start = start(&Experiment::new(mechanism.clone())?)?;
+            for alpha in FIRST_STEPS {
+                for backtrack in SHORTEN {
+                    let experiment = Experiment::new(Settings { alpha, backtrack, ..mechanism.clone() })?;
+                    let choice = Choice { settings: &experiment.settings, start: &start, end: experiment.optimum()? };
+                    rows.push(choice.row());
+                    all.push(choice.record());
                 }
             }
         }
@@ -103,12 +91,10 @@ pub fn run(options: &Options, usual: &Settings) -> Result<bool, Error> {
     Ok(true)
 }
 
-fn start(system: &System, inputs: &Inputs) -> Result<Start, MotionError> {
+fn start(Experiment { system, inputs, .. }: &Experiment) -> Result<Start, MotionError> {
     let mut solver = Solver::new(system, SolverSettings::default());
     let motion = solver.simulate(inputs)?;
-    let phi = motion.phi(system, inputs)?;
-    let drift = median(&phi.column_iter().map(|column| column.amax()).collect::<Vec<f64>>());
-    let times = motion.times.clone();
+    let (drift, times) = (median(&norms(&motion.phi(system, inputs)?)), motion.times.clone());
     let gradient = solver.gradient()?;
     // The last nodes hardly act any more: their derivatives vanish in any case.
     let inner = &gradient.controls.as_slice()[1..times.len() * 9 / 10];
@@ -116,70 +102,61 @@ fn start(system: &System, inputs: &Inputs) -> Result<Start, MotionError> {
     Ok(Start { cost: gradient.value, vanishes: times[smallest], drift })
 }
 
-fn descend(system: &System, inputs: &Inputs, force: Control, search: &LineSearch) -> Result<End, MotionError> {
-    let mut problem = steepest_descent::by_force(system, inputs, force)?;
-    let start = problem.start();
-    let history = steepest_descent::minimise(&mut problem, start, search, ITERATIONS, |_| {})?;
-    let last = &history[history.len() - 1];
-    let inputs = problem.inputs_at(&last.u);
-    let motion = problem.solver.simulate(&inputs)?;
-    let rightmost = motion.times[motion.q.row(0).transpose().imax()];
-    Ok(End { cost: last.cost, iterations: history.len() - 1, rightmost })
-}
+impl Choice<'_> {
+    /// Whether J₀, the zero of the gradient, Φ, the end and the right-most position are those of the paper.
+    fn agreements(&self) -> [bool; 5] {
+        [
+            (self.start.cost - START.0).abs() <= START.1,
+            (self.start.vanishes - VANISHES).abs() <= NEAR,
+            DRIFT.contains(&self.start.drift),
+            self.end.end().cost < ZERO,
+            (self.end.cart_rightmost_time() - RIGHTMOST).abs() <= NEAR,
+        ]
+    }
 
-/// Whether J₀, the zero of the gradient, Φ, the end and the right-most position are those of the paper.
-fn agreements(start: &Start, end: &End) -> [bool; 5] {
-    [
-        (start.cost - START.0).abs() <= START.1,
-        (start.vanishes - VANISHES).abs() <= NEAR,
-        DRIFT.contains(&start.drift),
-        end.cost < ZERO,
-        (end.rightmost - RIGHTMOST).abs() <= NEAR,
-    ]
-}
+    fn row(&self) -> (usize, Vec<String>) {
+        let Choice { settings, start, end } = self;
+        let agrees = self.agreements();
+        let count = agrees.iter().filter(|same| **same).count();
+        let marked = |text: String, same: bool| if same { format!("{text} ✓") } else { text };
+        let cells = vec![
+            format!("{count} of 5"),
+            format!("{}, {}", settings.length, settings.friction_joint),
+            format!("{}, {}", settings.alpha, settings.backtrack),
+            marked(format!("{:.2}", start.cost), agrees[0]),
+            marked(format!("{:.2}", start.vanishes), agrees[1]),
+            marked(format!("{:.0e}", start.drift), agrees[2]),
+            marked(format!("{:.0e} ({})", end.end().cost, end.iterations()), agrees[3]),
+            marked(format!("{:.2}", end.cart_rightmost_time()), agrees[4]),
+        ];
+        (count, cells)
+    }
 
-fn row(settings: &Settings, search: &LineSearch, start: &Start, end: &End) -> (usize, Vec<String>) {
-    let agrees = agreements(start, end);
-    let count = agrees.iter().filter(|same| **same).count();
-    let marked = |text: String, same: bool| if same { format!("{text} ✓") } else { text };
-    let cells = vec![
-        format!("{count} of 5"),
-        format!("{}, {}", settings.length, settings.friction_joint),
-        format!("{}, {}", search.first, search.shorten),
-        marked(format!("{:.2}", start.cost), agrees[0]),
-        marked(format!("{:.2}", start.vanishes), agrees[1]),
-        marked(format!("{:.0e}", start.drift), agrees[2]),
-        marked(format!("{:.0e} ({})", end.cost, end.iterations), agrees[3]),
-        marked(format!("{:.2}", end.rightmost), agrees[4]),
-    ];
-    (count, cells)
-}
-
-fn record(settings: &Settings, search: &LineSearch, start: &Start, end: &End) -> Value {
-    let [cost, vanishes, drift, zero, rightmost] = agreements(start, end);
-    json!({
-        "link_length_m": settings.length,
-        "friction_joint": settings.friction_joint,
-        "line_search_alpha": search.first,
-        "line_search_backtrack": search.shorten,
-        "initial_cost": start.cost,
-        "gradient_vanishes_s": start.vanishes,
-        "position_median": start.drift,
-        "final_cost": end.cost,
-        "iterations": end.iterations,
-        "cart_rightmost_time_s": end.rightmost,
-        "agrees": {"initial_cost": cost, "gradient_vanishes": vanishes, "position": drift, "final_cost": zero, "cart_rightmost": rightmost},
-    })
+    fn record(&self) -> Value {
+        let Choice { settings, start, end } = self;
+        let [cost, vanishes, drift, zero, rightmost] = self.agreements();
+        json!({
+            "link_length_m": settings.length,
+            "friction_joint": settings.friction_joint,
+            "line_search_alpha": settings.alpha,
+            "line_search_backtrack": settings.backtrack,
+            "initial_cost": start.cost,
+            "gradient_vanishes_s": start.vanishes,
+            "position_median": start.drift,
+            "final_cost": end.end().cost,
+            "iterations": end.iterations(),
+            "cart_rightmost_time_s": end.cart_rightmost_time(),
+            "agrees": {"initial_cost": cost, "gradient_vanishes": vanishes, "position": drift, "final_cost": zero, "cart_rightmost": rightmost},
+        })
+    }
 }
 
 /// J₀ and the zero of its gradient over the link length, with what the paper has.
-fn draw(usual: &Settings, stem: &std::path::Path) -> Result<(), Error> {
+fn draw(usual: &Settings, stem: &Path) -> Result<(), Error> {
     let lengths: Vec<f64> = (0..=36).map(|k| 0.5 + 1.3 * f64::from(k) / 36.0).collect();
     let (mut costs, mut zeros) = (Vec::new(), Vec::new());
     for &length in &lengths {
-        let settings = Settings { length, ..usual.clone() };
-        let system = settings.example().scene().compile()?;
-        let start = start(&system, &settings.inputs(&system))?;
+        let start = start(&Experiment::new(Settings { length, ..usual.clone() })?)?;
         costs.push((length, start.cost));
         zeros.push((length, start.vanishes));
     }

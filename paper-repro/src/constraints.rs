@@ -52,7 +52,8 @@ fn phi_ddot(system: &System, inputs: &Inputs, motion: &Trajectory, a: &DMatrix<f
     Ok(along.phi_dot(system, &inputs.lift())?.map(|rate| rate.eps))
 }
 
-fn norms(equations: &DMatrix<f64>) -> Vec<f64> {
+/// ‖·‖∞ of each node.
+pub fn norms(equations: &DMatrix<f64>) -> Vec<f64> {
     equations.column_iter().map(|column| column.amax()).collect()
 }
 

@@ -153,11 +153,11 @@ impl Gradients {
 
     /// The largest difference relative to the largest component.
     pub fn relative_error(&self) -> f64 {
-        largest(&self.differences()) / self.largest_component()
+        largest(self.differences()) / self.largest_component()
     }
 
     pub fn largest_component(&self) -> f64 {
-        largest(&self.complex_step.iter().map(|c| c.abs()).collect::<Vec<_>>())
+        largest(&self.complex_step)
     }
 }
 
@@ -171,9 +171,19 @@ impl Optimum {
         self.history.iter().position(|iterate| iterate.cost < cost)
     }
 
+    /// How many were made.
+    pub fn iterations(&self) -> usize {
+        self.history.len() - 1
+    }
+
     /// The node at which the cart is furthest to the right.
     pub fn cart_rightmost(&self) -> usize {
         self.motion.q.row(0).transpose().imax()
+    }
+
+    /// s.
+    pub fn cart_rightmost_time(&self) -> f64 {
+        self.motion.times[self.cart_rightmost()]
     }
 }
 

@@ -53,7 +53,7 @@ struct Cli {
     #[arg(value_enum)]
     parts: Vec<Part>,
     /// Folder for the files [default: paper-repro/out]
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", global = true)]
     out: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
@@ -103,14 +103,11 @@ impl Part {
 #[derive(Subcommand)]
 enum Command {
     /// Compares every formula of the paper, as printed in our copy, with the true derivatives
-    Jacobians {
-        /// Folder for jacobians.txt and jacobians.md [default: paper-repro/out]
-        #[arg(long, value_name = "FOLDER")]
-        out: Option<PathBuf>,
-    },
+    Jacobians,
     WorkPrecision(work_precision::Options),
     Stress(stress::Options),
-    Assumptions(assumptions::Options),
+    /// Varies what the paper leaves open, and tells which of its numbers each choice reproduces
+    Assumptions,
     Optimise(optimise::Options),
 }
 
@@ -131,13 +128,15 @@ fn start() -> Result<bool, Error> {
         Err(asked) if !asked.use_stderr() => return files::print(&asked.to_string()).map(|()| true),
         Err(wrong) => return Err(Error::Usage(in_a_line(&wrong.to_string()))),
     };
+    cli.settings.check()?;
+    let folder = files::folder(cli.out.as_deref())?;
     match &cli.command {
-        Some(Command::Jacobians { out }) => compare_equations(out.as_deref()),
-        Some(Command::WorkPrecision(options)) => work_precision::run(options),
-        Some(Command::Stress(options)) => stress::run(options),
-        Some(Command::Assumptions(options)) => assumptions::run(options, &cli.settings),
-        Some(Command::Optimise(options)) => optimise::run(options, &cli.settings),
-        None => run(cli).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
+        Some(Command::Jacobians) => compare_equations(&folder),
+        Some(Command::WorkPrecision(options)) => work_precision::run(options, &folder),
+        Some(Command::Stress(options)) => stress::run(options, &folder),
+        Some(Command::Assumptions) => assumptions::run(&cli.settings, &folder),
+        Some(Command::Optimise(options)) => optimise::run(options, &cli.settings, &folder),
+        None => run(cli, &folder).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     }
 }
 
@@ -148,16 +147,14 @@ fn in_a_line(error: &str) -> String {
 }
 
 /// Makes what is asked for and prints the table.
-fn run(cli: Cli) -> Result<Vec<Row>, Error> {
-    cli.settings.check()?;
-    let folder = files::folder(cli.out.as_deref())?;
+fn run(cli: Cli, folder: &Path) -> Result<Vec<Row>, Error> {
     let mut parts = if cli.parts.is_empty() { Part::PAPER.to_vec() } else { cli.parts };
     parts.sort();
     parts.dedup();
     let mut claims = cli.settings.assumptions();
     let experiment = Experiment::new(cli.settings)?;
     for part in parts {
-        claims.extend(part.make(&experiment, &folder)?);
+        claims.extend(part.make(&experiment, folder)?);
     }
     files::write_json(&folder.join("summary.json"), &summary::of(&experiment, &claims))?;
     experiment.warnings().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
@@ -170,11 +167,31 @@ fn run(cli: Cli) -> Result<Vec<Row>, Error> {
 }
 
 /// Writes and prints how the paper's formulas compare with the true derivatives; whether all corrected ones are right.
-fn compare_equations(out: Option<&Path>) -> Result<bool, Error> {
-    let folder = files::folder(out)?;
+fn compare_equations(folder: &Path) -> Result<bool, Error> {
     let findings = jacobians::report()?;
     files::write(&folder.join("jacobians.txt"), findings.to_string())?;
     files::write(&folder.join("jacobians.md"), findings.markdown())?;
     files::print(&format!("{findings}\njacobians.txt and jacobians.md are in {}\n", folder.display()))?;
     Ok(findings.all_corrected_hold())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn commands_stand_beside_the_parts_of_the_paper() {
+        Cli::command().debug_assert();
+        let read = |line: &str| Cli::try_parse_from(line.split(' '));
+        let cli = read("paper-repro work-precision --short --out folder").unwrap_or_else(|e| panic!("{e}"));
+        assert!(cli.out.is_some() && matches!(cli.command, Some(Command::WorkPrecision(options)) if options.short));
+        let cli = read("paper-repro stress --short").unwrap_or_else(|e| panic!("{e}"));
+        assert!(cli.out.is_none() && matches!(cli.command, Some(Command::Stress(options)) if options.short));
+        let parts = |line: &str| read(line).map(|cli| (cli.command.is_none(), cli.parts.len()));
+        assert!(matches!(parts("paper-repro fig1 timing --out folder"), Ok((true, 2))));
+        assert!(matches!(parts("paper-repro"), Ok((true, 0))));
+        // Its problem is that of the references, without flags for another.
+        assert!(read("paper-repro work-precision --links 2").is_err());
+    }
 }

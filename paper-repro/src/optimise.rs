@@ -7,7 +7,7 @@ mod shooting;
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
@@ -17,7 +17,7 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings as SolverSettings, Solver, Sum, System,
+    Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings as SolverSettings, Sum, System,
 };
 use serde_json::{Value, json};
 
@@ -26,6 +26,7 @@ use crate::error::Error;
 use crate::files;
 use crate::settings::Settings;
 use crate::statistics::median;
+use crate::stopwatch::{Repeats, value_and_gradient};
 use crate::table::Table;
 
 /// Solves problems of optimal control and identification with the library's methods
@@ -34,9 +35,6 @@ pub struct Options {
     /// Problems to solve [default: all]
     #[arg(long = "problem", value_enum, value_name = "NAME")]
     problems: Vec<Name>,
-    /// Folder for the files [default: paper-repro/out]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
 }
 
 /// What is asked of the motion.
@@ -167,8 +165,7 @@ struct Found {
     iterates: Vec<Vec<(f64, f64)>>,
 }
 
-pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
-    let folder = files::folder(options.out.as_deref())?;
+pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool, Error> {
     let names = if options.problems.is_empty() { Name::value_variants().to_vec() } else { options.problems.clone() };
     let mut runs = Vec::new();
     let mut found = String::new();
@@ -178,7 +175,7 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
         bar.tick();
         bar.inc(1);
         if matches!(name, Name::Identify | Name::FourBar) {
-            let (run, words) = if name == Name::Identify { identify(&folder)? } else { synthesise() };
+            let (run, words) = if name == Name::Identify { identify(folder)? } else { synthesise() };
             runs.extend(run);
             found += &words;
             continue;
@@ -222,9 +219,9 @@ pub fn run(options: &Options, settings: &Settings) -> Result<bool, Error> {
     );
     files::write(&folder.join("optimise.md"), format!("# Optimal control\n\n{words}\n\n{}", table.markdown()))?;
     files::write_json(&folder.join("optimise.json"), &runs.iter().map(Run::record).collect::<Vec<_>>())?;
-    figures::draw(&runs, &folder)?;
-    figures::iterations(&runs, &folder)?;
-    figures::motions(&runs, settings, &folder)?;
+    figures::draw(&runs, folder)?;
+    figures::iterations(&runs, folder)?;
+    figures::motions(&runs, settings, folder)?;
     files::print(&format!(
         "{}\n{words}\noptimise.md, optimise.json, figures and motions before and after are in {}\n",
         table.text(),
@@ -328,13 +325,8 @@ fn history_of(control: Control, inputs: &Inputs) -> Vec<(f64, f64)> {
 /// A simulation and its gradient, s.
 fn one_gradient(settings: &Settings) -> Result<f64, Error> {
     let Posed { system, inputs, .. } = pose(Name::Paper, settings)?;
-    let mut solver = Solver::new(&system, SolverSettings::default());
-    let mut job: [crate::stopwatch::Job; 1] = [Box::new(|| {
-        solver.simulate(&inputs)?;
-        solver.gradient().map(|_| ())
-    })];
-    let repeats = crate::stopwatch::Repeats { turns: 3, turn: Duration::from_millis(30) };
-    Ok(repeats.times(&mut job)?[0])
+    let repeats = Repeats { turns: 3, turn: Duration::from_millis(30) };
+    Ok(repeats.times(&mut [value_and_gradient(&system, &inputs)])?[0])
 }
 
 impl Run {

@@ -1,5 +1,7 @@
 //! Medians, largest values, differences.
 
+use std::borrow::Borrow;
+
 /// The median, the upper one of two; 0 of nothing.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
@@ -7,9 +9,9 @@ pub fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The largest of values that are not negative, NaN if there is one.
-pub fn largest(values: &[f64]) -> f64 {
-    values.iter().copied().max_by(f64::total_cmp).unwrap_or(0.0)
+/// The largest |value|, NaN if there is one; 0 of nothing.
+pub fn largest<X: Borrow<f64>>(values: impl IntoIterator<Item = X>) -> f64 {
+    values.into_iter().map(|x| x.borrow().abs()).max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 /// The least and the greatest value; ∞ and −∞ of nothing.
@@ -22,9 +24,7 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     if a.len() != b.len() {
         return f64::INFINITY;
     }
-    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
-    let sizes: Vec<f64> = b.iter().map(|b| b.abs()).collect();
-    largest(&differences) / largest(&sizes)
+    largest(a.iter().zip(b).map(|(a, b)| a - b)) / largest(b)
 }
 
 #[cfg(test)]

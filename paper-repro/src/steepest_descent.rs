@@ -3,6 +3,8 @@
 use hamiltonian_adjoint::optimize::{Free, MotionProblem, Problem, Variables};
 use hamiltonian_adjoint::{Control, Error, Inputs, Settings, System};
 
+use crate::statistics::largest;
+
 /// How the step length is found: the first of α, ρα, ρ²α, … with J(u − αg) ≤ J(u) − c α gᵀg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {
@@ -51,7 +53,7 @@ pub fn minimise(
     let mut found = Some(Iterate { cost, u: start, gradient: f64::NAN, step: 0.0, trials: 1 });
     while let Some(mut iterate) = found {
         problem.gradient(1.0, &[], &mut gradient)?;
-        iterate.gradient = gradient.iter().fold(0.0, |most, g| f64::max(most, g.abs()));
+        iterate.gradient = largest(&gradient);
         progress(&iterate);
         found = if history.len() < iterations { backtrack(problem, &iterate, &gradient, search) } else { None };
         history.push(iterate);

@@ -2,12 +2,27 @@
 
 use std::time::{Duration, Instant};
 
-use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System};
 
 use crate::statistics::median;
 
 /// Something to be timed again and again.
 pub type Job<'a> = Box<dyn FnMut() -> Result<(), Error> + 'a>;
+
+/// One simulation.
+pub fn simulation<'a>(system: &'a System, inputs: &'a Inputs) -> Job<'a> {
+    let mut solver = Solver::new(system, Settings::default());
+    Box::new(move || solver.simulate(inputs).map(|_| ()))
+}
+
+/// One simulation and its gradient by the adjoint.
+pub fn value_and_gradient<'a>(system: &'a System, inputs: &'a Inputs) -> Job<'a> {
+    let mut solver = Solver::new(system, Settings::default());
+    Box::new(move || {
+        solver.simulate(inputs)?;
+        solver.gradient().map(|_| ())
+    })
+}
 
 /// How often jobs are repeated.
 ///

@@ -15,7 +15,7 @@ mod singular;
 pub mod stiff;
 mod units;
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use serde_json::json;
 
@@ -28,20 +28,16 @@ use row::{Curve, Trial};
 /// Tries extremes, long motions and singular configurations and says what held
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// Folder for the files [default: paper-repro/out]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
     /// Shorter motions: less than a minute
     #[arg(long)]
-    short: bool,
+    pub short: bool,
 }
 
 /// What is tried elsewhere.
 const RANDOM: &str = "Random scenes are tried by `RANDOM_SCENES=2000 cargo test --release --test random -- --nocapture`.";
 
 /// Tries everything, writes the files, prints the table; false if a row failed.
-pub fn run(options: &Options) -> Result<bool, Error> {
-    let folder = files::folder(options.out.as_deref())?;
+pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let trials = trials(options.short);
     let bar = bar("stress", trials.len());
     let judge = |trial: &Trial| {
@@ -53,7 +49,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let (rows, curves): (Vec<Row>, Vec<Vec<Curve>>) = trials.iter().map(judge).unzip();
     bar.finish_and_clear();
     let curves = curves.concat();
-    figures::draw(&curves, &folder)?;
+    figures::draw(&curves, folder)?;
     let (keys, heads) = (["group", "tried", "expected", "got"], ["Group", "Tried", "Expected", "Got"]);
     let rows = Rows { keys, heads, rows: &rows };
     let table = rows.table();
@@ -94,15 +90,6 @@ fn trials(short: bool) -> Vec<Trial> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Cli, Command};
-    use clap::Parser;
-
-    #[test]
-    fn it_stands_beside_the_parts_of_the_paper() {
-        let cli =
-            Cli::try_parse_from("paper-repro stress --short --out folder".split(' ')).unwrap_or_else(|e| panic!("{e}"));
-        assert!(matches!(cli.command, Some(Command::Stress(Options { short: true, out: Some(_) }))));
-    }
 
     #[test]
     fn every_row_has_a_name_of_its_own() {

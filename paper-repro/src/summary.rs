@@ -36,11 +36,11 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
             "acceleration_max": largest(&violations.acceleration),
         })),
         "optimization": optimum.map(|optimum| json!({
-            "iterations": optimum.history.len() - 1,
+            "iterations": optimum.iterations(),
             "iterations_to_1e_10": optimum.first_below(1e-10),
             "initial_cost": optimum.history[0].cost,
             "final_cost": optimum.end().cost,
-            "cart_rightmost_time_s": optimum.motion.times[optimum.cart_rightmost()],
+            "cart_rightmost_time_s": optimum.cart_rightmost_time(),
         })),
         "timing": timing.map(|timing| json!({
             "forward_s": timing.forward,

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use hamiltonian_adjoint::check::{Input, complex_step};
-use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System};
+use hamiltonian_adjoint::{Error, Inputs, Settings, System};
 
-use crate::stopwatch::{Job, Repeats};
+use crate::stopwatch::{self, Job, Repeats, simulation};
 use crate::table::{Row, Verdict};
 
 /// T_adjoint of the paper, s.
@@ -25,15 +25,10 @@ pub struct Timing {
 
 /// Measures on one thread, memory allocated and caches warm.
 pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<Timing, Error> {
-    let settings = Settings::default();
-    let (mut forward, mut both) = (Solver::new(system, settings), Solver::new(system, settings));
     let mut jobs: [Job; 3] = [
-        Box::new(|| forward.simulate(inputs).map(|_| ())),
-        Box::new(|| {
-            both.simulate(inputs)?;
-            both.gradient().map(|_| ())
-        }),
-        Box::new(|| complex_step(system, inputs, settings, controls).map(|_| ())),
+        simulation(system, inputs),
+        stopwatch::value_and_gradient(system, inputs),
+        Box::new(|| complex_step(system, inputs, Settings::default(), controls).map(|_| ())),
     ];
     let repeats = Repeats { turns: 5, turn: Duration::from_millis(100) };
     let [forward, value_and_gradient, complex_step] = repeats.times(&mut jobs)?[..] else { unreachable!("three jobs") };

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::shapes;
+use super::{link, shapes};
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Scene, SceneChart, Shape, colour};
+use crate::statistics::largest;
 use crate::table::{Row, Verdict};
 
 /// Pictures, the first with the cart at its right-most position.
@@ -46,24 +47,19 @@ fn scene(experiment: &Experiment, optimum: &Optimum, node: usize) -> Scene {
 
 /// The way of the chain's free end up to the node.
 fn last_tips(experiment: &Experiment, optimum: &Optimum, node: usize) -> Vec<(f64, f64)> {
-    let (q, half) = (&optimum.motion.q, 0.5 * experiment.settings.length);
+    let (q, length) = (&optimum.motion.q, experiment.settings.length);
     let last = q.nrows() - 3;
-    let tip = |i: usize| {
-        let angle = q[(last + 2, i)];
-        (q[(last, i)] + half * angle.cos(), q[(last + 1, i)] + half * angle.sin())
-    };
-    (0..=node).map(tip).collect()
+    (0..=node).map(|i| link((q[(last, i)], q[(last + 1, i)], q[(last + 2, i)]), length)[1]).collect()
 }
 
 fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
-    let time = optimum.motion.times[optimum.cart_rightmost()];
+    let time = optimum.cart_rightmost_time();
     // Half a step of the grid.
     let same = (time - PAPER_RIGHTMOST).abs() < 0.01;
     let why = if same { "" } else { "; depends on the assumed link length, friction joint and line search" };
     let example = experiment.settings.example();
     let end = optimum.motion.q.column(optimum.motion.computed - 1);
-    let errors = (1..=example.links).map(|j| (end[3 * j + 2] - example.target_angle).abs());
-    let worst = errors.fold(0.0, f64::max);
+    let worst = largest((1..=example.links).map(|j| end[3 * j + 2] - example.target_angle));
     let rightmost = ("time of the cart's right-most position", format!("{PAPER_RIGHTMOST} s"), format!("{time:.2} s{why}"));
     let upright = format!("largest |φ_j − π/2| = {worst:.1e} rad");
     vec![

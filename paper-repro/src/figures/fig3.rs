@@ -38,7 +38,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
 }
 
 fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
-    let (start, end, made) = (&optimum.history[0], optimum.end(), optimum.history.len() - 1);
+    let (start, end, made) = (&optimum.history[0], optimum.end(), optimum.iterations());
     let below = optimum.first_below(1e-10).map_or("never".to_owned(), |i| format!("after {i} iterations"));
     let at_start = format!("{:.8}", start.cost);
     let at_end = format!("{:.1e} after {made} iterations; below 1e-10 {below}", end.cost);

@@ -22,9 +22,9 @@ fn shapes(q: DVectorView<f64>, length: f64, colour: Colour, width: f64) -> Vec<S
     let size = (CART.0 * length, CART.1 * length);
     let mut shapes = vec![Shape::rectangle((q[0], q[1]), size, colour, false)];
     let links = (3..q.len()).step_by(3).map(|at| link((q[at], q[at + 1], q[at + 2]), length));
-    shapes.extend(links.map(|ends| Shape::line(ends.to_vec(), colour, width)));
-    let hinges = (3..q.len()).step_by(3).map(|at| link((q[at], q[at + 1], q[at + 2]), length)[0]);
-    shapes.extend(hinges.map(|at| Shape::hinge(at, colour)));
+    let links: Vec<[Point; 2]> = links.collect();
+    shapes.extend(links.iter().map(|ends| Shape::line(ends.to_vec(), colour, width)));
+    shapes.extend(links.iter().map(|ends| Shape::hinge(ends[0], colour)));
     shapes
 }
 

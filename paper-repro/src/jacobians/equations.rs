@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::mechanisms::{Moving, free_fall};
 use super::{Finding, relative};
+use crate::statistics::largest;
 use crate::table::Verdict;
 
 /// A complex step far below rounding.
@@ -27,7 +28,7 @@ fn slip(place: &str, printed: &str, corrected: &str, words: &str) -> Finding {
 /// Eq. (1)–(4).
 pub fn of_motion(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let [with, without, reference] = free_fall()?;
-    let apart = |a: [f64; 2]| (a[0] - reference[0]).abs().max((a[1] - reference[1]).abs());
+    let apart = |a: [f64; 2]| largest([a[0] - reference[0], a[1] - reference[1]]);
     let mut t_q = finding(
         "(1b)",
         "ṗ* = Q + Φ̇_qᵀσ",
@@ -67,8 +68,7 @@ fn rule_error(on: &Moving, sign: f64) -> [f64; 2] {
             let hat = -gamma * x.column(i - 1) - rate.column(i - 1);
             rate.column(i) - gamma * x.column(i) + sign * hat
         };
-        let worst = (1..x.ncols()).map(|i| at(i).amax()).fold(0.0, f64::max);
-        relative(worst, gamma * x.amax())
+        relative(largest((1..x.ncols()).map(|i| at(i).amax())), gamma * x.amax())
     };
     let y = &on.motion;
     [error(&y.q, &y.v), error(&y.p_star, &y.p_star_dot)]
@@ -173,7 +173,7 @@ fn substituted(mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
             let momentum = relative(f.rows(2 * n, n).amax(), on.motion.p_star.amax());
             momentum.max(relative(f.rows(4 * n, m).amax(), on.motion.v.amax()))
         };
-        Ok((1..=on.inputs.grid.steps.len()).map(at).fold(0.0, f64::max))
+        Ok(largest((1..=on.inputs.grid.steps.len()).map(at)))
     };
     let errors = [error(mechanisms[0])?, error(mechanisms[1])?];
     Ok(finding("(3), first and third", "p*, q̇ and Φ̇ with q̇_i = γ q_i + q̂_{i−1}", "", [errors; 2], ""))
@@ -191,9 +191,9 @@ pub fn of_gradient(on: &Moving) -> Result<Vec<Finding>, Error> {
     let u = |i: usize| on.inputs.controls[(0, i)];
     let h_u = |i: usize| if i < last { b * u(i) } else { 0.0 };
     let sum = |i: usize| h_u(i) + paper.f_u(i).column(0).dot(&w.column(i));
-    let size = truth.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let size = largest(&truth);
     let worst = |value: &dyn Fn(usize) -> f64, nodes: std::ops::Range<usize>| {
-        relative(nodes.map(|i| (value(i) - truth[i]).abs()).fold(0.0, f64::max), size)
+        relative(largest(nodes.map(|i| value(i) - truth[i])), size)
     };
     let one = |x: f64| [x, f64::NAN];
     let eleven = [one(worst(&|i| sum(i) * dt, 0..last)), one(worst(&sum, 0..last))];

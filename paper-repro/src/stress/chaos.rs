@@ -108,7 +108,7 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
     let mut multipliers = Vec::with_capacity(steps + 1);
     let Record { points, warnings, stopped } =
         March { settings, ..March::new(&mechanism.system, steps, 0.005) }.record(|at| {
-            multipliers.push(at.sigma.iter().fold(0.0f64, |most, sigma| most.max(sigma.abs())));
+            multipliers.push(largest(at.sigma));
             mechanism.energy(at.q, at.v)
         });
     // What the weight does when three rods fall from the side to the bottom.
@@ -123,12 +123,12 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
             |(&(t, energy), sigma): (&(f64, f64), &f64)| (t, if energy == start { 0.0 } else { (energy - start) / sigma });
         let per_multiplier = halves(&points.iter().zip(&multipliers).map(beside).collect::<Vec<_>>());
         vec![
-            Measure::reported("energy error", largest(&error)),
+            Measure::reported("energy error", largest(error)),
             Measure::at_most("energy error over |σ|, last half over first", per_multiplier[1] / per_multiplier[0], 1.5),
         ]
     } else {
         vec![
-            Measure::at_most("energy error", largest(&error), 0.05),
+            Measure::at_most("energy error", largest(error), 0.05),
             Measure::at_most("last half over first", error[1] / error[0], 3.0),
         ]
     };

@@ -5,11 +5,12 @@ use std::time::Instant;
 use hamiltonian_adjoint::{Error, Report, Settings, System};
 
 use super::motion::{
-    APART, GROWS, March, Node, Record, deviation, drifted, envelope, gradient_error, in_figures, no_solution, projected,
-    rebased,
+    APART, GROWS, March, Node, Record, deviation, drifted, envelope, gradient_error_of_cart, in_figures, no_solution,
+    projected, rebased,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::mechanisms as scenes;
+use crate::statistics::largest;
 
 const MOVING: &str = "paper's cart, kept moving";
 
@@ -49,7 +50,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
 
 /// The largest violation, at the first node too.
 fn most(record: &[(f64, f64)]) -> f64 {
-    record.iter().fold(0.0, |most, (_, violation)| f64::max(most, *violation))
+    largest(record.iter().map(|point| point.1))
 }
 
 fn over_step() -> Result<Found, Error> {
@@ -112,7 +113,7 @@ fn grows_with_time_at_most(name: &str, march: &March) -> Found {
 fn is_rounding(name: &str, march: &March) -> Found {
     let (mut node, mut place) = (Node::new(march.system), 0.0f64);
     let record = march.record(|at| {
-        place = at.q.iter().fold(place, |most, q| most.max(q.abs()));
+        place = place.max(largest(at.q));
         node.at(at).phi()
     });
     let share = most(&record.points) / (f64::EPSILON * place);
@@ -122,12 +123,8 @@ fn is_rounding(name: &str, march: &March) -> Found {
 }
 
 fn gradients() -> Result<Found, Error> {
-    let system = scenes::paper_cart(3)?;
     let errors = |settings| -> Result<Vec<(f64, f64)>, Error> {
-        let at = |dt: f64| {
-            let march = March { control: |_| 10.0, ..March::new(&system, ((2.0 / dt) as usize).min(100), dt) };
-            Ok((dt, gradient_error(&system, &march.inputs(), settings, 12)?))
-        };
+        let at = |dt: f64| Ok((dt, gradient_error_of_cart(dt, settings)?));
         [1e-5, 1e-4, 1e-3, 0.01, 0.02, 0.05].into_iter().map(at).collect()
     };
     let curves = [("paper's cart, projected", errors(projected())?), ("paper's cart, rebased", errors(rebased(1))?)];

@@ -5,7 +5,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, State, gradient, simulate};
 
 use super::hard_starts::rough_step;
-use super::motion::{CONTROLS, COORDINATES, March, RATES, deviation, gradient_error, gradient_errors, shaken};
+use super::motion::{
+    CONTROLS, COORDINATES, March, RATES, deviation, gradient_error, gradient_error_of_cart, gradient_errors, shaken,
+};
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::assembly::Units;
 use crate::mechanisms::{self as scenes, Pull};
@@ -124,37 +126,24 @@ fn damped(exponent: i32) -> Result<Vec<Measure>, Error> {
     }
     let motion = simulate(&mechanism.system, &inputs, Settings::default())?;
     let factor = (1.0 - 0.5 * x) / (1.0 + 0.5 * x);
-    let difference = |i: usize| (motion.v[(0, i)] - factor.powi(i as i32)).abs();
-    let worst = (0..=steps).map(difference).fold(0.0, f64::max);
+    let worst = largest((0..=steps).map(|i| motion.v[(0, i)] - factor.powi(i as i32)));
     inputs.controls.fill(1.0);
     let kinds = [CONTROLS, COORDINATES, RATES];
     let [controls, start, rate] = gradient_errors(&mechanism.system, &inputs, Settings::default(), 30, kinds)?;
     Ok(vec![
         Measure::at_most("velocity error", worst, 1e-12),
-        Measure::at_most("error of dJ/du, dJ/dq₀", largest(&[controls, start]), EXACT),
+        Measure::at_most("error of dJ/du, dJ/dq₀", largest([controls, start]), EXACT),
         // The derivative itself vanishes, as a difference of numbers that do not.
         Measure::reported("of dJ/dv₀", rate),
     ])
 }
 
-fn cart_error(dt: f64, steps: usize) -> Result<f64, Error> {
-    let system = scenes::paper_cart(3)?;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
-    inputs.controls.fill(10.0);
-    gradient_error(&system, &inputs, Settings::default(), 12)
-}
-
 fn step_lengths(short: bool) -> Result<Found, Error> {
     let stride = if short { 2 } else { 1 };
     let exponents = (0..=16).step_by(stride).map(|k| -9.0 + 0.5 * f64::from(k));
-    let points: Vec<(f64, f64)> = exponents
-        .map(|exponent| {
-            let dt = 10f64.powf(exponent);
-            // Not beyond 2 s, where the motion is chaotic.
-            Ok((dt, cart_error(dt, ((2.0 / dt) as usize).min(100))?))
-        })
-        .collect::<Result<_, Error>>()?;
-    let worst = largest(&points.iter().map(|point| point.1).collect::<Vec<_>>());
+    let at = |dt: f64| Ok((dt, gradient_error_of_cart(dt, Settings::default())?));
+    let points: Vec<(f64, f64)> = exponents.map(|exponent| at(10f64.powf(exponent))).collect::<Result<_, Error>>()?;
+    let worst = largest(points.iter().map(|point| point.1));
     let curve = Curve { of: Quantity::Gradient, over_time: false, name: "paper's cart, 100 steps or 2 s".into(), points };
     Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve], ..Found::default() })
 }

@@ -7,7 +7,7 @@ use hamiltonian_adjoint::{Error, LongSolver, Settings, Solver, System};
 use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, Node, WANDERS, deviation, no_solution, projected, rebased};
 use super::row::{Found, Measure, Trial};
 use crate::mechanisms as scenes;
-use crate::statistics::relative_difference;
+use crate::statistics::{largest, relative_difference};
 
 /// How often the cart is rebased.
 const EVERY: usize = 100;
@@ -46,10 +46,9 @@ fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
     let (mut sigma, mut p_star, mut speed, mut swing) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     let mut rates = [0.0f64; 10];
     march.run(|at| {
-        let largest = |x: &[f64]| x.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
         (sigma, p_star, speed) = (sigma.max(largest(at.sigma)), p_star.max(largest(at.p_star)), speed.max(largest(at.v)));
         // Links are at −π/2 rad.
-        swing = at.q[3..].chunks(3).fold(swing, |swing, link| swing.max((link[2] + std::f64::consts::FRAC_PI_2).abs()));
+        swing = swing.max(largest(at.q[3..].chunks(3).map(|link| link[2] + std::f64::consts::FRAC_PI_2)));
         let tenth = &mut rates[(10 * at.node / (steps + 1)).min(9)];
         *tenth = tenth.max(node.at(at).phi_dot());
     })?;
@@ -58,8 +57,8 @@ fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::at_most("|σ| over the weight's impulse between restarts", sigma / weight, 1.1),
         Measure::at_most("|p*| over it", p_star / weight, 1.1),
-        Measure::at_most("‖dΦ/dt‖ over ε |σ| (1/m + l²/(4 J))", rates.into_iter().fold(0.0, f64::max) / rounding, 4.0),
-        Measure::reported("‖dΦ/dt‖/‖v‖", rates.into_iter().fold(0.0, f64::max) / speed),
+        Measure::at_most("‖dΦ/dt‖ over ε |σ| (1/m + l²/(4 J))", largest(rates) / rounding, 4.0),
+        Measure::reported("‖dΦ/dt‖/‖v‖", largest(rates) / speed),
         Measure::at_most("its last tenth over its first", rates[9] / rates[0], 1.5),
         Measure::between("largest swing [rad]", swing, (1e-3, 0.5)),
     ])
@@ -122,8 +121,7 @@ fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
     let (march, mut node) = (March::new(&mechanism.system, steps, 0.01), Node::new(&mechanism.system));
     let (mut sigma, mut rate, mut early, mut speed) = (0.0f64, 0.0f64, 0.0, 0.0f64);
     march.run(|at| {
-        sigma = at.sigma.iter().fold(sigma, |most, x| most.max(x.abs()));
-        speed = at.v.iter().fold(speed, |most, x| most.max(x.abs()));
+        (sigma, speed) = (sigma.max(largest(at.sigma)), speed.max(largest(at.v)));
         rate = rate.max(node.at(at).phi_dot());
         early = if at.node <= 2000 { rate } else { early };
     })?;

@@ -6,6 +6,7 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::{DMatrix, DVector};
 
+use crate::mechanisms as scenes;
 use crate::statistics::largest;
 
 /// Bytes for a motion that is shown and forgotten: inputs of two million steps and a window.
@@ -162,7 +163,7 @@ pub fn envelope(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let stride = record.len().div_ceil(100).max(1);
     let mut most = 0.0f64;
     let so_far = record.chunks(stride).map(|chunk| {
-        most = chunk.iter().fold(most, |most, (_, value)| most.max((value - start).abs()));
+        most = most.max(largest(chunk.iter().map(|(_, value)| value - start)));
         (chunk[chunk.len() - 1].0, most)
     });
     so_far.filter(|(time, _)| *time > 0.0).collect()
@@ -172,7 +173,7 @@ pub fn envelope(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
 pub fn deviation(record: &[(f64, f64)], (from, to): (f64, f64)) -> f64 {
     let at = |share: f64| (share * record.len() as f64) as usize;
     let start = record[0].1;
-    record[at(from)..at(to)].iter().fold(0.0, |most, (_, value)| f64::max(most, (value - start).abs()))
+    largest(record[at(from)..at(to)].iter().map(|(_, value)| value - start))
 }
 
 /// At rest, all controls this wave of an amplitude.
@@ -212,9 +213,8 @@ pub fn gradient_errors<const K: usize>(
         let stride = of_kind.len().div_ceil(most).max(1);
         let sample: Vec<Input> = of_kind.into_iter().step_by(stride).collect();
         let reference = complex_step(system, inputs, settings, &sample)?;
-        let differences: Vec<f64> = adjoint.iter().step_by(stride).zip(&reference).map(|(a, b)| (a - b).abs()).collect();
-        let size = adjoint.iter().fold(0.0, |most, a| f64::max(most, a.abs()));
-        *error = if largest(&differences) == 0.0 { 0.0 } else { largest(&differences) / size };
+        let difference = largest(adjoint.iter().step_by(stride).zip(&reference).map(|(a, b)| a - b));
+        *error = if difference == 0.0 { 0.0 } else { difference / largest(&adjoint) };
     }
     Ok(errors)
 }
@@ -222,7 +222,7 @@ pub fn gradient_errors<const K: usize>(
 /// The worst of all kinds.
 pub fn gradient_error(system: &System, inputs: &Inputs, settings: Settings, most: usize) -> Result<f64, Error> {
     let kinds = [CONTROLS, DESIGN, COORDINATES, RATES, STEPS];
-    Ok(largest(&gradient_errors(system, inputs, settings, most, kinds)?))
+    Ok(largest(gradient_errors(system, inputs, settings, most, kinds)?))
 }
 
 /// The worst of the kinds that leave all constraints satisfied: controls, p*₀ and steps. Constraints that depend on each other, or are about
@@ -233,7 +233,14 @@ pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usi
         momentum => momentum.clone(),
     };
     let inputs = Inputs { start, ..inputs.clone() };
-    Ok(largest(&gradient_errors(system, &inputs, Settings::default(), most, [CONTROLS, RATES, STEPS])?))
+    Ok(largest(gradient_errors(system, &inputs, Settings::default(), most, [CONTROLS, RATES, STEPS])?))
+}
+
+/// Of the paper's cart under 10 N with steps of this length, 100 of them or 2 s, beyond which the motion is chaotic.
+pub fn gradient_error_of_cart(dt: f64, settings: Settings) -> Result<f64, Error> {
+    let system = scenes::paper_cart(3)?;
+    let march = March { control: |_| 10.0, ..March::new(&system, ((2.0 / dt) as usize).min(100), dt) };
+    gradient_error(&system, &march.inputs(), settings, 12)
 }
 
 /// By how much a motion amplifies a change of its start: the largest |δq| that follows from one in all v₀ or p*₀ of size 1.

@@ -12,6 +12,7 @@ use nalgebra::{DVector, SVector};
 
 use super::motion::gradient_error;
 use super::row::{Measure, Trial};
+use crate::statistics::largest;
 
 const DT: f64 = 0.01;
 const STEPS: usize = 100;
@@ -43,7 +44,7 @@ fn judged(scheme: Scheme, spring: f64, damper: f64) -> Result<Vec<Measure>, Erro
     let time = motion.times[STEPS];
     let mean = 0.5 * (motion.q[(0, STEPS)] + motion.q[(1, STEPS)]);
     let slow = mean - (1.0 + 0.5 * APART) * ((0.5 * SOFT).sqrt() * time).cos();
-    let left = (STEPS - 9..=STEPS).map(apart).fold(0.0, f64::max) / APART;
+    let left = largest((STEPS - 9..=STEPS).map(apart)) / APART;
     // The force of the damper is that which moves the second mass, and needs some velocity for it.
     let slip = if damper > 0.0 { 0.5 * SOFT / damper / APART } else { 0.0 };
     let kept = match scheme == Scheme::TRAPEZOIDAL {

@@ -46,12 +46,12 @@ fn orders(all: &[Convergence]) -> Vec<Row> {
 /// The worst differences of each scheme.
 fn exactness(all: &[Exactness]) -> Vec<Row> {
     let of_one_scheme = |grids: &[Exactness]| {
-        let worst = |difference: fn(&Exactness) -> f64| largest(&grids.iter().map(difference).collect::<Vec<_>>());
+        let worst = |difference: fn(&Exactness) -> f64| largest(grids.iter().map(difference));
         let (controls, steps) = (worst(|grid| grid.controls), worst(|grid| grid.steps));
         let counts: Vec<String> = grids.iter().map(|grid| grid.macro_steps.to_string()).collect();
         let of = format!("{}, N = {}", grids[0].scheme, counts.join(", "));
         let found = format!("dJ/du {controls:.1e}, dJ/dΔt {steps:.1e}");
-        let verdict = exact(largest(&[controls, steps]));
+        let verdict = exact(largest([controls, steps]));
         Row::new("adjoint against complex step, worst grid", of, format!("≤ {ROUNDING:.0e}"), found, verdict)
     };
     all.chunk_by(|a, b| a.scheme == b.scheme).map(of_one_scheme).collect()

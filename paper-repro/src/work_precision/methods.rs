@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::METHODS;
 use super::reference::{FORCE, Reference};
-use crate::stopwatch::{Job, Repeats};
+use crate::stopwatch::{Repeats, simulation, value_and_gradient};
 
 /// Steps of the trapezoidal rule, as in the paper.
 const STEPS: usize = 100;
@@ -108,15 +108,7 @@ pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Metho
 impl Example<'_> {
     /// Times of a simulation, of one with the adjoint, and of one derivative by each of the methods, s.
     fn times(&self, methods: [&mut Derivative; 4], repeats: Repeats) -> Result<[f64; 6], Error> {
-        let new = || Solver::new(self.system, Settings::default());
-        let (mut simulation, mut adjoint) = (new(), new());
-        let mut jobs: Vec<Job> = vec![
-            Box::new(|| simulation.simulate(&self.inputs).map(|_| ())),
-            Box::new(|| {
-                adjoint.simulate(&self.inputs)?;
-                adjoint.gradient().map(|_| ())
-            }),
-        ];
+        let mut jobs = vec![simulation(self.system, &self.inputs), value_and_gradient(self.system, &self.inputs)];
         for derivative in methods {
             let mut controls = self.controls.iter().cycle();
             jobs.push(Box::new(move || controls.next().map_or(Ok(()), |&input| derivative(input, USUAL).map(|_| ()))));

@@ -18,7 +18,7 @@ mod stiff;
 mod tables;
 mod tolerance;
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 
 use hamiltonian_adjoint::scenes::CartPendulum;
@@ -41,12 +41,9 @@ use tolerance::Tolerance;
 /// Measures errors against run time and writes figures, tables and numbers
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// Folder for the files [default: paper-repro/out]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
     /// Fewer grids and repeats: some seconds, for tests of the program
     #[arg(long)]
-    short: bool,
+    pub short: bool,
 }
 
 /// A way from one end of a macro step to the next: a scheme, and how its steps are composed.
@@ -121,10 +118,9 @@ pub struct Measured {
 }
 
 /// Measures, writes the files, prints the table; false if an order or an exactness is not as it must be.
-pub fn run(options: &Options) -> Result<bool, Error> {
-    let folder = files::folder(options.out.as_deref())?;
+pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let measured = measure(options.short)?;
-    figures::draw(&measured, &folder)?;
+    figures::draw(&measured, folder)?;
     let findings = findings::all(&measured);
     let tables = tables::all(&measured, &findings);
     let markdown = tables.each_ref().map(|(title, table)| format!("### {title}\n\n{}", table.markdown()));
@@ -170,25 +166,4 @@ fn measure(short: bool) -> Result<Measured, Error> {
     let stiff = stiff::measure()?;
     bar.finish_and_clear();
     Ok(Measured { convergence, exactness, methods, tolerances, stiff })
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{Cli, Command};
-    use clap::{CommandFactory, Parser};
-
-    #[test]
-    fn it_stands_beside_the_parts_of_the_paper() {
-        Cli::command().debug_assert();
-        let command = |line: &str| Cli::try_parse_from(line.split(' ')).map(|cli| (cli.command, cli.parts.len()));
-        let options = match command("paper-repro work-precision --short --out folder") {
-            Ok((Some(Command::WorkPrecision(options)), 0)) => options,
-            _ => panic!("not understood"),
-        };
-        assert!(options.short && options.out.is_some());
-        assert!(matches!(command("paper-repro fig1 timing --out folder"), Ok((None, 2))));
-        assert!(matches!(command("paper-repro"), Ok((None, 0))));
-        // Its problem is that of the references, without flags for another.
-        assert!(command("paper-repro work-precision --links 2").is_err());
-    }
 }
