@@ -9,7 +9,7 @@ use crate::bar::bar;
 use crate::constraints::Violations;
 use crate::error::Error;
 use crate::settings::Settings;
-use crate::statistics::largest;
+use crate::statistics::relative_difference;
 use crate::steepest_descent::{self, Iterate};
 use crate::timing::{self, Timing};
 
@@ -19,10 +19,10 @@ pub struct Experiment {
     pub system: System,
     /// The inputs of the starting iteration.
     pub inputs: Inputs,
-    violations: OnceCell<Violations>,
-    gradients: OnceCell<Gradients>,
-    optimum: OnceCell<Optimum>,
-    timing: OnceCell<Timing>,
+    pub(crate) violations: OnceCell<Violations>,
+    pub(crate) gradients: OnceCell<Gradients>,
+    pub(crate) optimum: OnceCell<Optimum>,
+    pub(crate) timing: OnceCell<Timing>,
     warnings: RefCell<Vec<String>>,
 }
 
@@ -113,11 +113,6 @@ impl Experiment {
         once(&self.timing, || Ok(timing::measure(&self.system, &self.inputs, &self.controls())?))
     }
 
-    /// The runs that were made, for the summary.
-    pub fn made(&self) -> (Option<&Violations>, Option<&Gradients>, Option<&Optimum>, Option<&Timing>) {
-        (self.violations.get(), self.gradients.get(), self.optimum.get(), self.timing.get())
-    }
-
     /// What the library warned of in these runs, each once.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings.borrow().clone()
@@ -153,11 +148,7 @@ impl Gradients {
 
     /// The largest difference relative to the largest component.
     pub fn relative_error(&self) -> f64 {
-        largest(self.differences()) / self.largest_component()
-    }
-
-    pub fn largest_component(&self) -> f64 {
-        largest(&self.complex_step)
+        relative_difference(&self.adjoint, &self.complex_step)
     }
 }
 

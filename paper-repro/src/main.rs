@@ -81,10 +81,6 @@ enum Part {
 }
 
 impl Part {
-    /// Everything in section 4 of the paper.
-    const PAPER: [Part; 8] =
-        [Part::Fig1, Part::Fig2, Part::Fig3, Part::Fig4, Part::Fig5, Part::Fig6, Part::Timing, Part::Player];
-
     fn make(self, experiment: &Experiment, folder: &Path) -> Result<Vec<Row>, Error> {
         match self {
             Part::Fig1 => fig1::draw(experiment, &folder.join("fig1")),
@@ -148,7 +144,7 @@ fn in_a_line(error: &str) -> String {
 
 /// Makes what is asked for and prints the table.
 fn run(cli: Cli, folder: &Path) -> Result<Vec<Row>, Error> {
-    let mut parts = if cli.parts.is_empty() { Part::PAPER.to_vec() } else { cli.parts };
+    let mut parts = if cli.parts.is_empty() { Part::value_variants().to_vec() } else { cli.parts };
     parts.sort();
     parts.dedup();
     let mut claims = cli.settings.assumptions();

@@ -13,8 +13,7 @@ pub fn rows(rows: &[Row]) -> Rows<'_> {
 
 /// The numbers of all runs that were made; what was not asked for is null.
 pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
-    let settings = &experiment.settings;
-    let (violations, gradients, optimum, timing) = experiment.made();
+    let Experiment { settings, violations, gradients, optimum, timing, .. } = experiment;
     json!({
         // What the paper does not state.
         "assumed": {
@@ -25,24 +24,24 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
             "line_search_armijo": settings.armijo,
             "line_search_backtrack": settings.backtrack,
         },
-        "gradient": gradients.map(|gradients| json!({
+        "gradient": gradients.get().map(|gradients| json!({
             "max_rel_error_vs_complex_step": gradients.relative_error(),
             "max_pointwise_rel_error_vs_complex_step": gradients.worst_component().1,
         })),
-        "constraints": violations.map(|violations| json!({
+        "constraints": violations.get().map(|violations| json!({
             "position_max": largest(&violations.position),
             "position_median": median(&violations.position),
             "velocity_max": largest(&violations.velocity),
             "acceleration_max": largest(&violations.acceleration),
         })),
-        "optimization": optimum.map(|optimum| json!({
+        "optimization": optimum.get().map(|optimum| json!({
             "iterations": optimum.iterations(),
             "iterations_to_1e_10": optimum.first_below(1e-10),
             "initial_cost": optimum.history[0].cost,
             "final_cost": optimum.end().cost,
             "cart_rightmost_time_s": optimum.cart_rightmost_time(),
         })),
-        "timing": timing.map(|timing| json!({
+        "timing": timing.get().map(|timing| json!({
             "forward_s": timing.forward,
             "value_and_gradient_s": timing.value_and_gradient,
             "complex_step_s": timing.complex_step,

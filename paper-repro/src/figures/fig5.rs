@@ -5,7 +5,7 @@ use std::path::Path;
 use super::KINK;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Axis, Chart, Place, Series, Style, colour, scientific};
+use crate::plot::{Axis, Chart, Series, Style, colour, scientific};
 use crate::statistics::range;
 use crate::table::{Row, Verdict};
 
@@ -20,7 +20,6 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let chart = Chart {
         x: Axis::linear("time t [s]"),
         y: Axis::linear("force on the cart F [N]"),
-        legend: Place::UpperRight,
         series: series.collect(),
         note: Some(((times[1], optimum.end().u[1]), KINK)),
         ..Chart::default()

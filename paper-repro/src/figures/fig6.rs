@@ -6,6 +6,7 @@ use super::KINK;
 use crate::error::Error;
 use crate::experiment::{Experiment, Gradients};
 use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
+use crate::statistics::largest;
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
@@ -38,7 +39,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
 fn claims(gradients: &Gradients, times: &[f64]) -> Vec<Row> {
     let (node, pointwise) = gradients.worst_component();
     let (error, time) = (gradients.relative_error(), times[node]);
-    let share = gradients.complex_step[node].abs() / gradients.largest_component();
+    let share = gradients.complex_step[node].abs() / largest(&gradients.complex_step);
     vec![
         Row::new(
             "Fig. 6",

@@ -7,7 +7,7 @@ use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver,
 use super::{Found, Name, Run, SEGMENTS, pose};
 use crate::error::Error;
 use crate::files;
-use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
+use crate::plot::{Axis, Chart, Colour, Panels, Series, Style, colour};
 use crate::settings::Settings;
 
 /// Of methods, and of records.
@@ -16,16 +16,9 @@ const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::
 /// The forces found, and how violation and gradient went: a panel for each problem.
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
-        let chart = |runs: &[Run]| Chart {
-            title: runs[0].name.text(),
-            x: x.clone(),
-            y: y(runs[0].name),
-            legend: Place::UpperRight,
-            series: (runs.iter().zip(COLOURS))
-                .map(|(run, colour)| Series::new(run.method, points(run), colour, Style::Line))
-                .collect(),
-            size: (560.0, 330.0),
-            ..Chart::default()
+        let chart = |runs: &[Run]| {
+            let line = |(run, colour): (&Run, Colour)| Series::new(run.method, points(run), colour, Style::Line);
+            panel(runs[0].name.text(), [x.clone(), y(runs[0].name)], runs.iter().zip(COLOURS).map(line).collect())
         };
         Panels { charts: of_problems(runs).map(chart).collect(), columns: 2 }
     };
@@ -51,19 +44,17 @@ pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
             let name = if k == 0 { "start".to_owned() } else { format!("iteration {k}") };
             Series::new(name, found.iterates[k].clone(), colour, Style::Line)
         };
-        Chart {
-            title: format!("{}, {}", run.name.text(), run.method),
-            x: Axis::linear("time t [s]"),
-            y: control(run.name),
-            legend: Place::UpperRight,
-            series: chosen.iter().zip(STAGES[5 - chosen.len()..].iter().copied()).map(line).collect(),
-            size: (560.0, 330.0),
-            ..Chart::default()
-        }
+        let lines = chosen.iter().zip(STAGES[5 - chosen.len()..].iter().copied()).map(line).collect();
+        panel(format!("{}, {}", run.name.text(), run.method), [Axis::linear("time t [s]"), control(run.name)], lines)
     };
     let charts: Vec<Chart> =
         of_problems(runs).filter_map(best).filter(|(_, found)| !found.iterates.is_empty()).map(chart).collect();
     if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(&folder.join("optimise_iterations")) }
+}
+
+/// One of two side by side.
+fn panel(title: String, [x, y]: [Axis; 2], series: Vec<Series>) -> Chart {
+    Chart { title, x, y, series, size: (560.0, 330.0), ..Chart::default() }
 }
 
 fn control(of: Name) -> Axis {
@@ -114,7 +105,6 @@ pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), 
         title: "identify: what the fit leaves of the crank's angle".into(),
         x: Axis::linear("time t [s]"),
         y: Axis::linear("residual [standard deviations]"),
-        legend: Place::UpperRight,
         series: series.collect(),
         ..Chart::default()
     };

@@ -1,6 +1,6 @@
 //! Values made independently of the library (`tests/data/README.md`): a cart with three links under a constant force.
 
-use serde_json::Value;
+use serde::Deserialize;
 
 use crate::statistics::relative_difference;
 
@@ -10,8 +10,11 @@ pub const END: f64 = 2.0;
 pub const FORCE: f64 = 10.0;
 
 /// J and a gradient.
+#[derive(Deserialize)]
 pub struct Reference {
+    #[serde(rename = "J")]
     pub cost: f64,
+    #[serde(rename = "grad")]
     pub gradient: Vec<f64>,
 }
 
@@ -28,12 +31,7 @@ impl Reference {
 
     /// Reads one of the files that come with the program.
     fn read(file: &str) -> Self {
-        let number = |value: &Value| value.as_f64().expect("a number");
-        let json: Value = serde_json::from_str(file).expect("JSON");
-        Reference {
-            cost: number(&json["J"]),
-            gradient: json["grad"].as_array().expect("an array").iter().map(number).collect(),
-        }
+        serde_json::from_str(file).expect("J and a gradient")
     }
 
     /// |ours − J|/|J|.
