@@ -87,3 +87,17 @@ fn controls_are_named() {
     assert_eq!(report.blocks[0].entries[0].row, "f4 of `cart.x`");
     assert_eq!(report.blocks[0].entries[0].column, "`force on the cart`");
 }
+
+/// The cart does not turn and does not leave its rail: two velocities are zero at all nodes.
+#[test]
+fn the_node_before_is_recognised_where_coordinates_rest() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    inputs.controls.fill(10.0);
+    let motion = simulate(&system, &inputs, Settings::default()).expect("motion");
+    let paper = PaperSystem::new(&system, &inputs, &motion).expect("complete");
+    let step = check::step(&paper).nodes([5, 9]).on_the_motion();
+    let report = step.f_y_previous(F5, V, |at| -at.previous_terms().phi_q).run();
+    println!("{report}");
+    assert_eq!(report.blocks[0].diagnoses[0].mistake, Mistake::OtherArgument);
+}
