@@ -116,6 +116,7 @@ fn a_design_variable_that_is_not_a_number_is_found_at_the_latest_before_a_run() 
 fn initial_coordinates_off_the_constraints_are_refused() {
     let error = refused(|inputs| inputs.start.q_mut()[2] = 1e-3);
     let Error::InitialPosition { equation, violation, tolerance } = &error else { panic!("{error:?}") };
+    assert_eq!(format!("{error:?}"), error.to_string(), "what a `main` that returns it prints");
     assert_eq!((equation.as_str(), *tolerance), ("`rail` (equation 1)", 1e-9));
     assert!((violation.abs() - 1e-3).abs() < 1e-15);
     assert_says(&error, &["`rail`", "1.000e-3", "correct q0"]);
@@ -191,6 +192,7 @@ fn newton_that_does_not_converge_tells_where_and_keeps_what_was_computed() {
     assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after iteration 25", "`sled.x`", "shorter time step"]);
     assert_eq!(stopped.trajectory.computed, 7);
     assert!(stopped.to_string().contains("7 nodes were computed"), "{stopped}");
+    assert_eq!(format!("{stopped:?}"), stopped.to_string(), "without the motion");
 
     let mut solver = Solver::new(&system, settings);
     assert_eq!(solver.simulate(&inputs).err(), Some(stopped.error.clone()));

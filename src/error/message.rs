@@ -4,6 +4,13 @@ use std::fmt;
 
 use super::{Error, seconds};
 
+/// The sentence of `Display`: it is what `expect`, and a `main` that returns the error, print.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {

@@ -3,7 +3,7 @@
 mod message;
 
 /// Why a scene could not be compiled, an input was refused, or a sweep stopped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
     /// Two things of one kind have the same name.

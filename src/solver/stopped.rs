@@ -5,7 +5,7 @@ use std::fmt;
 use crate::{Error, Trajectory};
 
 /// A simulation that stopped, with all that it had computed.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Stopped {
     /// Why.
     pub error: Error,
@@ -16,6 +16,13 @@ pub struct Stopped {
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{} ({} nodes were computed)", self.error, self.trajectory.computed)
+    }
+}
+
+/// The sentence of `Display`, without the motion: it is what `expect`, and a `main` that returns the error, print.
+impl fmt::Debug for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

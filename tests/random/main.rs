@@ -58,8 +58,9 @@ impl Tally {
     }
 
     fn count_error(&self, error: &Error) {
-        let whole = format!("{error:?}");
-        self.count(whole.split([' ', '{', '(']).next().unwrap_or_default());
+        let whole = error.to_string();
+        // Up to the first name or number.
+        self.count(whole.split(|c: char| "`(:;".contains(c) || c.is_ascii_digit()).next().unwrap_or_default());
     }
 
     fn share(&self, what: &str) -> f64 {
