@@ -11,6 +11,7 @@ mod vector;
 use std::io;
 use std::path::Path;
 
+use crate::model::FORCE;
 use crate::motion::column;
 use crate::{Error, Inputs, Mechanics, System, Trajectory};
 use figure::Figure;
@@ -75,8 +76,12 @@ impl Animation {
             (0..system.k()).map(|k| nodes.iter().map(|&node| column(&inputs.controls, node)[k]).collect::<Vec<f64>>()),
         );
         let figure = Figure::new(system, &states, &controls);
-        let of_control =
-            |k: usize| Plot { name: system.control_name(k).to_string(), unit: String::new(), values: controls[k].clone() };
+        let units = system.sketch().units_of_controls(system.k());
+        let of_control = |k: usize| Plot {
+            name: system.control_name(k).to_string(),
+            unit: units[k].of(FORCE).to_string(),
+            values: controls[k].clone(),
+        };
         let mut plots: Vec<Plot> = (0..system.k().min(MOST_PLOTS)).map(of_control).collect();
         let energy = states.iter().map(Mechanics::energy).collect();
         plots.push(Plot { name: "energy".into(), unit: "J".into(), values: energy });

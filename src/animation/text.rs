@@ -73,7 +73,7 @@ pub(super) fn write_whole(path: &Path, text: &str) -> io::Result<()> {
         // What is left of it is of no use.
         fs::remove_file(&part).ok();
     }
-    moved
+    moved.map_err(|error| io::Error::new(error.kind(), format!("cannot write {}: {error}", path.display())))
 }
 
 #[cfg(test)]
@@ -113,7 +113,9 @@ mod tests {
         write_whole(&path, "first").expect("a file");
         write_whole(&path, "second").expect("a file");
         assert_eq!(fs::read_to_string(&path).expect("a file"), "second");
-        assert!(write_whole(&folder.join("missing").join("page.html"), "x").is_err());
+        let missing = folder.join("missing").join("page.html");
+        let error = write_whole(&missing, "x").expect_err("no folder");
+        assert!(error.to_string().contains(&missing.display().to_string()), "{error}");
         assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1, "nothing is left behind");
         fs::remove_dir_all(&folder).expect("removed");
     }

@@ -3,28 +3,9 @@
 use std::collections::HashMap;
 
 use super::inputs::{controls, coordinates};
-use crate::model::{Owner, Shape};
+use crate::model::{FORCE, Owner, Shape, Unit};
 use crate::motion::column;
 use crate::{Error, Inputs, System, Trajectory};
-
-/// What a coordinate or a constraint measures, or a control works along.
-#[derive(Clone, Copy, PartialEq)]
-enum Unit {
-    Length,
-    Angle,
-    Unknown,
-}
-
-impl Unit {
-    /// A name with the unit for lengths or angles.
-    fn beside(self, before: &str, name: &str, (length, angle): (&str, &str)) -> String {
-        match self {
-            Unit::Length => format!("{before}{name} [{length}]"),
-            Unit::Angle => format!("{before}{name} [{angle}]"),
-            Unit::Unknown => format!("{before}{name}"),
-        }
-    }
-}
 
 impl Trajectory {
     /// As CSV: t, q, v, p*, σ and u of all nodes that were computed, to the last digit. Names that a spreadsheet would take for formulas are preceded by `'`.
@@ -37,14 +18,13 @@ impl Trajectory {
         let mut header = vec!["t [s]".to_string()];
         let of_coordinates = units(system);
         for (before, length, angle) in [("", "m", "rad"), ("v of ", "m/s", "rad/s"), ("p* of ", "N s", "N m s")] {
-            header.extend(
-                coordinates(system).zip(&of_coordinates).map(|(name, unit)| unit.beside(before, name, (length, angle))),
-            );
+            let unit_of = |unit: &Unit| unit.of((length, angle));
+            header.extend(coordinates(system).zip(&of_coordinates).map(|(name, unit)| beside(before, name, unit_of(unit))));
         }
         let of_equations = equations(system);
-        header.extend(of_equations.iter().map(|(name, unit)| unit.beside("σ of ", name, ("N s", "N m s"))));
-        let of_controls = units_of_controls(system);
-        header.extend(controls(system).zip(&of_controls).map(|(name, unit)| unit.beside("", name, ("N", "N m"))));
+        header.extend(of_equations.iter().map(|(name, unit)| beside("σ of ", name, unit.of(("N s", "N m s")))));
+        let of_controls = system.sketch().units_of_controls(system.k());
+        header.extend(controls(system).zip(&of_controls).map(|(name, unit)| beside("", name, unit.of(FORCE))));
         let wrong = |error: csv::Error| Error::File { kind: "a table", place: "writing".into(), problem: error.to_string() };
         writer.write_record(header.iter().map(|name| harmless(name))).map_err(wrong)?;
         for i in 0..self.computed {
@@ -94,19 +74,9 @@ fn equations(system: &System) -> Vec<(&str, Unit)> {
     (0..system.m()).map(|j| system.equation_name(j)).zip(units).collect()
 }
 
-/// Those of the controls of actuators are known, where a control has no other.
-fn units_of_controls(system: &System) -> Vec<Unit> {
-    let mut units: Vec<Option<Unit>> = vec![None; system.k()];
-    for part in &system.sketch().drawn {
-        let (control, unit) = match part.shape {
-            Shape::Force { control, .. } | Shape::Cylinder { control: Some(control) } => (control, Unit::Length),
-            Shape::Torque { control } => (control, Unit::Angle),
-            _ => continue,
-        };
-        let known = &mut units[control.index()];
-        *known = Some(if known.is_some_and(|other| other != unit) { Unit::Unknown } else { unit });
-    }
-    units.into_iter().map(|unit| unit.unwrap_or(Unit::Unknown)).collect()
+/// A name with its unit, if that is known.
+fn beside(before: &str, name: &str, unit: &str) -> String {
+    if unit.is_empty() { format!("{before}{name}") } else { format!("{before}{name} [{unit}]") }
 }
 
 /// A name that no spreadsheet evaluates.

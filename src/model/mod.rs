@@ -12,4 +12,6 @@ pub use frame::{Frame, Point};
 pub use handle::{Control, Coordinate, Design, Multiplier, Output};
 pub(crate) use handle::{Handle, SceneTag};
 pub use param::Param;
-pub(crate) use sketch::{Drawn, Shape, Sketch};
+#[cfg(feature = "files")]
+pub(crate) use sketch::Unit;
+pub(crate) use sketch::{Drawn, FORCE, Shape, Sketch};

@@ -10,6 +10,45 @@ pub(crate) struct Sketch {
     pub(crate) drawn: Vec<Drawn>,
 }
 
+impl Sketch {
+    /// Those of the controls of actuators are known, where a control has no other.
+    pub(crate) fn units_of_controls(&self, controls: usize) -> Vec<Unit> {
+        let mut units: Vec<Option<Unit>> = vec![None; controls];
+        for part in &self.drawn {
+            let (control, unit) = match part.shape {
+                Shape::Force { control, .. } | Shape::Cylinder { control: Some(control) } => (control, Unit::Length),
+                Shape::Torque { control } => (control, Unit::Angle),
+                _ => continue,
+            };
+            let known = &mut units[control.index()];
+            *known = Some(if known.is_some_and(|other| other != unit) { Unit::Unknown } else { unit });
+        }
+        units.into_iter().map(|unit| unit.unwrap_or(Unit::Unknown)).collect()
+    }
+}
+
+/// What a coordinate or a constraint measures, or a control works along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Unit {
+    Length,
+    Angle,
+    Unknown,
+}
+
+impl Unit {
+    /// The unit for lengths or for angles; none if it is not known.
+    pub(crate) fn of<'a>(self, (length, angle): (&'a str, &'a str)) -> &'a str {
+        match self {
+            Unit::Length => length,
+            Unit::Angle => angle,
+            Unit::Unknown => "",
+        }
+    }
+}
+
+/// Units of forces and torques.
+pub(crate) const FORCE: (&str, &str) = ("N", "N m");
+
 /// What joins a point of one body and one of another.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawn {

@@ -96,6 +96,9 @@ fn the_page_holds_the_motion_of_every_body_and_is_small() {
     );
     let data = data(&page);
     assert_eq!(data["times"].as_array().expect("times").len(), 101);
+    let units: Vec<&str> =
+        data["plots"].as_array().expect("plots").iter().filter_map(|plot| plot["unit"].as_str()).collect();
+    assert_eq!(units, ["N", "J", "m/s"], "of the force on the cart, the energy and the speed");
     let bodies: Vec<bool> = data["bodies"].as_array().expect("flags").iter().map(|flag| flag == true).collect();
     assert_eq!(bodies.iter().filter(|is_body| **is_body).count(), 4);
     for node in [0, 37, 100] {
