@@ -9,6 +9,7 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use hamiltonian_adjoint::{
@@ -97,10 +98,21 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    // A full disk is an error, no panic.
-    io::stdout().write_all(answer(std::env::args_os().skip(1))?.as_bytes())?;
-    Ok(io::stdout().flush()?)
+fn main() -> ExitCode {
+    match answer(std::env::args_os().skip(1)).and_then(|text| print(&text)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Unlike `eprintln!` this does not panic where nobody listens.
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints to the end, or says that a disk is full or nobody reads.
+fn print(text: &str) -> Result<(), Box<dyn Error>> {
+    let written = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
+    written.map_err(|error| format!("cannot print the results: {error}").into())
 }
 
 /// The whole program but for printing its answer.
@@ -109,7 +121,7 @@ pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Box<d
     let mut arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     while let Some(argument) = arguments.next() {
         let mut number = || -> Result<usize, Box<dyn Error>> {
-            let text = arguments.next().unwrap_or_default();
+            let text = arguments.next().ok_or_else(|| format!("{argument} needs a value (try --help)"))?;
             let number = text.parse().ok().filter(|n| (1..=1_000_000).contains(n));
             number.ok_or_else(|| format!("{argument}: `{text}` is not a whole number from 1 to 1000000 (try --help)").into())
         };

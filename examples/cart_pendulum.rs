@@ -187,7 +187,7 @@ fn shown(text: &str) -> String {
 fn number(place: &str, text: &str) -> Result<f64, Failure> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => usage(format!("{place}: `{}` is not a number", shown(text))),
+        _ => usage(format!("{place}: `{}` is not a finite number", shown(text))),
     }
 }
 
@@ -218,7 +218,8 @@ fn read_controls(file: &Path, expected: usize) -> Result<Vec<f64>, Failure> {
         return usage(format!("{name}: more than {most} bytes, but {} steps need {expected} numbers", expected - 1));
     }
     let mut controls = Vec::new();
-    for (line, content) in text.lines().enumerate() {
+    // Some editors begin a file with a mark of its encoding.
+    for (line, content) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let value = content.split('#').next().unwrap_or("").trim();
         if !value.is_empty() {
             controls.push(number(&format!("{name}:{}", line + 1), value)?);

@@ -17,7 +17,7 @@ const REFERENCE: [f64; 3] = [3.3366067994827757, 0.33344810612844017, -0.3637540
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (system, inputs) = resolved::slider_crank()?;
-    println!("scheme        steps   error of G   of dG/dk   of dG/dc   ms");
+    println!("scheme             steps   error of G   of dG/dk   of dG/dc      ms");
     for (scheme, steps) in [
         (Scheme::TRAPEZOIDAL, 200),
         (Scheme::TRAPEZOIDAL, 2000),
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = begin.elapsed().as_secs_f64() * 1e3;
         let ours = [gradient.value, gradient.design[0], gradient.design[1]];
         let [g, k, c] = std::array::from_fn(|i| (ours[i] - REFERENCE[i]).abs());
-        println!("{:12} {steps:6}   {g:10.1e} {k:10.1e} {c:10.1e} {time:6.2}", scheme.name);
+        println!("{:16} {steps:7}   {g:10.1e} {k:10.1e} {c:10.1e} {time:7.2}", scheme.name);
         if scheme.name == Scheme::ESDIRK5.name && steps == 1000 && g.max(k).max(c) > 1e-9 {
             return Err("the derivatives differ from the reference".into());
         }

@@ -60,7 +60,7 @@ fn ten_links_agree_with_the_128_bit_reference() {
 #[test]
 fn controls_from_a_file_are_those_of_the_same_constant_force() {
     let file = format!("{}/controls.txt", env!("CARGO_TARGET_TMPDIR"));
-    std::fs::write(&file, "# force in N\n\n2.5 # first\n 2.5\n2.5e0\n2.5\n").expect("a file");
+    std::fs::write(&file, "\u{feff}2.5\r\n# force in N\n\n 2.5 # second\n2.5e0\n2.5\n").expect("a file");
     let gradient = |arguments: &str| {
         let json = serde_json::from_str(&run(arguments).expect("an answer")).expect("JSON");
         numbers(&json, "gradient")
@@ -69,7 +69,7 @@ fn controls_from_a_file_are_those_of_the_same_constant_force() {
 
     std::fs::write(&file, "1\n2\nthree\n").expect("a file");
     let refused = run(&format!("--steps 2 --controls {file}"));
-    assert_eq!(refused, Err(Failure::Usage(format!("{file}:3: `three` is not a number"))));
+    assert_eq!(refused, Err(Failure::Usage(format!("{file}:3: `three` is not a finite number"))));
     let refused = run(&format!("--steps 2 --controls {file}.missing"));
     assert!(matches!(refused, Err(Failure::Usage(message)) if message.starts_with(&file)));
     std::fs::write(&file, "1\n2\n").expect("a file");
@@ -84,13 +84,13 @@ fn wrong_arguments_are_refused_by_name() {
         ("--links", "--links needs a value"),
         ("--links three", "--links: `three` is not a whole number from 0 up"),
         ("--links 0", "--links must be at least 1"),
-        ("--force inf", "--force: `inf` is not a number"),
+        ("--force inf", "--force: `inf` is not a finite number"),
         ("--length -1", "--length -1: a link must be longer than 0"),
         ("--links 2 --friction-joint 2", "--friction-joint 2: 2 links have the joints 0 to 1"),
         ("--force 1 --controls file", "give --force or --controls, not both"),
         ("--links 2 --steps 3 --links 2", "--links is given twice"),
         ("--force 1 --force 1", "--force is given twice"),
-        ("--dt NaN", "--dt: `NaN` is not a number"),
+        ("--dt NaN", "--dt: `NaN` is not a finite number"),
         ("--dt 0", "--dt 0: a step must have a length"),
         ("--steps -1", "--steps: `-1` is not a whole number from 0 up"),
         ("--repeat 1e18", "--repeat: `1e18` is not a whole number from 0 up"),
@@ -137,6 +137,8 @@ fn what_is_no_text_or_has_no_end_is_refused_in_one_short_line() {
             let refused = arm::answer(arguments.into_iter().map(OsString::from)).expect_err("no argument");
             assert!(refused.to_string().contains("`\u{fffd}`"), "{refused}");
         }
+        let refused = arm::answer(["--steps".into()].into_iter()).expect_err("no value");
+        assert!(refused.to_string().contains("--steps needs a value"), "{refused}");
     }
 }
 
