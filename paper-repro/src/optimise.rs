@@ -280,7 +280,10 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
         }
         let (start, mut seen) = (problem.start(), Vec::new());
         let mut keep = |_: &Iterate, x: &[f64]| {
-            seen.push(x.to_vec());
+            // Where rounds of a method begin, an iterate is shown again.
+            if seen.last().is_none_or(|last: &Vec<f64>| last != x) {
+                seen.push(x.to_vec());
+            }
             ControlFlow::Continue(())
         };
         let begin = Instant::now();
@@ -342,7 +345,8 @@ impl Run {
             format!("{:.2}", self.milliseconds),
             format!("{:.0}", 1e-3 * self.milliseconds / gradient),
             format!("{:.6}", outcome.value),
-            format!("{:.0e}", outcome.violation),
+            // What a fit leaves of readings violates nothing.
+            if self.name == Name::Identify { "–".to_owned() } else { format!("{:.0e}", outcome.violation) },
             format!("{:?}", outcome.reason),
         ]
     }

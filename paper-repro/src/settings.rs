@@ -21,7 +21,7 @@ const FORCE: f64 = 10.0;
 #[derive(Args, Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Links of the pendulum
-    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50), allow_negative_numbers = true)]
     pub links: u16,
     /// Length of a link in m [assumed: the paper does not state it]
     #[arg(long, value_name = "M", default_value_t = CartPendulum::default().link_length, value_parser = positive, allow_negative_numbers = true)]
@@ -30,10 +30,10 @@ pub struct Settings {
     #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_negative_numbers = true)]
     pub gravity: f64,
     /// Hinge that has the friction c_rot, 0 being that of the cart and the first link (assumed)
-    #[arg(long, value_name = "HINGE", default_value_t = 0)]
+    #[arg(long, value_name = "HINGE", default_value_t = 0, allow_negative_numbers = true)]
     pub friction_joint: u16,
     /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
-    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub iterations: u32,
     /// First step length α that each line search tries (assumed)
     #[arg(long, value_name = "ALPHA", default_value_t = USUAL.first, value_parser = positive, allow_negative_numbers = true)]

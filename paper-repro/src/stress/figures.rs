@@ -5,7 +5,6 @@ use std::path::Path;
 use super::row::{Curve, Quantity};
 use crate::error::Error;
 use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
-use crate::statistics::range;
 
 /// The size of one of three panels side by side.
 const PANEL: (f64, f64) = (430.0, 480.0);
@@ -31,13 +30,13 @@ pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
         }
     }
     for (over_time, name, x) in [(true, "stress_over_time", "time [s]"), (false, "stress_over_step", "step length [s]")] {
-        let shown: Vec<&Curve> = curves.iter().filter(|curve| curve.over_time == over_time).collect();
+        let shown = |of| curves.iter().filter(move |curve| curve.over_time == over_time && curve.of == of);
         let charts = PANELS.map(|(of, title, y)| Chart {
             title: title.to_owned(),
-            x: Axis { range: Some(stretch(&shown)), ..Axis::log(x, 0.0) },
+            x: Axis::log(x, 0.0),
             y: Axis::log(y, 1e-17),
             legend: Place::UpperLeft,
-            series: series(shown.iter().copied().filter(|curve| curve.of == of), &mechanisms),
+            series: series(shown(of), &mechanisms),
             size: PANEL,
             ..Chart::default()
         });
@@ -65,11 +64,6 @@ fn series<'a>(curves: impl Iterator<Item = &'a Curve>, mechanisms: &[&str]) -> V
     all.extend(known.iter().map(|index| sample(mechanisms[*index], COLOURS[index % COLOURS.len()], Style::Line)));
     all.extend(used.iter().map(|index| sample(TREATMENTS[*index].0, colour::GREY, TREATMENTS[*index].1)));
     all
-}
-
-/// From the least to the greatest time or step of all panels.
-fn stretch(curves: &[&Curve]) -> (f64, f64) {
-    range(curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).filter(|x| *x > 0.0))
 }
 
 /// The name up to the comma.
