@@ -58,6 +58,8 @@ may be its own) and as corrected, at random states near two motions, and compare
 differences of the residual f. A is a cart with two links and a damper (constant M), B a double pendulum in its angles with \
 friction and a constraint (M depends on q). Errors are relative to the size of an entry's row and column.";
 
+const COMMAND: &str = "cargo run --release -p paper-repro -- jacobians";
+
 fn errors(of: &Option<[f64; 2]>) -> [String; 2] {
     let number = |x: f64| match x {
         0.0 => "0".to_string(),
@@ -103,7 +105,11 @@ impl Findings {
             vec![place, printed, status.to_string(), corrected, errors(&printed_error), errors(&corrected_error), words]
         };
         let table = Table { heads, rows: self.findings.iter().map(row).collect() };
-        format!("# The paper's equations, formula by formula\n\n{HEADING}\n\n{}\n\n{}", self.summary(), table.markdown())
+        format!(
+            "# The paper's equations, formula by formula\n\n{HEADING}\n`{COMMAND}` writes this page.\n\n{}\n\n{}",
+            self.summary(),
+            table.markdown()
+        )
     }
 }
 
