@@ -505,6 +505,27 @@ impl Force<1, 1, 1> for Motor {
     }
 }
 
+/// A mass that nothing pulls moves as it began, whatever it is: what is left of its derivatives is rounding, and not wrong.
+#[test]
+fn what_rounding_leaves_of_a_product_is_not_wrong() {
+    for k in 0..10 {
+        let mut scene = Scene::new();
+        let [q] = scene.coordinates("mass", ["x"]);
+        let mass = scene.design("mass", 1.9 + 0.07 * f64::from(k));
+        scene.kinetic_energy("mass", Motor, [q], [mass.into()]);
+        scene.cost("x", AngleError, Sum::Trapezoidal, [q], [], [], [0.2.into()]);
+        let system = scene.compile().expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(6, 0.04));
+        inputs.start.set_coordinate(q, 0.3);
+        inputs.start.set_rate(q, 0.7);
+        let report = check::hessian(&system, &inputs, Settings::default()).run().expect("a report");
+        report.assert_passed();
+        assert!(report.rows.iter().all(|row| row.error() < 1e-12), "{report}");
+        let sizes: Vec<bool> = report.rows.iter().map(|row| row.size > 0.0).collect();
+        assert_eq!(sizes, [false, true, true, true], "{report}");
+    }
+}
+
 #[test]
 fn products_are_exact_where_nothing_bends_and_where_it_bends_in_pieces() {
     for with_programs in [true, false] {

@@ -10,6 +10,9 @@ use super::{Part, name_of, own, sizes_of_inputs};
 use crate::check::Input;
 use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 
+/// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
+const ROUNDING: f64 = 1e-14;
+
 /// A product of the user's own: its name, part and direction, and its numbers.
 type Own = (String, Part, Inputs, Vec<f64>);
 
@@ -83,7 +86,7 @@ impl HessianCheck<'_> {
         let of = name_of(self.which, self.system)?;
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
-        solver.gradient_of(self.which)?;
+        let gradient = solver.gradient_of(self.which)?.clone();
         let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
         let mut random_source = Random::new(self.seed);
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
@@ -95,9 +98,13 @@ impl HessianCheck<'_> {
             let (along, size) = product(&of_all, &direction);
             let (transposed, other) = product(solver.hessian_product(&direction)?, &all);
             let reference = self.by_hyper(&mut hyper, [&direction, &all])?;
-            Ok(HessianRow::new(part.name(), [along, transposed, reference], size.max(other), self.tolerance))
+            Ok((part.name(), [along, transposed, reference], size.max(other).max(reference.abs())))
         });
-        let rows = rows.collect::<Result<Vec<HessianRow>, Error>>()?;
+        let rows = rows.collect::<Result<Vec<_>, Error>>()?;
+        let rounding = ROUNDING * rows.iter().fold(product(&gradient, &all).1, |largest, row| largest.max(row.2));
+        let rows =
+            rows.into_iter().map(|(name, values, size)| HessianRow::new(name, values, size, (self.tolerance, rounding)));
+        let rows = rows.collect();
         let mut report = HessianReport { of, rows, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in self.own.iter().filter(|_| is_trusted) {
@@ -147,24 +154,29 @@ pub struct HessianRow {
     pub transposed: f64,
     /// By hyper-dual numbers.
     pub hyper_dual: f64,
-    /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to.
+    /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to; 0 where all of it is rounding.
     pub size: f64,
     /// The outcome.
     pub verdict: Verdict,
 }
 
 impl HessianRow {
-    fn new(name: &'static str, [product, transposed, hyper_dual]: [f64; 3], size: f64, tolerance: f64) -> Self {
-        let size = size.max(hyper_dual.abs());
-        let near = |x: f64| (x - hyper_dual).abs() <= tolerance * size;
+    fn new(
+        name: &'static str,
+        [product, transposed, hyper_dual]: [f64; 3],
+        size: f64,
+        (tolerance, rounding): (f64, f64),
+    ) -> Self {
+        let near = |x: f64| (x - hyper_dual).abs() <= (tolerance * size).max(rounding);
         let verdict = if near(product) && near(transposed) { Verdict::Right } else { Verdict::Wrong };
+        let size = if size <= rounding { 0.0 } else { size };
         HessianRow { name, product, transposed, hyper_dual, size, verdict }
     }
 
     /// The larger error of both products, relative.
     pub fn error(&self) -> f64 {
         let difference = (self.product - self.hyper_dual).abs().max((self.transposed - self.hyper_dual).abs());
-        if difference == 0.0 { 0.0 } else { difference / self.size }
+        if self.size == 0.0 { 0.0 } else { difference / self.size }
     }
 }
 
