@@ -9,9 +9,10 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Coordinate, Design, Error, Grid, Inputs, LongSolver, Scene, Scheme, Settings, Solver, Start, Sum, System, gradient,
-    simulate,
+    Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Scalar, Scene, Scheme, Settings, Solver, Start, Sum,
+    System, gradient, simulate,
 };
+use nalgebra::SVector;
 
 struct FourBar {
     scene: Scene,
@@ -138,6 +139,35 @@ fn a_mass_matrix_that_varies_and_a_linear_part_are_no_exception() {
     assert_gradient_is_exact_with("free", &system, &inputs, Settings::default());
     inputs.start = inputs.start.clone().hold(&q[..1]);
     assert_gradient_is_exact_with("x held", &system, &inputs, Settings::default());
+}
+
+/// T = ½ m (|v|² + (x ẋ + sin y ẏ)²); b = [m].
+struct Uneven;
+
+impl KineticEnergy<2, 1> for Uneven {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 1>) -> S {
+        let along = q[0] * v[0] + q[1].sin() * v[1];
+        b[0] * (v.dot(v) + along * along) * 0.5
+    }
+}
+
+/// The real part of complex velocities is but products of perturbations then, which rounding never lets settle.
+#[test]
+fn a_start_at_rest_is_no_exception() {
+    for k in 0..20 {
+        let mut scene = Scene::new();
+        let q = scene.coordinates("bob", ["x", "y"]);
+        let mass = scene.design("mass", 1.1);
+        scene.place(q[0], 0.9 + 0.01 * f64::from(k));
+        scene.place(q[1], 0.3);
+        scene.kinetic_energy("bob", Uneven, q, [mass.into()]);
+        scene.cost("x", AngleError, Sum::Trapezoidal, [q[0]], [], [], [0.2.into()]);
+        let system = scene.compile().expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.02));
+        inputs.start = Start::assembled(&system);
+        let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
+        assert!(report.passed(), "{report}");
+    }
 }
 
 #[test]
