@@ -46,11 +46,11 @@ impl Verdict {
             Self::Assumed => ("assumed", "assumed"),
             Self::Confirmed => ("confirmed", "confirmed"),
             Self::Reported => ("only reported", "reported"),
-            Self::Holds => ("holds", "holds"),
-            Self::HoldsForConstantMass => ("holds for constant M", "holds for constant M"),
+            Self::Holds => ("holds", "held"),
+            Self::HoldsForConstantMass => ("holds for constant M", "held for constant M"),
             Self::Misprinted => ("MISPRINTED", "misprinted"),
             Self::Refused => ("refused with an error", "refused"),
-            Self::Warned => ("warned", "warned"),
+            Self::Warned => ("warned", "told"),
             Self::Failed => ("FAILED", "failed"),
         }
     }
@@ -258,6 +258,6 @@ mod tests {
     fn json_has_the_cells_under_their_keys_and_what_else_there_is() {
         let row = Row { more: vec![("seconds", 0.5.into())], ..Row::new("a", "b", "c", "d", Verdict::Warned) };
         let json = serde_json::to_string(&rows(&[row])).unwrap();
-        assert_eq!(json, r#"[{"figure":"a","what":"b","paper":"c","ours":"d","verdict":"warned","seconds":0.5}]"#);
+        assert_eq!(json, r#"[{"figure":"a","what":"b","paper":"c","ours":"d","verdict":"told","seconds":0.5}]"#);
     }
 }
