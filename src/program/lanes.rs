@@ -255,8 +255,8 @@ mod tests {
             let mut count = 0;
             lanes.run(&point, &mut registers, |first, _, values| count += holds(first, 0, values));
             assert_eq!(count, elements);
-            lanes.go_on(1, &mut registers, |first, k, values| drop(holds(first, 1 + k, values)));
-            lanes.go_on(1, &mut registers, |first, k, values| drop(holds(first, 1 + k, values)));
+            lanes.go_on(1, &mut registers, |first, k, values| _ = holds(first, 1 + k, values));
+            lanes.go_on(1, &mut registers, |first, k, values| _ = holds(first, 1 + k, values));
             assert!(seen.as_flattened().iter().all(|&seen| seen));
         }
     }
