@@ -505,6 +505,44 @@ impl Force<1, 1, 1> for Motor {
     }
 }
 
+/// u √t.
+struct Ramp;
+
+impl Force<1, 1> for Ramp {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([at.u[0] * at.t.sqrt()])
+    }
+}
+
+/// The time of a start is no input: that the load begins with an infinite slope is felt by nothing.
+#[test]
+fn a_load_that_begins_with_an_infinite_slope_has_products() {
+    for with_programs in [true, false] {
+        let mut scene = Scene::new();
+        let [q] = scene.coordinates("mass", ["x"]);
+        let (u, mass) = (scene.control("u"), scene.design("mass", 2.0));
+        scene.kinetic_energy("mass", Motor, [q], [mass.into()]);
+        scene.force("ramp", Ramp, [q], [u], []);
+        scene.cost("x", AngleError, Sum::Trapezoidal, [q], [], [], [0.2.into()]);
+        let place = scene.output("place");
+        scene.term(place, "x at the end", AngleError, Sum::Terminal, [q], [], [], [0.1.into()]);
+        let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(6, 0.1));
+        inputs.controls.fill(3.0);
+        for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK3] {
+            let settings = Settings { scheme, ..Settings::default() };
+            check::hessian(&system, &inputs, settings).run().expect("a report").assert_passed();
+            let mut solver = Solver::new(&system, settings);
+            solver.simulate(&inputs).expect("a motion");
+            let gradient = solver.jacobian().expect("gradients").swap_remove(0);
+            let along = direction(&inputs, 3);
+            let sum = |all: &[Input]| all.iter().map(|i| i.in_gradient(&gradient) * *i.of(&mut along.clone())).sum::<f64>();
+            let change = solver.push_forward(&along).expect("changes")[0];
+            assert!((change - sum(&Input::all(&inputs))).abs() < 1e-13 * change.abs());
+        }
+    }
+}
+
 /// A mass that nothing pulls moves as it began, whatever it is: what is left of its derivatives is rounding, and not wrong.
 #[test]
 fn what_rounding_leaves_of_a_product_is_not_wrong() {

@@ -355,4 +355,12 @@ impl Graph {
     pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
         if self.is_zero(x) { x } else { self.put(Expression::Where(condition, x)) }
     }
+
+    /// x, which leaves nothing behind infinite slopes where it vanishes, as a derivative that is not there.
+    pub(crate) fn unless_zero(&mut self, x: Node) -> Node {
+        let zero = self.constant(0.0);
+        let (below, above) = (self.less(x, zero), self.less(zero, x));
+        let moves = self.add(below, above);
+        self.keep_where(moves, x)
+    }
 }

@@ -75,9 +75,12 @@ impl SecondOrderKernels {
 pub(super) type Tangent = (Node, Node);
 
 /// An argument and its rate.
+///
+/// A start stays at its time, where a load may begin with an infinite slope: √t at t = 0.
 pub(super) fn moving(graph: &mut Graph, shape: Shape, which: usize) -> Tangent {
-    let rate = shape.moving().position(|moving| moving == which).unwrap_or_default();
-    (graph.input(which), graph.input(shape.rates() + rate))
+    let place = shape.moving().position(|moving| moving == which).unwrap_or_default();
+    let rate = graph.input(shape.rates() + place);
+    (graph.input(which), if which == shape.t() { graph.unless_zero(rate) } else { rate })
 }
 
 /// The constants that are bound: their rates are those of what they are multiples of, times the factors.
