@@ -64,33 +64,39 @@ trait Sink {
     fn take<'a, const L: usize>(&mut self, which: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>);
 }
 
-/// Gets the first of some elements, the number of the result and their values.
+/// Shows the first of some elements, the number of the result and their values: of these lanes of a chunk.
+#[inline(always)]
+fn show<'a, const L: usize>(
+    chunk: &Chunk,
+    lanes: Range<usize>,
+    results: impl Iterator<Item = &'a [f64; L]>,
+    mut to: impl FnMut(usize, usize, &[f64]),
+) {
+    if lanes.len() == L {
+        // Of a length that the compiler knows.
+        results.enumerate().for_each(|(k, values)| to(chunk.first, k, values));
+    } else {
+        results.enumerate().for_each(|(k, values)| to(chunk.first + lanes.start, k, &values[lanes.clone()]));
+    }
+}
+
+/// Shows every element once.
 struct Put<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
     #[inline]
     fn take<'a, const L: usize>(&mut self, _: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
-        if chunk.own.len() == L {
-            // Of a length that the compiler knows.
-            results.enumerate().for_each(|(k, values)| self.0(chunk.first, k, values));
-        } else {
-            let (first, own) = (chunk.first + chunk.own.start, chunk.own.clone());
-            results.enumerate().for_each(|(k, values)| self.0(first, k, &values[own.clone()]));
-        }
+        show(chunk, chunk.own.clone(), results, &mut self.0);
     }
 }
 
-/// As `Put`, but elements may come twice, so that of groups as large as the lanes there is no need to count.
+/// Shows elements of the chunk before once more: then most chunks are as long as the lanes.
 struct Write<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {
     #[inline]
     fn take<'a, const L: usize>(&mut self, _: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
-        if chunk.own.end == L {
-            results.enumerate().for_each(|(k, values)| self.0(chunk.first, k, values));
-        } else {
-            results.enumerate().for_each(|(k, values)| self.0(chunk.first, k, &values[..chunk.own.end]));
-        }
+        show(chunk, 0..chunk.own.end, results, &mut self.0);
     }
 }
 
