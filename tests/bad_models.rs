@@ -7,8 +7,8 @@ mod sled;
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Sum, System, gradient,
-    simulate,
+    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum,
+    System, gradient, simulate,
 };
 use nalgebra::SVector;
 use sled::{Formula, Mass, Own, sled};
@@ -316,4 +316,38 @@ fn an_infinite_slope_that_a_cost_on_accelerations_meets_is_that_of_the_force() {
     let inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.1));
     let error = gradient(&system, &inputs, Settings::default()).expect_err("an infinite slope");
     assert_says(&error, &["`jet`", "`valve` = 0.0", "node 3"]);
+}
+
+/// q^1.5, whose second derivative at the origin is infinite.
+struct Cusp;
+impl Formula for Cusp {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q.powf(1.5)
+    }
+}
+
+#[test]
+fn an_infinite_second_derivative_is_blamed_with_its_node() {
+    let elements: [fn(&mut Scene, Coordinate); 2] = [
+        |scene, x| scene.force("pad", Own(Cusp), [x], [], []),
+        |scene, x| scene.cost("pad", Own(Cusp), Sum::Rectangle, [x], [], [], []),
+    ];
+    for place in elements {
+        for with_programs in [true, false] {
+            let mut scene = Scene::new();
+            let [x] = scene.coordinates("sled", ["x"]);
+            scene.kinetic_energy("mass", Mass, [x], [1.0.into()]);
+            place(&mut scene, x);
+            // So that adjoint variables are not zero.
+            scene.cost("push", Own(Held), Sum::Terminal, [x], [], [], []);
+            let system = if with_programs { scene.compile() } else { scene.compile_without_programs() }.expect("scene");
+            let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+            let mut solver = Solver::new(&system, Settings::default());
+            solver.simulate(&inputs).expect("a motion");
+            let mut direction = inputs.no_change();
+            direction.start.q_mut()[0] = 1.0;
+            let error = solver.hessian_product(&direction).expect_err("an infinite second derivative");
+            assert_says(&error, &["`pad`", "not finite for `sled.x` = 0.0", "node "]);
+        }
+    }
 }

@@ -475,6 +475,35 @@ fn a_direction_of_another_shape_is_refused_also_if_it_has_as_many_numbers() {
     assert_says(&error, &["augmented momenta", "velocities", "`Start`"]);
 }
 
+/// Q = 100 x, which drives away from the origin.
+struct Unstable;
+impl Force<1> for Unstable {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([at.q[0] * 100.0])
+    }
+}
+
+#[test]
+fn a_tangent_that_overflows_is_an_error_that_tells_its_node() {
+    use hamiltonian_adjoint::LiftedSolver;
+    use num_dual::Dual64;
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x"]);
+    scene.kinetic_energy("mass", Runaway, q, []);
+    scene.force("drive", Unstable, q, [], []);
+    let system = scene.compile().expect("scene");
+    // It stays at the origin, and what begins beside it grows by 3 in a step, beyond 1e308 in 646 steps.
+    let inputs = Inputs::at_rest(&system, Grid::uniform(800, 0.1));
+    let mut perturbed = inputs.lift::<Dual64>();
+    perturbed.start.q_mut()[0] = Dual64::new(0.0, 1.0);
+    let mut solver = LiftedSolver::new(&system, &inputs, Settings::default()).expect("a motion");
+    let error = solver.simulate(&perturbed).map(|_| ()).expect_err("a tangent beyond the range of numbers");
+    let Error::Overflow { what, .. } = &error else { panic!("{error:?}") };
+    let node: usize = what.rsplit(' ').next().and_then(|node| node.parse().ok()).expect("a node");
+    assert!((630..=650).contains(&node), "{error}");
+    assert_says(&error, &["dual part of the motion at node", "shorten a motion"]);
+}
+
 /// Hertz contact with the ground and weight: Q = 10⁴ max(−y, 0)^1.5 − 9.81.
 struct Contact;
 impl Force<1> for Contact {

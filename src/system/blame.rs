@@ -1,11 +1,14 @@
 //! Which formula is no number, and for which of its arguments.
 
-use super::view::NodeView;
-
+use super::cost::{CostRows, Weights};
+use super::cost_second_order::CostSecondOrder;
 use super::names::Names;
 use super::parameters::Parameters;
+use super::view::NodeView;
+use super::{Covector, System};
 use crate::Error;
 use crate::error::quoted;
+use num_dual::Dual64;
 
 /// An argument of a formula, in the scene's numbering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -71,4 +74,71 @@ impl Argument {
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")
+}
+
+impl System {
+    /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
+    pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
+        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
+        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)).map(explain);
+        // Accelerations have the derivatives of forces.
+        let of_element = || self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
+        suspect.or_else(of_element).unwrap_or_else(|| explain(Suspect { element: "the cost", arguments: Vec::new() }))
+    }
+
+    /// The first cost whose derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
+    pub(crate) fn bad_cost_along(
+        &self,
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        (weights, programs): (&Weights<Dual64>, &mut [Vec<Option<CostSecondOrder>>]),
+        rows: &mut CostRows,
+        node: usize,
+    ) -> Error {
+        let mut costs = self.costs.iter().zip(programs);
+        let suspect = costs.find_map(|(costs, programs)| costs.find_not_finite_along(programs, (at, along), weights, rows));
+        self.second_derivative(suspect, at, node)
+    }
+
+    /// The first element whose second derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
+    pub(crate) fn bad_element_along(
+        &self,
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        with: &Covector,
+        rows: &mut CostRows,
+        node: usize,
+    ) -> Error {
+        let bad = self.placed().find(|item| {
+            rows.clear();
+            item.pull_back_along((at, along), with, rows);
+            !rows.is_finite()
+        });
+        let suspect = bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() });
+        self.second_derivative(suspect, at, node)
+    }
+
+    fn second_derivative(&self, suspect: Option<Suspect>, at: &NodeView<f64>, node: usize) -> Error {
+        let what = || format!("a second derivative at node {node}");
+        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
+        suspect.map_or_else(|| Error::Overflow { what: what(), value: f64::NAN }, explain)
+    }
+
+    /// The first element whose derivative with respect to an input is not finite at a node, as an error.
+    pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
+        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, vec![item.find_bad_input(at)?]))?;
+        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
+    }
+
+    /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
+    pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
+        let mut items = self.partly_defined.iter().map(|&(batch, item)| &self.batches[batch].items[item]);
+        let undefined = items.find(|item| !item.energy(at).is_finite())?;
+        let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
+        Some(suspect.explain((&self.names, &self.parameters), at, node))
+    }
+
+    /// The first element whose contributions are not finite at a node, as an error.
+    pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
+        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, item.find_not_finite(at)?))?;
+        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
+    }
 }

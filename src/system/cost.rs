@@ -305,5 +305,13 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows);
     /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
     fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>>;
+    /// The first cost whose derivatives along a direction are not finite; `rows` is overwritten.
+    fn find_not_finite_along(
+        &self,
+        programs: &mut [Option<CostSecondOrder>],
+        at: (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    ) -> Option<Suspect<'_>>;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }

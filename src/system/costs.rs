@@ -172,6 +172,21 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
     }
 
+    fn find_not_finite_along(
+        &self,
+        programs: &mut [Option<CostSecondOrder>],
+        at: (&NodeView<f64>, &NodeView<f64>),
+        weights: &Weights<Dual64>,
+        rows: &mut CostRows,
+    ) -> Option<Suspect<'_>> {
+        let bad = self.items.iter().zip(programs).find_map(|(item, program)| {
+            rows.clear();
+            item.gradient_along(program, at, weights, rows);
+            (!rows.is_finite()).then_some(item)
+        });
+        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
+    }
+
     fn as_any_mut(&mut self) -> &mut dyn Any {
         self
     }

@@ -80,7 +80,6 @@ use crate::model::element::Sum;
 use crate::model::{Coordinate, Handle, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
-use blame::Suspect;
 use compile::check_positive;
 pub(crate) use element::Formulas;
 use jet::ElementKind;
@@ -360,38 +359,9 @@ impl System {
         uses.fold(CostUse::NONE, CostUse::and).accelerations
     }
 
-    /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
-    pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
-        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)).map(explain);
-        // Accelerations have the derivatives of forces.
-        let of_element = || self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
-        suspect.or_else(of_element).unwrap_or_else(|| explain(Suspect { element: "the cost", arguments: Vec::new() }))
-    }
-
-    /// The first element whose derivative with respect to an input is not finite at a node, as an error.
-    pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, vec![item.find_bad_input(at)?]))?;
-        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
-    }
-
     /// Whether there are energies that may not be finite where their derivatives are.
     pub(crate) fn has_partly_defined_energies(&self) -> bool {
         !self.partly_defined.is_empty()
-    }
-
-    /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
-    pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let mut items = self.partly_defined.iter().map(|&(batch, item)| &self.batches[batch].items[item]);
-        let undefined = items.find(|item| !item.energy(at).is_finite())?;
-        let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
-        Some(suspect.explain((&self.names, &self.parameters), at, node))
-    }
-
-    /// The first element whose contributions are not finite at a node, as an error.
-    pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, item.find_not_finite(at)?))?;
-        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
     }
 }
 

@@ -48,15 +48,19 @@ impl Size {
     }
 }
 
-/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least.
-pub(super) fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Size {
+/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least, if the part is finite
+/// after it.
+pub(super) fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Option<Size> {
     let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
     for (x, &delta) in x.iter_mut().zip(delta) {
         x.add_to_part(part, delta);
-        change = if delta.is_finite() { change.max(delta.abs()) } else { f64::INFINITY };
+        if !x.part(part).is_finite() {
+            return None;
+        }
+        change = change.max(delta.abs());
         size = size.max(x.part(part).abs());
         real = real.max(x.part(0).abs());
     }
     let relative_to = |size: f64| if change == 0.0 { 0.0 } else { change / size };
-    Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) }
+    Some(Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) })
 }

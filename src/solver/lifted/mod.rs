@@ -291,7 +291,8 @@ impl<R: Real> Lifted<R> {
         let mut sizes = Shrinking::new();
         for correction in 0..MOST_CORRECTIONS_OF_STAGE {
             self.evaluate(near, (i, s), h);
-            let (size, is_rounding) = self.correct(near, (i, s), h);
+            let (size, is_rounding) =
+                self.correct(near, (i, s), h).ok_or_else(|| overflow(near, i, "the complex or dual part of the motion"))?;
             let is_stalled = sizes.is_stalled(size.of_part);
             if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
                 self.rounding = self.rounding.max(size.of_all);
@@ -339,8 +340,8 @@ impl<R: Real> Lifted<R> {
     }
 
     /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
-    /// rounding.
-    fn correct(&mut self, near: &mut Near, (i, s): (usize, usize), h: R) -> (Size, bool) {
+    /// rounding; if all parts are finite.
+    fn correct(&mut self, near: &mut Near, (i, s): (usize, usize), h: R) -> Option<(Size, bool)> {
         let (mut largest, mut is_rounding) = (Size::default(), true);
         for part in 0..R::PARTS {
             let (mut residual, mut scale) = (0.0f64, 0.0f64);
@@ -360,13 +361,13 @@ impl<R: Real> Lifted<R> {
             // At rest but for rounding, derivatives that vanish are rounding too.
             let speed = largest_real(self.trajectory.stage(i, s).v);
             let floor = if speed <= AT_REST * self.speed { SMALL * self.speed * unit } else { 0.0 };
-            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit)));
+            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit))?);
             // σ from rest is a difference of momenta, and its rounding is theirs.
-            let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit));
+            let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
             // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
-        (largest, is_rounding)
+        Some((largest, is_rounding))
     }
 
     /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
@@ -377,6 +378,11 @@ impl<R: Real> Lifted<R> {
         }
         now.p_star_dot.copy_from_slice(self.sums.force());
     }
+}
+
+/// The error of a part that is beyond the range of numbers at a node.
+fn overflow(near: &Near, i: usize, what: &str) -> Error {
+    Error::Overflow { what: format!("{what} at node {}", near.motion.given_step(i)), value: f64::INFINITY }
 }
 
 fn largest_real<R: Real>(x: &[R]) -> f64 {

@@ -1,7 +1,7 @@
 //! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
 use super::correction::{Shrinking, add};
-use super::{CONVERGED, Lifted, Near};
+use super::{CONVERGED, Lifted, Near, overflow};
 use crate::Error;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
@@ -52,7 +52,9 @@ impl<R: Real> Lifted<R> {
                 self.part.v.iter_mut().zip(self.sums.l_v()).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 near.newton.solve(near.system, &mut self.part);
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part])).of_all;
+                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part]));
+                let size =
+                    size.ok_or_else(|| overflow(near, i, "the complex or dual part of the projection onto Φ = 0"))?.of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 // The perturbation may be that of an input in far larger units: what still shrinks, if by a third, is no rounding.
