@@ -25,7 +25,7 @@ pub struct Settings {
     /// seven digits, so that branches of Φ = 0 cross, is passed over.
     ///
     /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see `docs/long-and-hard-motions.md`). Kinetic
-    /// energies must be quadratic in v for it.
+    /// energies must be quadratic in v for it. A projection costs as much as some five steps.
     pub drift_bound: f64,
     /// The multipliers begin anew after so many macro steps, counted from the start, so that they do not grow without bound under a steady load; 0 for
     /// never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.

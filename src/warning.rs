@@ -138,8 +138,9 @@ impl fmt::Display for Warning {
             ),
             Warning::Unresolved { coordinate, step, time, turn } => write!(
                 f,
-                "`{coordinate}` turns by {turn:.1} rad in step {step} (t = {} s): the motion is not resolved, and may not be the one that was \
+                "`{coordinate}` turns by {} rad in step {step} (t = {} s): the motion is not resolved, and may not be the one that was \
                  meant; take shorter steps",
+                if *turn < 1e4 { format!("{turn:.1}") } else { format!("{turn:.1e}") },
                 seconds(*time)
             ),
             Warning::UnresolvedElement { element, step, time, share } => write!(

@@ -229,6 +229,19 @@ fn a_motion_does_not_depend_on_the_one_before() {
     solver.simulate(&wild).expect("motion");
     let again = solver.simulate(&inputs).expect("motion");
     assert_eq!(again, &simulate(&system, &inputs, rebased()).expect("motion"));
+
+    // Nor on its design variables, which are lengths in Φ.
+    let system = four_bar();
+    let inputs = lively(&system, 14, 0.02);
+    let mut other = inputs.clone();
+    other.design *= 1.01;
+    // A start that the other lengths do not allow is put right after a step.
+    let mut solver = Solver::new(&system, Settings { position_tolerance: 1.0, velocity_tolerance: 1.0, ..projected() });
+    let before = solver.simulate(&inputs).expect("motion").clone();
+    assert!(solver.simulate(&other).expect("motion") != &before);
+    let phi = solver.trajectory().phi(&system, &other).expect("motion");
+    assert!(phi.column(0).amax() > 1e-3 && phi.columns(1, 13).amax() < 1e-13, "{phi}");
+    assert_eq!(solver.simulate(&inputs).expect("motion"), &before);
 }
 
 /// Φ = x⁴ + y⁴ − 1.

@@ -14,6 +14,8 @@ pub fn restarts(criterion: &mut Criterion) {
     let all = [
         ("none", plain),
         ("rebased every 100 nodes", Settings { rebase_every: 100, ..plain }),
+        ("rebased at every node", Settings { rebase_every: 1, ..plain }),
+        ("a bound that is not reached", Settings { drift_bound: 1.0, ..plain }),
         ("projected where Φ exceeds 1e-6", Settings { drift_bound: 1e-6, ..plain }),
         ("projected at every node", Settings { drift_bound: 0.0, ..plain }),
     ];

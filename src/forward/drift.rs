@@ -65,7 +65,8 @@ impl Monitor {
     #[inline(never)]
     fn measure_drift(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize, settings: &Settings) {
         self.take_reach(motion, node);
-        self.evaluate_phi(system, motion, node);
+        self.phi.fill(0.0);
+        system.phi(&motion.at(node), &mut self.phi);
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
         // What the start may violate is no drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };
@@ -78,12 +79,6 @@ impl Monitor {
         if let Some(worst) = worst.filter(|(_, _, share)| *share > Warning::DRIFT) {
             self.warn_of_drift(system, motion, node, worst);
         }
-    }
-
-    /// Φ at a node.
-    pub(crate) fn evaluate_phi(&mut self, system: &System, motion: &Motion, node: usize) {
-        self.phi.fill(0.0);
-        system.phi(&motion.at(node), &mut self.phi);
     }
 
     /// ℓ of the equations that are violated.

@@ -91,17 +91,12 @@ impl Projection<'_> {
     }
 
     /// Φ, and with compliances Φ − μ ν.
-    fn violation(&self, at: &mut Point) {
-        at.left.sigma.fill(0.0);
-        self.system.phi(&self.point(&at.q), &mut at.left.sigma);
+    fn violation(&mut self, at: &mut Point) {
+        let point = NodeView { q: &at.q, ..self.motion.at(self.node) };
+        self.newton.evaluation.phi(self.system, &point, &mut at.left.sigma);
         for &(j, mu) in &self.motion.trajectory.compliance {
             at.left.sigma[j] -= mu * at.x.sigma[j];
         }
-    }
-
-    /// Where Φ is evaluated.
-    fn point<'b>(&'b self, q: &'b [f64]) -> NodeView<'b, f64> {
-        NodeView { q, ..self.motion.at(self.node) }
     }
 
     /// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
@@ -123,7 +118,7 @@ impl Projection<'_> {
         self.monitor.phi.copy_from_slice(&at.left.sigma);
         self.monitor.measure_lengths(self.system, self.motion, self.newton, self.node);
         let mut terms = self.monitor.lengths.clone();
-        let entries = self.system.phi_q(&self.point(&at.q));
+        let entries = self.system.phi_q(&NodeView { q: &at.q, ..self.motion.at(self.node) });
         entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
         let waves = &self.newton.evaluation.constants.waves;
         let mut is_known = vec![false; terms.len()];

@@ -223,8 +223,9 @@ pub(crate) fn keep_end(forward: &mut ForwardSweep, node: usize) {
 
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
-    forward.monitor.evaluate_phi(system, &forward.motion, node);
-    largest(&forward.monitor.phi)
+    let ForwardSweep { motion, stepper, monitor, .. } = forward;
+    stepper.newton.evaluation.phi(system, &motion.at(node), &mut monitor.phi);
+    largest(&monitor.phi)
 }
 
 fn restart(

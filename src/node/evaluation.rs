@@ -8,7 +8,8 @@ use num_dual::Dual64;
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::system::{
-    Constants, CostRows, Covector, Formulas, InputRows, NodeView, Pair, Sines, StateRows, Sums, Wanted, Within, Workspace,
+    Constants, CostRows, Covector, Formulas, InputRows, NodeView, Pair, PositionConstraints, Sines, StateRows, Sums, Wanted,
+    Within, Workspace,
 };
 use crate::system::{Given, KnownPart};
 use crate::{Error, System};
@@ -32,6 +33,8 @@ pub(crate) struct Evaluation {
     formulas: Option<Formulas>,
     workspace: Workspace,
     elements: Option<Elements>,
+    /// Of motions that ask for Φ on their way.
+    positions: Option<PositionConstraints>,
 }
 
 /// How many half steps are kept: a composition of steps has few different ones.
@@ -69,6 +72,7 @@ impl Evaluation {
             formulas: None,
             workspace: system.formulas().assembly.workspace(),
             elements: (!system.formulas().assembly.is_empty()).then(elements),
+            positions: None,
         }
     }
 
@@ -83,9 +87,13 @@ impl Evaluation {
         if own.is_some() || self.formulas.is_some() {
             self.workspace = own.as_ref().unwrap_or(system.formulas()).assembly.workspace();
             self.formulas = own;
+            self.positions = None;
         }
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.set_design(start.design, &mut self.constants, &mut self.workspace);
+        if let Some(positions) = &mut self.positions {
+            positions.fix(&formulas.elements, start.design);
+        }
         self.sines.set_coefficients(&mut self.constants.waves);
         self.steps.clear();
         self.oldest = 0;
@@ -201,6 +209,18 @@ impl Evaluation {
             assembly.second(&mut self.workspace, &mut self.blocks[self.sines.block_len()..]);
             report.second_derivatives += assembly.elements();
         }
+    }
+
+    /// Writes Φ at any point of the motion.
+    pub(crate) fn phi(&mut self, system: &System, at: &NodeView<f64>, phi: &mut [f64]) {
+        let Evaluation { formulas, positions, design, .. } = self;
+        let elements = &formulas.as_ref().unwrap_or(system.formulas()).elements;
+        let make = || {
+            let mut made = PositionConstraints::new(system, elements);
+            made.fix(elements, design);
+            made
+        };
+        positions.get_or_insert_with(make).evaluate(system.batches(), at, phi);
     }
 
     /// Adds 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
