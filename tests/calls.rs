@@ -165,8 +165,16 @@ fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
     calls_of(add, steps, Scene::compile)
 }
 
-/// The same for a scene that is compiled in another way.
 fn calls_of(add: &impl Fn(&mut Bench, Calls), steps: usize, compile: fn(Scene) -> Result<System, Error>) -> (usize, usize) {
+    calls_with(add, steps, (compile, Settings::default()))
+}
+
+/// The same for a scene that is compiled in another way, or moves in another.
+fn calls_with(
+    add: &impl Fn(&mut Bench, Calls),
+    steps: usize,
+    (compile, settings): (fn(Scene) -> Result<System, Error>, Settings),
+) -> (usize, usize) {
     let mut scene = Scene::new();
     let [x, y] = scene.coordinates("masses", ["x", "y"]);
     scene.kinetic_energy("mass of x", Mass, [x], [1.3.into()]);
@@ -181,7 +189,7 @@ fn calls_of(add: &impl Fn(&mut Bench, Calls), steps: usize, compile: fn(Scene) -
     let system = compile(bench.scene).expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.01));
     inputs.controls.fill(0.3);
-    let mut solver = Solver::new(&system, Settings::default());
+    let mut solver = Solver::new(&system, settings);
     // The first run evaluates what is constant for this design.
     solver.simulate(&inputs).expect("a motion");
     calls.take();
@@ -280,6 +288,17 @@ fn a_constraint_of_sines_and_cosines_is_called_in_no_step_and_no_sweep() {
 fn a_formula_with_a_program_is_called_in_no_step_and_no_sweep() {
     for add in [growing_mass, hard_spring, bent, pushed_askew, shaken, pushed_bound, waved_bound, kinetic_bound] {
         assert_eq!((growth(add), sweep(add)), ((0, 0), 0));
+    }
+}
+
+#[test]
+fn restarts_and_projections_call_no_formula_with_a_program() {
+    let every = Settings { rebase_every: 1, ..Settings::default() };
+    for settings in [every, Settings { drift_bound: 1e-3, ..every }, Settings { drift_bound: 0.0, ..every }] {
+        for add in [kinetic, spring, geared, waved, waved_bound, bent] {
+            let [shorter, longer] = [20, 40].map(|steps| calls_with(&add, steps, (Scene::compile, settings)));
+            assert_eq!(shorter, longer, "but at the start and at the end: {settings:?}");
+        }
     }
 }
 
