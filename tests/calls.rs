@@ -166,14 +166,15 @@ fn calls(add: &impl Fn(&mut Bench, Calls), steps: usize) -> (usize, usize) {
 }
 
 fn calls_of(add: &impl Fn(&mut Bench, Calls), steps: usize, compile: fn(Scene) -> Result<System, Error>) -> (usize, usize) {
-    calls_with(add, steps, (compile, Settings::default()))
+    calls_with(add, steps, compile, Settings::default())
 }
 
 /// The same for a scene that is compiled in another way, or moves in another.
 fn calls_with(
     add: &impl Fn(&mut Bench, Calls),
     steps: usize,
-    (compile, settings): (fn(Scene) -> Result<System, Error>, Settings),
+    compile: fn(Scene) -> Result<System, Error>,
+    settings: Settings,
 ) -> (usize, usize) {
     let mut scene = Scene::new();
     let [x, y] = scene.coordinates("masses", ["x", "y"]);
@@ -296,7 +297,7 @@ fn restarts_and_projections_call_no_formula_with_a_program() {
     let every = Settings { rebase_every: 1, ..Settings::default() };
     for settings in [every, Settings { drift_bound: 1e-3, ..every }, Settings { drift_bound: 0.0, ..every }] {
         for add in [kinetic, spring, geared, waved, waved_bound, bent] {
-            let [shorter, longer] = [20, 40].map(|steps| calls_with(&add, steps, (Scene::compile, settings)));
+            let [shorter, longer] = [20, 40].map(|steps| calls_with(&add, steps, Scene::compile, settings));
             assert_eq!(shorter, longer, "but at the start and at the end: {settings:?}");
         }
     }
