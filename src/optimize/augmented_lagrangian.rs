@@ -41,6 +41,13 @@ impl Augmented {
         problem.c.iter().zip(&problem.intervals).enumerate().map(|(j, (c, of))| self.multiplier(j, *c, of)).collect()
     }
 
+    /// The largest change of a multiplier, in the unit of its constraint: an equality's violation; of an inequality also how far from its bound it is while
+    /// it has a multiplier, which would be as large as that is.
+    fn change(&self, next: &[f64]) -> f64 {
+        let largest = self.w.iter().zip(next).fold(0.0, |most: f64, (w, next)| most.max((next - w).abs()));
+        self.penalty.map_or(0.0, |penalty| largest / penalty)
+    }
+
     /// The augmented Lagrangian at the point that was evaluated last.
     fn of<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
         let of_penalty = |penalty| self.multipliers(problem).iter().map(|w| 0.5 * w * w / penalty).sum::<f64>();
@@ -138,8 +145,9 @@ fn rounds<P: Problem + ?Sized>(
         if !merit.value(problem, &descent.at.x).is_finite() {
             return Ok(reason);
         }
-        let now = problem.violation();
-        merit.w = merit.multipliers(problem);
+        let next = merit.multipliers(problem);
+        let now = problem.violation().max(merit.change(&next));
+        merit.w = next;
         let stationarity = problem.stationarity(&descent.at.x, &descent.at.gradient);
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
             break;

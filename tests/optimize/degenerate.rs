@@ -332,3 +332,73 @@ fn of_contradictions_the_least_violation_is_found_by_any_gradients() {
         assert_near(&outcome.constraints, &[0.5, -0.5, 0.0], 1e-4);
     }
 }
+
+/// Constraints that leave a single point: towards them alone it ended where its barrier did, twice, and called that the least violation.
+#[test]
+fn sets_that_touch_are_not_infeasible() {
+    // x ≤ 0, and a circle about (1, 0) through the origin.
+    let touch: Function = |x, c, g| {
+        c[0] = 0.5 * (x[0] * x[0] + x[1] * x[1]) - x[0];
+        g.copy_from_slice(&[x[0] - 0.3, x[1], x[0] - 1.0, x[1]]);
+        0.5 * (x[0] * x[0] + x[1] * x[1]) - 0.3 * x[0]
+    };
+    for start in [[1.0, -2.0], [1.0, 2.0], [0.0, 1.0], [-1.0, 10.0], [1.26, -1.98]] {
+        let bounds = vec![Interval::at_most(0.0), Interval::FREE];
+        let outcome = solve(&mut Given::new(touch, bounds, vec![Interval::at_most(0.0)]), &start);
+        assert!(outcome.reason.is_converged() && outcome.violation < 1e-9, "{outcome:?}");
+        assert_near(&outcome.x, &[0.0, 0.0], 1e-4);
+    }
+}
+
+/// Where constraints leave no room multipliers are of any size: slopes that were small beside them were taken for none.
+#[test]
+fn what_falls_without_end_is_not_stationary() {
+    // x − y with 0 ≤ x ≤ 0, half of it as a constraint.
+    let slope: Function = |x, c, g| {
+        c[0] = x[0];
+        g.copy_from_slice(&[1.0, -1.0, 1.0, 0.0]);
+        x[0] - x[1]
+    };
+    for start in [[1.0, 1.0], [5.0, 5.0], [0.01, 0.0]] {
+        let bounds = vec![Interval::at_least(0.0), Interval::FREE];
+        let outcome = solve(&mut Given::new(slope, bounds, vec![Interval::at_most(0.0)]), &start);
+        assert!(
+            !outcome.reason.is_converged() && outcome.reason != Reason::Infeasible,
+            "{:?} {:?}",
+            outcome.reason,
+            outcome.x
+        );
+    }
+}
+
+/// Slopes were small beside those of what is fixed.
+#[test]
+fn what_cannot_move_makes_no_slope_small() {
+    let valley: Function = |x, _, g| {
+        g.copy_from_slice(&[1e9, 2.0 * (x[1] - 3.0)]);
+        1e9 * x[0] + (x[1] - 3.0).powi(2)
+    };
+    let outcome = solve(&mut Given::new(valley, vec![Interval::equal(1.0), Interval::FREE], vec![]), &[1.0, 0.0]);
+    assert!(outcome.reason.is_converged(), "{:?}", outcome.reason);
+    assert_near(&outcome.x, &[1.0, 3.0], 1e-6);
+}
+
+/// The augmented Lagrangian was content where constraints held, with multipliers of some that were not at their bounds.
+#[test]
+fn a_constraint_with_a_multiplier_is_at_its_bound() {
+    // 0.4 x + 0.66 y ≥ 0 and y ≤ 0; least at the origin.
+    let corner: Function = |x, c, g| {
+        c[0] = -0.4 * x[0] - 0.66 * x[1];
+        let slope = [0.25 + 0.33 * x[0] - 0.17 * x[1], -0.25 - 0.17 * x[0] + 0.63 * x[1]];
+        g.copy_from_slice(&[slope[0], slope[1], -0.4, -0.66]);
+        0.5 * ((slope[0] + 0.25) * x[0] + (slope[1] - 0.25) * x[1])
+    };
+    for start in [[0.3, -0.5], [0.5, -1.0], [0.45, -7.2]] {
+        let bounds = vec![Interval::new(-0.2, 1.0), Interval::new(-1.4, 0.0)];
+        let mut problem = Given::new(corner, bounds, vec![Interval::at_most(0.0)]);
+        let outcome = augmented_lagrangian(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        assert!(outcome.reason.is_converged(), "{outcome:?}");
+        assert_near(&outcome.x, &[0.0, 0.0], 1e-6);
+        assert_near(&outcome.multipliers, &[0.625], 1e-5);
+    }
+}

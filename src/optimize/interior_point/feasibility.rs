@@ -14,6 +14,8 @@ const ITERATIONS: usize = 100;
 /// iterations. Nothing is said of ways that are merely slow.
 const FLAT: f64 = 1e-5;
 const FEW: usize = 10;
+/// It begins again with this share of the stationarity: the start is moved away from its bounds again, and would lead to the same end.
+const FINER: f64 = 1e-3;
 
 /// What the way towards constraints alone found.
 pub(super) struct Found {
@@ -47,6 +49,7 @@ pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64],
             return Ok(Found { step: largest_change(&end, x), x: end, is_least, iterations });
         }
         before = last;
+        options.stationarity *= FINER;
     }
 }
 

@@ -221,11 +221,10 @@ impl Method {
         options.first_step.unwrap_or(1.0).max(self.x().amax())
     }
 
-    /// What the gradient of the Lagrangian is small against.
+    /// What the gradient of the Lagrangian is small against: f's own by what is not fixed. Multipliers may be of any size where constraints leave no room.
     pub(super) fn scale(&self) -> f64 {
-        let jacobian = self.jacobian.columns(0, self.x().len());
-        let terms = jacobian.row_iter().zip(self.multipliers.iter()).map(|(row, w)| row.amax() * w.abs());
-        terms.fold(self.gradient.amax(), f64::max)
+        let free = self.gradient.iter().zip(&self.scales).filter(|(_, scale)| **scale > 0.0);
+        free.fold(0.0, |most: f64, (g, _)| most.max(g.abs()))
     }
 
     /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
