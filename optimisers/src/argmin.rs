@@ -3,11 +3,13 @@
 use std::cell::RefCell;
 
 use argmin::core::{CostFunction, Error, Gradient, Hessian};
+use hamiltonian_adjoint::Error as MotionError;
 use hamiltonian_adjoint::optimize::{Interval, Problem};
 
-use crate::Failure;
+use crate::{Failure, finite};
 
-/// A problem without bounds and constraints for argmin's solvers; a point without a value is infinitely costly.
+/// A problem without bounds and constraints for argmin's solvers. A point without a value is infinitely costly, its gradient is the error that says why;
+/// a simulation that is stopped by whoever watches it ends the run with that error.
 ///
 /// ```
 /// use argmin::core::{Executor, State};
@@ -31,11 +33,11 @@ use crate::Failure;
 /// ```
 pub struct Argmin<'p, P>(RefCell<Asked<'p, P>>);
 
-/// The problem and where it was evaluated last.
+/// The problem and where it was evaluated last, with the value there or why there is none.
 struct Asked<'p, P> {
     problem: &'p mut P,
-    at: Vec<f64>,
-    value: f64,
+    at: Option<Vec<f64>>,
+    value: Result<f64, MotionError>,
     c: Vec<f64>,
 }
 
@@ -47,25 +49,49 @@ impl<'p, P: Problem> Argmin<'p, P> {
         if problem.bounds().iter().chain(&constraints).any(|of| *of != Interval::FREE) {
             return Err(Failure::Constrained);
         }
-        Ok(Argmin(RefCell::new(Asked { problem, at: Vec::new(), value: f64::NAN, c: vec![0.0; constraints.len()] })))
+        let value = Ok(f64::NAN);
+        Ok(Argmin(RefCell::new(Asked { problem, at: None, value, c: vec![0.0; constraints.len()] })))
     }
 }
 
 impl<P: Problem> Asked<'_, P> {
-    fn evaluate(&mut self, x: &[f64]) -> f64 {
-        if self.at != x {
-            self.at = x.to_vec();
-            let value = self.problem.evaluate(x, &mut self.c).ok().filter(|value| value.is_finite());
-            self.value = value.unwrap_or(f64::INFINITY);
+    fn evaluate(&mut self, x: &[f64]) -> Result<f64, MotionError> {
+        let (expected, found) = (self.problem.variables(), x.len());
+        if found != expected {
+            return Err(MotionError::Size { what: "the variables", expected, found });
         }
-        self.value
+        if self.at.as_deref() != Some(x) {
+            self.value = self
+                .problem
+                .evaluate(x, &mut self.c)
+                .and_then(|value| finite("the value of the cost", &[value]).map(|()| value));
+            self.at = Some(x.to_vec());
+        }
+        self.value.clone()
     }
 
-    fn gradient(&mut self, x: &[f64]) -> Result<Vec<f64>, Error> {
-        self.evaluate(x);
+    /// Infinite at a point without a value, but for sizes that do not fit, and for a simulation that was stopped.
+    fn cost(&mut self, x: &[f64]) -> Result<f64, MotionError> {
+        match self.evaluate(x) {
+            Err(error @ (MotionError::Size { .. } | MotionError::Interrupted { .. })) => Err(error),
+            other => Ok(other.unwrap_or(f64::INFINITY)),
+        }
+    }
+
+    fn gradient(&mut self, x: &[f64]) -> Result<Vec<f64>, MotionError> {
+        self.evaluate(x)?;
         let mut gradient = vec![0.0; x.len()];
         self.problem.gradient(1.0, &vec![0.0; self.c.len()], &mut gradient)?;
+        finite("a derivative of the cost", &gradient)?;
         Ok(gradient)
+    }
+
+    fn row(&mut self, i: usize, len: usize) -> Result<Vec<f64>, MotionError> {
+        let (mut unit, mut row) = (vec![0.0; len], vec![0.0; len]);
+        unit[i] = 1.0;
+        self.problem.product(&unit, &mut row)?;
+        finite("a second derivative", &row)?;
+        Ok(row)
     }
 }
 
@@ -74,7 +100,7 @@ impl<P: Problem> CostFunction for Argmin<'_, P> {
     type Output = f64;
 
     fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.0.borrow_mut().evaluate(x))
+        Ok(self.0.borrow_mut().cost(x)?)
     }
 }
 
@@ -83,7 +109,7 @@ impl<P: Problem> Gradient for Argmin<'_, P> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        self.0.borrow_mut().gradient(x)
+        Ok(self.0.borrow_mut().gradient(x)?)
     }
 }
 
@@ -95,12 +121,6 @@ impl<P: Problem> Hessian for Argmin<'_, P> {
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         let mut asked = self.0.borrow_mut();
         asked.gradient(x)?;
-        let row = |i| {
-            let (mut unit, mut row) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-            unit[i] = 1.0;
-            asked.problem.product(&unit, &mut row)?;
-            Ok(row)
-        };
-        (0..x.len()).map(row).collect()
+        (0..x.len()).map(|i| Ok(asked.row(i, x.len())?)).collect()
     }
 }

@@ -16,7 +16,7 @@ use crate::interface::{
     AddIpoptIntOption, AddIpoptNumOption, AddIpoptStrOption, CreateIpoptProblem, FreeIpoptProblem, IpoptSolve,
     SetIntermediateCallback,
 };
-use crate::{Failure, Hessian};
+use crate::{Failure, Hessian, finite};
 
 /// The linear solver behind IPOPT keeps numbers in statics: one call at a time in a process.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -38,33 +38,46 @@ impl Drop for Mark {
 /// The problem and what was asked of it.
 struct Asked<'p, P> {
     problem: &'p mut P,
-    at: Vec<f64>,
+    at: Option<Vec<f64>>,
     value: Option<f64>,
     c: Vec<f64>,
     gradient: Vec<f64>,
+    /// The largest derivative of f at the start, in units of which IPOPT sees f; 1 if there is none.
+    unit: f64,
     counts: [usize; 3],
     history: Vec<Iterate>,
     failures: usize,
     first_failure: Option<Error>,
+    last_failure: Option<Error>,
+    /// Whether whoever watches a simulation stopped it: then nothing more is asked.
+    is_stopped: bool,
 }
 
 impl<P: Problem> Asked<'_, P> {
     /// Whether x has a value; then it is the point that was evaluated last.
     fn evaluate(&mut self, x: &[f64]) -> Option<f64> {
-        if self.at != x {
-            self.at = x.to_vec();
+        if self.at.as_deref() != Some(x) {
+            // A panic on the way leaves a point without a value.
+            (self.at, self.value) = (Some(x.to_vec()), None);
             self.counts[0] += 1;
             let value = self.problem.evaluate(x, &mut self.c);
-            let value = value.and_then(|value| finite("the value of the cost or of a constraint", &self.c, value));
+            let value = value.and_then(|value| {
+                finite("the value of the cost or of a constraint", &[&[value], &self.c[..]].concat()).map(|()| value)
+            });
             self.value = self.note(value);
-            self.failures += usize::from(self.value.is_none());
         }
         self.value
     }
 
-    /// What there is, or why it is not: the first reason is kept.
+    /// What there is, or why it is not: the first reason and the last are kept.
     fn note<T>(&mut self, found: Result<T, Error>) -> Option<T> {
-        found.map_err(|error| self.first_failure.get_or_insert(error)).ok()
+        let note = |error: Error| {
+            self.failures += 1;
+            self.is_stopped |= matches!(error, Error::Interrupted { .. });
+            self.first_failure.get_or_insert(error.clone());
+            self.last_failure = Some(error);
+        };
+        found.map_err(note).ok()
     }
 
     /// The gradient of σ f + λᵀ c.
@@ -72,7 +85,7 @@ impl<P: Problem> Asked<'_, P> {
         self.evaluate(x)?;
         self.counts[1] += 1;
         let asked = self.problem.gradient(f, c, &mut self.gradient);
-        let asked = asked.and_then(|()| finite("a derivative of the cost", &self.gradient, 0.0));
+        let asked = asked.and_then(|()| finite("a derivative of the cost", &self.gradient));
         self.note(asked)?;
         Some(&self.gradient)
     }
@@ -84,7 +97,7 @@ impl<P: Problem> Asked<'_, P> {
         let rows: Vec<usize> = (0..self.c.len()).collect();
         let mut jacobian = DMatrix::zeros(rows.len(), x.len());
         let asked = self.problem.jacobian(&rows, &mut jacobian);
-        let asked = asked.and_then(|()| finite("a derivative of a constraint", jacobian.as_slice(), 0.0));
+        let asked = asked.and_then(|()| finite("a derivative of a constraint", jacobian.as_slice()));
         self.note(asked)?;
         values.copy_from_slice(jacobian.transpose().as_slice());
         Some(())
@@ -98,20 +111,37 @@ impl<P: Problem> Asked<'_, P> {
             unit[i] = 1.0;
             self.counts[2] += 1;
             let asked = self.problem.product(&unit, &mut row);
-            let asked = asked.and_then(|()| finite("a second derivative", &row, 0.0));
+            let asked = asked.and_then(|()| finite("a second derivative", &row));
             self.note(asked)?;
             unit[i] = 0.0;
             values[i * (i + 1) / 2..][..=i].copy_from_slice(&row[..=i]);
         }
         Some(())
     }
-}
 
-/// A value, if it and all that comes with it are numbers.
-fn finite(what: &str, all: &[f64], value: f64) -> Result<f64, Error> {
-    match all.iter().chain([&value]).find(|x| !x.is_finite()) {
-        Some(bad) => Err(Error::NotFinite { what: what.into(), value: *bad }),
-        None => Ok(value),
+    /// At the start, whose gradient by what is not fixed is the unit of f.
+    fn begin(&mut self, x: &[f64], bounds: &[Interval]) -> Result<(), Failure> {
+        let none = vec![0.0; self.c.len()];
+        if self.weigh(x, 1.0, &none).is_none() {
+            return Err(self.failure());
+        }
+        let free = self.gradient.iter().zip(bounds).filter(|(_, of)| of.least < of.most);
+        let steepest = free.fold(0.0, |most: f64, (g, _)| most.max(g.abs()));
+        self.unit = if steepest > 0.0 { steepest } else { 1.0 };
+        Ok(())
+    }
+
+    fn failure(&mut self) -> Failure {
+        self.last_failure.take().map_or(Failure::Refused(INVALID_NUMBER), Failure::Problem)
+    }
+
+    /// Callbacks had no answer, of whose reason IPOPT knows nothing: behind the start that is no error, and nothing is lost of what was found.
+    fn without_derivative(&mut self) -> Result<Reason, Failure> {
+        if self.history.len() <= 1 {
+            return Err(self.failure());
+        }
+        self.first_failure = self.last_failure.take();
+        Ok(Reason::NoDerivative)
     }
 }
 
@@ -125,6 +155,9 @@ unsafe fn ask<P: Problem>(
 ) -> c_int {
     // SAFETY: IPOPT hands back the pointer that it was given, and arrays of the sizes that it was told.
     let (asked, x) = unsafe { (&mut *data.cast::<Asked<P>>(), list(x, n)) };
+    if asked.is_stopped {
+        return 0;
+    }
     catch_unwind(AssertUnwindSafe(|| what(asked, x))).ok().flatten().map_or(0, |()| 1)
 }
 
@@ -241,37 +274,35 @@ unsafe extern "C" fn iterate<P: Problem>(
 ) -> c_int {
     // SAFETY: as in `ask`.
     let asked = unsafe { &mut *data.cast::<Asked<P>>() };
+    let stationarity = stationarity * asked.unit;
     asked.history.push(Iterate { value, violation, stationarity, step, evaluations: asked.counts[0] });
     1
 }
 
 pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, second: Hessian) -> Result<Outcome, Failure> {
+    options.fit(problem, start)?;
     let (bounds, intervals) = (problem.bounds(), problem.constraints());
     let (n, m) = (bounds.len(), intervals.len());
-    if start.len() != n {
-        return Err(Error::Size { what: "the variables of the start", expected: n, found: start.len() }.into());
-    }
-    finite("the start", start, 0.0)?;
     let ends = |of: &[Interval]| -> [Vec<f64>; 2] {
         [of.iter().map(|of| of.least).collect(), of.iter().map(|of| of.most).collect()]
     };
     let ([x_least, x_most], [g_least, g_most]) = (ends(&bounds), ends(&intervals));
     let mut asked = Asked {
         problem,
-        at: Vec::new(),
+        at: None,
         value: None,
         c: vec![0.0; m],
         gradient: vec![0.0; n],
+        unit: 1.0,
         counts: [0; 3],
         history: Vec::new(),
         failures: 0,
         first_failure: None,
+        last_failure: None,
+        is_stopped: false,
     };
     let mut x: Vec<f64> = start.iter().zip(&bounds).map(|(x, of)| of.nearest(*x)).collect();
-    if asked.evaluate(&x).is_none() {
-        let value = Error::NotFinite { what: "the value at the start".into(), value: f64::NAN };
-        return Err(asked.first_failure.take().unwrap_or(value).into());
-    }
+    asked.begin(&x, &bounds)?;
     let (mut c, mut multipliers, mut found) = (vec![0.0; m], vec![0.0; m], 0.0);
     let count = |k: usize| c_int::try_from(k).map_err(|_| Failure::Refused(-102));
     let (of_jacobian, of_hessian) = (count(m * n)?, count(n * (n + 1) / 2)?);
@@ -307,12 +338,18 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         AddIpoptStrOption(ipopt, c"sb".as_ptr(), c"yes".as_ptr());
         AddIpoptIntOption(ipopt, c"print_level".as_ptr(), 0);
         AddIpoptIntOption(ipopt, c"max_iter".as_ptr(), c_int::try_from(options.iterations).unwrap_or(c_int::MAX));
-        AddIpoptNumOption(ipopt, c"tol".as_ptr(), options.stationarity);
+        // None of its tolerances may be 0.
+        AddIpoptNumOption(ipopt, c"tol".as_ptr(), options.stationarity.max(f64::MIN_POSITIVE));
+        // In parts of the gradient at the start, whatever the unit of the cost is; IPOPT's own limits beside it are for gradients of 1.
+        AddIpoptNumOption(ipopt, c"nlp_scaling_obj_target_gradient".as_ptr(), 1.0);
+        AddIpoptNumOption(ipopt, c"nlp_scaling_min_value".as_ptr(), 0.0);
+        AddIpoptNumOption(ipopt, c"dual_inf_tol".as_ptr(), asked.unit);
+        AddIpoptNumOption(ipopt, c"compl_inf_tol".as_ptr(), 1e-4 * asked.unit);
         // What is asked for, no less.
         AddIpoptIntOption(ipopt, c"acceptable_iter".as_ptr(), 0);
-        // Half of what may be violated is what it moves bounds apart by.
-        AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), 0.5 * options.violation);
-        AddIpoptNumOption(ipopt, c"bound_relax_factor".as_ptr(), (0.5 * options.violation).min(1e-8));
+        // Of what may be violated, it moves bounds apart by a tenth: constraints change by some of that where it moves variables back.
+        AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), (0.5 * options.violation).max(f64::MIN_POSITIVE));
+        AddIpoptNumOption(ipopt, c"bound_relax_factor".as_ptr(), (0.1 * options.violation).min(1e-8));
         SetIntermediateCallback(ipopt, iterate::<P>);
         let data = (&raw mut asked).cast();
         let none = std::ptr::null_mut();
@@ -321,20 +358,24 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         FreeIpoptProblem(ipopt);
         status
     };
-    // A number that is none has a reason, of which IPOPT knows nothing.
-    let reason = match (status, asked.first_failure.take()) {
-        (INVALID_NUMBER, Some(error)) => return Err(error.into()),
-        (_, failure) => {
-            asked.first_failure = failure;
-            reason(status)?
-        }
-    };
     // What the problem keeps is the motion of the answer; IPOPT's own values are those of a point that bounds may have moved since.
     if let Some(value) = asked.evaluate(&x) {
         found = value;
         c.copy_from_slice(&asked.c);
     }
     let violation = intervals.iter().zip(&c).fold(0.0, |most: f64, (of, c)| most.max(of.violation(*c)));
+    if asked.history.is_empty() {
+        // Nothing was free.
+        let evaluations = asked.counts[0];
+        asked.history.push(Iterate { value: found, violation, stationarity: 0.0, step: 0.0, evaluations });
+    }
+    let reason = match status {
+        _ if asked.is_stopped => Reason::Asked,
+        INVALID_NUMBER => asked.without_derivative()?,
+        // Nothing is wrong with constraints that hold.
+        2 | -2 if violation <= options.violation => Reason::NoLowerValue,
+        _ => reason(status)?,
+    };
     let Asked { counts: [evaluations, gradients, products], history, failures, first_failure, .. } = asked;
     Ok(Outcome {
         x,

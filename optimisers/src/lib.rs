@@ -60,6 +60,7 @@ impl fmt::Display for Failure {
                 "a problem that IPOPT asks calls IPOPT itself, which cannot be done; solve the inner one another way"
             ),
             Failure::Refused(-10) => write!(f, "IPOPT wants no more equality constraints than there are free variables"),
+            Failure::Refused(-11) => write!(f, "IPOPT wants at least one variable"),
             Failure::Refused(status) => write!(f, "IPOPT refuses the problem with its status {status}"),
         }
     }
@@ -73,11 +74,19 @@ impl From<Error> for Failure {
     }
 }
 
-/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`) and `violation` of the options count. Calls of several threads wait for each other: its
-/// linear solver knows one at a time.
+/// # Errors
+/// The first that is no number.
+fn finite(what: &str, all: &[f64]) -> Result<(), Error> {
+    let bad = all.iter().find(|x| !x.is_finite());
+    bad.map_or(Ok(()), |bad| Err(Error::NotFinite { what: what.into(), value: *bad }))
+}
+
+/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`, in parts of the gradient at the start) and `violation` of the options count. Calls of several
+/// threads wait for each other: its linear solver knows one at a time.
 ///
 /// # Errors
-/// A start without a value, derivatives that the problem does not have, a problem that IPOPT refuses or that calls IPOPT itself, or no IPOPT.
+/// Sizes, bounds or options that do not fit, a start without a value, derivatives that the problem does not have, a problem that IPOPT refuses or that calls
+/// IPOPT itself, or no IPOPT. What cannot be computed behind the start is no error, but the reason with which it ends.
 pub fn ipopt<P: Problem>(problem: &mut P, start: &[f64], options: &Options, hessian: Hessian) -> Result<Outcome, Failure> {
     #[cfg(has_ipopt)]
     return ipopt::minimise(problem, start, options, hessian);

@@ -35,18 +35,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// # Errors
     /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
     pub(super) fn new(problem: &'p mut P, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
-        options.check()?;
-        let (intervals, bounds, n) = (problem.constraints(), problem.bounds(), problem.variables());
-        for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
-            if found != n {
-                return Err(Error::Size { what, expected: n, found });
-            }
-        }
-        if let Some(i) = start.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite { what: format!("the start of `{}`", problem.variable_name(i)), value: start[i] });
-        }
-        bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
-        intervals.iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))?;
+        options.fit(problem, start)?;
+        let (intervals, bounds) = (problem.constraints(), problem.bounds());
         let c = vec![0.0; intervals.len()];
         let counted = Counted {
             problem,

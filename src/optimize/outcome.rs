@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::Problem;
 use crate::Error;
 
 /// When a method stops, and how it goes.
@@ -29,6 +30,25 @@ impl Default for Options {
 }
 
 impl Options {
+    /// What every method asks first, for optimisers of your own.
+    ///
+    /// # Errors
+    /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
+    pub fn fit<P: Problem + ?Sized>(&self, problem: &P, start: &[f64]) -> Result<(), Error> {
+        self.check()?;
+        let (bounds, n) = (problem.bounds(), problem.variables());
+        for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {
+            if found != n {
+                return Err(Error::Size { what, expected: n, found });
+            }
+        }
+        if let Some(i) = start.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { what: format!("the start of `{}`", problem.variable_name(i)), value: start[i] });
+        }
+        bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
+        problem.constraints().iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))
+    }
+
     /// Refuses what no comparison would ever meet or exceed.
     pub(super) fn check(&self) -> Result<(), Error> {
         let refused =
