@@ -196,13 +196,15 @@ impl<'o> Descent<'o> {
         match (self.pairs.is_empty(), self.options.first_step) {
             (false, _) => 1.0,
             (true, Some(length)) => length / largest(direction).max(f64::MIN_POSITIVE),
-            // Where a parabola with its minimum at 0 would have it, or half as far; without a value, as far as the variables are large, or by 1.
+            // Where a parabola with its minimum at 0 would have it, or half as far; where the value is none, or rounding, as far as the variables are large,
+            // or by 1.
             (true, None) => {
                 let (square, size) = (dot(direction, direction), largest(&self.at.x));
-                match self.at.value {
-                    0.0 if size > 0.0 => size / square.sqrt(),
-                    0.0 => 1.0 / square.sqrt(),
-                    value => value.abs() / square,
+                let parabola = self.at.value.abs() / square;
+                match parabola * largest(direction) > ROUNDING * size {
+                    true => parabola,
+                    false if size > 0.0 => size / square.sqrt(),
+                    false => 1.0 / square.sqrt(),
                 }
             }
         }

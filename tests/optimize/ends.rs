@@ -339,3 +339,16 @@ fn variables_belong_to_inputs_with_as_many_nodes() {
     let kept = problem.inputs_at(&problem.start());
     assert!(kept.grid.steps.iter().zip(&uneven.grid.steps).all(|(dt, of)| (dt - of).abs() < 1e-14));
 }
+
+/// The first step was as long as the value told, and so none where that was rounding.
+#[test]
+fn a_value_that_is_rounding_tells_no_length() {
+    let through_zero: Function = |x, c, g| {
+        c.fill(0.0);
+        g[0] = 1.0 + 100.0 * (x[0] - 1.0);
+        5e-17 + (x[0] - 1.0) + 50.0 * (x[0] - 1.0).powi(2)
+    };
+    let mut problem = Given::new(through_zero, vec![Interval::FREE], vec![]);
+    let outcome = lbfgs(&mut problem, &[1.0], &Options::default(), &mut silent).expect("fits");
+    assert!(outcome.reason.is_converged() && (outcome.x[0] - 0.99).abs() < 1e-7, "{:?} {:?}", outcome.reason, outcome.x);
+}
