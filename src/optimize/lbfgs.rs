@@ -201,11 +201,9 @@ impl<'o> Descent<'o> {
             (true, None) => {
                 let (square, size) = (dot(direction, direction), largest(&self.at.x));
                 let parabola = self.at.value.abs() / square;
-                match parabola * largest(direction) > ROUNDING * size {
-                    true => parabola,
-                    false if size > 0.0 => size / square.sqrt(),
-                    false => 1.0 / square.sqrt(),
-                }
+                let is_rounding = parabola * largest(direction) <= ROUNDING * size;
+                let far = if size > 0.0 { size } else { 1.0 };
+                if is_rounding { far / square.sqrt() } else { parabola }
             }
         }
     }
