@@ -21,6 +21,7 @@ impl SecondOrderSweep {
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
         self.sweep.cost.factors.copy_from_slice(&first.cost.factors);
+        self.suspect = None;
         for node in (0..motion.nodes()).rev() {
             self.visit(system, motion, (newton, first), node)?;
         }
@@ -28,8 +29,11 @@ impl SecondOrderSweep {
         self.back_through_assembly(system, motion, (newton, first), direction)?;
         self.parameter_rows(system, motion, first);
         self.sweep.gradient.warnings.clear();
-        self.sweep.gradient.check_finite(system)?;
-        Ok(&self.sweep.gradient)
+        match self.sweep.gradient.check_finite(system) {
+            // Not every derivative reaches the product: that with respect to the time of the start does not.
+            Err(error) => Err(self.suspect.take().unwrap_or(error)),
+            Ok(()) => Ok(&self.sweep.gradient),
+        }
     }
 
     /// Goes back through one node, and through the step into it.

@@ -77,6 +77,8 @@ pub(crate) struct SecondOrderSweep {
     /// For costs on v̇ and λ: them, and their change.
     accelerations: Option<Box<Accelerations>>,
     felt: [Pair; 2],
+    /// The first formula met whose second derivatives are no numbers, to blame if the product is none.
+    suspect: Option<Error>,
     report: Report,
 }
 
@@ -111,6 +113,7 @@ impl SecondOrderSweep {
             first_rows: CostRows::new((n, m, k), system.parameters().len(), system.outputs()),
             accelerations: None,
             felt: [pair(), pair()],
+            suspect: None,
             report: Report::default(),
         }
     }

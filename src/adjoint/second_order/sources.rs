@@ -53,7 +53,7 @@ impl SecondOrderSweep {
             self.add_costs(system, motion, (node, motion.trajectory.last_stage()), &weights)?;
             self.sweep.add_lengths_of_node(system, motion, node);
         }
-        self.add_stage(system, motion, (newton, first), (node, motion.trajectory.last_stage()))?;
+        self.add_stage(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
         self.sweep.take_cost();
         if has_cost && system.has_control_rates() {
             self.add_control_rates(node);
@@ -75,7 +75,7 @@ impl SecondOrderSweep {
             self.add_costs(system, motion, (node, s), &Weights::between(self.steps[node - 1] * weight))?;
             self.sweep.add_length_of_stage(motion, (node, s));
         }
-        self.add_stage(system, motion, (newton, first), (node, s))?;
+        self.add_stage(system, motion, (newton, first), (node, s));
         self.sweep.take_cost();
         if system.has_integral() && system.has_control_rates() {
             self.add_control_rates(node);
@@ -160,9 +160,9 @@ impl SecondOrderSweep {
         motion: &Motion,
         (newton, first): (&Newton, &AdjointSweep),
         (node, s): (usize, usize),
-    ) -> Result<(), Error> {
+    ) {
         self.sweep.cost_is_zero = false;
-        let (Some(record), Some(programs)) = (&first.record, &mut self.programs) else { return Ok(()) };
+        let (Some(record), Some(programs)) = (&first.record, &mut self.programs) else { return };
         let crossed = record.crossed(node).filter(|_| s == motion.trajectory.last_stage());
         let stage = motion.block_column(node, s);
         let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
@@ -172,12 +172,11 @@ impl SecondOrderSweep {
         };
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
         let of = OfStage { at, along, blocks: motion.stage_blocks(node, s), with, step, h_dot };
-        let rows = &mut self.sweep.cost;
-        of.add_sources(system, newton, programs, rows);
-        if rows.is_finite() {
-            return Ok(());
+        of.add_sources(system, newton, programs, &mut self.sweep.cost);
+        if self.suspect.is_none() && !self.sweep.cost.is_finite() {
+            let mut rows = self.sweep.cost.clone();
+            self.suspect = Some(system.bad_element_along((&of.at, &of.along), &of.with, &mut rows, motion.given_step(node)));
         }
-        Err(system.bad_element_along((&of.at, &of.along), &of.with, rows, motion.given_step(node)))
     }
 
     /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, or out of node 0, and its change.
