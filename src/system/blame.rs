@@ -40,6 +40,20 @@ impl<'a> Suspect<'a> {
         Some(Suspect { element, arguments })
     }
 
+    /// The first of some formulas, by name, whose derivatives are not finite; `rows` is overwritten.
+    pub(super) fn first<T>(
+        formulas: impl IntoIterator<Item = (&'a str, T)>,
+        rows: &mut CostRows,
+        add: impl Fn(T, &mut CostRows),
+    ) -> Option<Self> {
+        let element = formulas.into_iter().find_map(|(name, formula)| {
+            rows.clear();
+            add(formula, rows);
+            (!rows.is_finite()).then_some(name)
+        })?;
+        Some(Suspect { element, arguments: rows.bad_arguments() })
+    }
+
     /// The error that says so; a value that `at` does not have is left out.
     pub(super) fn explain(&self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>, node: usize) -> Error {
         let mut list: Vec<String> =
@@ -107,12 +121,8 @@ impl System {
         rows: &mut CostRows,
         node: usize,
     ) -> Error {
-        let bad = self.placed().find(|item| {
-            rows.clear();
-            item.pull_back_along((at, along), with, rows);
-            !rows.is_finite()
-        });
-        let suspect = bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() });
+        let elements = self.placed().map(|item| (item.name.as_str(), item));
+        let suspect = Suspect::first(elements, rows, |item, rows| item.pull_back_along((at, along), with, rows));
         self.second_derivative(suspect, at, node)
     }
 

@@ -164,12 +164,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
     }
 
     fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
-        let bad = self.items.iter().find(|item| {
-            rows.clear();
-            item.gradient(at, weights, rows);
-            !rows.is_finite()
-        });
-        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
+        let costs = self.items.iter().map(|item| (item.name.as_str(), item));
+        Suspect::first(costs, rows, |item, rows| item.gradient(at, weights, rows))
     }
 
     fn find_not_finite_along(
@@ -179,12 +175,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         weights: &Weights<Dual64>,
         rows: &mut CostRows,
     ) -> Option<Suspect<'_>> {
-        let bad = self.items.iter().zip(programs).find_map(|(item, program)| {
-            rows.clear();
-            item.gradient_along(program, at, weights, rows);
-            (!rows.is_finite()).then_some(item)
-        });
-        bad.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() })
+        let costs = self.items.iter().zip(programs).map(|(item, program)| (item.name.as_str(), (item, program)));
+        Suspect::first(costs, rows, |(item, program), rows| item.gradient_along(program, at, weights, rows))
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {
