@@ -8,7 +8,6 @@ mod page;
 mod text;
 mod vector;
 
-use std::io;
 use std::path::Path;
 
 use crate::model::FORCE;
@@ -129,8 +128,8 @@ impl Animation {
     /// Writes the page; a file that is there stays as it is unless all was written.
     ///
     /// # Errors
-    /// Those of the file system.
-    pub fn write_html(&self, path: impl AsRef<Path>) -> io::Result<()> {
+    /// A file that cannot be written.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         text::write_whole(path.as_ref(), &self.html())
     }
 }

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::Error;
+
 /// Text inside HTML or SVG, in attributes too.
 pub(super) fn escaped(text: &str) -> String {
     let mut all = String::with_capacity(text.len());
@@ -60,8 +62,14 @@ pub(super) fn list(values: &[f64]) -> String {
 }
 
 /// Writes a file beside the wanted one and moves it there.
-pub(super) fn write_whole(path: &Path, text: &str) -> io::Result<()> {
-    let mut name = path.file_name().ok_or_else(|| io::Error::other("the path has no file name"))?.to_os_string();
+pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
+    let failed = |error: io::Error| Error::File {
+        kind: "an animation",
+        place: path.display().to_string(),
+        problem: format!("cannot be written: {error}"),
+    };
+    let name = path.file_name().ok_or_else(|| failed(io::Error::other("the path has no file name")))?;
+    let mut name = name.to_os_string();
     name.push(format!(".{}.part", std::process::id()));
     let part = path.with_file_name(name);
     let written = fs::File::create(&part).and_then(|mut file| {
@@ -73,7 +81,7 @@ pub(super) fn write_whole(path: &Path, text: &str) -> io::Result<()> {
         // What is left of it is of no use.
         fs::remove_file(&part).ok();
     }
-    moved.map_err(|error| io::Error::new(error.kind(), format!("cannot write {}: {error}", path.display())))
+    moved.map_err(failed)
 }
 
 #[cfg(test)]

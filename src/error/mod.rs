@@ -200,11 +200,11 @@ pub enum Error {
         /// All nodes.
         of: usize,
     },
-    /// A file that does not say what it should.
+    /// A file that does not say what it should, or cannot be written.
     File {
-        /// What kind of file: inputs, a table.
+        /// What kind of file: inputs, a table, an animation.
         kind: &'static str,
-        /// Where: line and column, or the name of an entry.
+        /// Where: the path, line and column, or the name of an entry.
         place: String,
         /// What is wrong there.
         problem: String,
