@@ -41,27 +41,12 @@ impl Graph {
 
     /// Adds the nodes of another graph, whose inputs are nodes of this one; returns where they came to stand.
     pub(crate) fn import(&mut self, other: &Graph, inputs: &[Node]) -> Vec<Node> {
-        use Expression::*;
         let mut nodes: Vec<Node> = Vec::with_capacity(other.len());
         for expression in other.expressions() {
-            let at = |node: Node| nodes[node.0 as usize];
-            let node = match expression {
-                Constant(bits) => self.constant(f64::from_bits(bits)),
-                Parameter(which) | Input(which) => inputs[which as usize],
-                Of(function, x) => self.function(function, at(x)),
-                Add(x, y) => self.add(at(x), at(y)),
-                Subtract(x, y) => self.subtract(at(x), at(y)),
-                Multiply(x, y) => self.multiply(at(x), at(y)),
-                Divide(x, y) => self.divide(at(x), at(y)),
-                IntegerPower(x, n) => self.integer_power(at(x), n),
-                Power(x, n) => self.power(at(x), at(n)),
-                Atan2(y, x) => self.atan2(at(y), at(x)),
-                Max(x, y) => self.max(at(x), at(y)),
-                Min(x, y) => self.min(at(x), at(y)),
-                Less(x, y) => self.less(at(x), at(y)),
-                Where(condition, x) => self.keep_where(at(condition), at(x)),
-            };
-            nodes.push(node);
+            nodes.push(match expression {
+                Expression::Parameter(which) | Expression::Input(which) => inputs[which as usize],
+                expression => self.make(expression.map(|x| nodes[x.index()])),
+            });
         }
         nodes
     }

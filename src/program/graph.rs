@@ -16,14 +16,17 @@ pub(crate) struct Graph {
     expressions: Vec<Expression>,
     /// Whether a node depends on constants and parameters alone.
     fixed: Vec<bool>,
-    numbers: HashMap<Expression, Node, BuildHasherDefault<Mixer>>,
+    numbers: Map<Expression, Node>,
     /// Whether x − y is the negative of y − x, also where both vanish. A formula is recorded without: atan2(0, −1) is π, and atan2(−0, −1) is −π.
     merges: bool,
 }
 
 /// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
 #[derive(Clone, Debug, Default)]
-struct Mixer(u64);
+pub(super) struct Mixer(u64);
+
+/// By small numbers.
+pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 
 impl Hasher for Mixer {
     fn finish(&self) -> u64 {
@@ -60,6 +63,11 @@ impl Graph {
 
     pub(crate) fn expression(&self, node: Node) -> Expression {
         self.expressions[node.0 as usize]
+    }
+
+    /// Of every node, whether it depends on constants and parameters alone.
+    pub(super) fn fixed(&self) -> Vec<bool> {
+        self.fixed.clone()
     }
 
     /// Whether it depends on constants and parameters alone.
@@ -145,6 +153,26 @@ impl Graph {
         node
     }
 
+    /// The node of an expression, simplified.
+    pub(super) fn make(&mut self, expression: Expression) -> Node {
+        use Expression::*;
+        match expression {
+            Constant(_) | Parameter(_) | Input(_) => self.put(expression),
+            Of(function, x) => self.function(function, x),
+            Add(x, y) => self.add(x, y),
+            Subtract(x, y) => self.subtract(x, y),
+            Multiply(x, y) => self.multiply(x, y),
+            Divide(x, y) => self.divide(x, y),
+            IntegerPower(x, n) => self.integer_power(x, n),
+            Power(x, n) => self.power(x, n),
+            Atan2(y, x) => self.atan2(y, x),
+            Max(x, y) => self.max(x, y),
+            Min(x, y) => self.min(x, y),
+            Less(x, y) => self.less(x, y),
+            Where(condition, x) => self.keep_where(condition, x),
+        }
+    }
+
     pub(crate) fn constant(&mut self, x: f64) -> Node {
         // −0 and 0 are one number here.
         self.put(Expression::Constant((x + 0.0).to_bits()))
@@ -167,7 +195,7 @@ impl Graph {
     }
 
     /// The fixed factor of a product and the other one.
-    fn fixed_factor(&self, node: Node) -> Option<(Node, Node)> {
+    pub(super) fn fixed_factor(&self, node: Node) -> Option<(Node, Node)> {
         match self.expression(node) {
             Expression::Multiply(x, y) if self.is_fixed(x) && !self.is_fixed(y) => Some((x, y)),
             _ => None,

@@ -25,8 +25,11 @@ impl Kernel {
     /// The same with the results of each stage.
     pub(crate) fn in_stages(graph: &mut Graph, parameters: usize, results: &[&[Node]]) -> Option<Self> {
         let parameters: Vec<Node> = (0..parameters).map(|which| graph.parameter(which)).collect();
+        let all = graph.factored(&results.concat());
+        let mut rest = &all[..];
+        let stages: Vec<&[Node]> = results.iter().map(|stage| rest.split_off(..stage.len()).unwrap_or_default()).collect();
         let (mut inputs, mut arguments, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
-        for node in graph.edge(&results.concat()) {
+        for node in graph.edge(&all) {
             match graph.expression(node) {
                 Expression::Input(which) => {
                     inputs.push(which as usize);
@@ -37,7 +40,7 @@ impl Kernel {
         }
         let prelude = Program::new(graph, &parameters, &fixed)?;
         arguments.extend(fixed);
-        Some(Kernel { inputs, prelude, stages: Program::in_stages(graph, &arguments, results)? })
+        Some(Kernel { inputs, prelude, stages: Program::in_stages(graph, &arguments, &stages)? })
     }
 
     /// The numbers of the inputs that it uses.

@@ -2,7 +2,8 @@
 //!
 //! 1. **Record** ([`symbol`]): the formula is evaluated once on [`Symbol`]s, which note every operation in a [`Graph`].
 //! 2. **Differentiate** ([`differentiate`]): its derivatives become more nodes of the graph, by the chain rule.
-//! 3. **Simplify** ([`graph`]): every node as it is made. Equal nodes are one, constants are folded, zeros vanish.
+//! 3. **Simplify** ([`graph`]): every node as it is made. Equal nodes are one, constants are folded, zeros vanish. When all are known, products share
+//!    their factors ([`factors`]).
 //! 4. **Schedule** ([`schedule`]): the nodes that are needed become a list of instructions on few registers, a [`Program`].
 //! 5. **Run** ([`program`], [`kernel`], [`lanes`]): for several elements side by side.
 //!
@@ -11,6 +12,7 @@
 mod differentiate;
 mod evaluate;
 mod expression;
+mod factors;
 mod function;
 mod graph;
 mod kernel;

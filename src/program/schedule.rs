@@ -5,7 +5,7 @@
 //! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
 //! is not needed any more. Stages are planned one after the other: a later one takes what earlier ones make as given.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use super::expression::{Expression, Node};
 use super::function::Function;
@@ -214,20 +214,22 @@ impl Tasks {
                 }
             }
         }
-        let mut ready: BTreeMap<Operation, Vec<usize>> = BTreeMap::new();
+        let mut ready: BTreeMap<Operation, VecDeque<usize>> = BTreeMap::new();
         for (k, task) in self.list.iter().enumerate().skip(first).filter(|(k, _)| waiting[*k] == 0) {
-            ready.entry(task.operation).or_default().push(k);
+            ready.entry(task.operation).or_default().push_back(k);
         }
         let mut order = Vec::with_capacity(self.list.len() - first);
         while let Some(operation) = ready.iter().max_by_key(|(_, tasks)| tasks.len()).map(|(operation, _)| *operation) {
             let mut run = ready.remove(&operation).unwrap_or_default();
-            while let Some(k) = run.pop() {
+            // Who waited longest goes first: what it reads was written a while ago, and is there.
+            while let Some(k) = run.pop_front() {
                 order.push(k);
                 for &user in &users[k] {
                     waiting[user] -= 1;
                     if waiting[user] == 0 {
                         let kind = self.list[user].operation;
-                        if kind == operation { run.push(user) } else { ready.entry(kind).or_default().push(user) }
+                        let queue = if kind == operation { &mut run } else { ready.entry(kind).or_default() };
+                        queue.push_back(user);
                     }
                 }
             }

@@ -1,0 +1,254 @@
+//! The same results by fewer multiplications.
+//!
+//! ```text
+//!   (a b) c,  (a d) b    →    p = a b,  p c,  p d        the most frequent pairs of factors are multiplied once
+//!   f a ± f b            →    f (a ± b)                  for a fixed factor f
+//!   f a ± g a            →    (f ± g) a                  for fixed factors f and g
+//! ```
+//!
+//! Sums keep their order: in the one that was written, a small difference of large numbers may be exact.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::expression::{Expression, Node};
+use super::graph::{Graph, Map};
+
+/// The nodes that some results need, in order, and how many of these and of the results are made of each node.
+struct Needed {
+    nodes: Vec<Node>,
+    uses: Vec<usize>,
+}
+
+impl Needed {
+    fn new(graph: &Graph, results: &[Node]) -> Self {
+        let (nodes, mut uses) = (graph.reachable(results.iter().copied()), vec![0; graph.len()]);
+        let arguments = nodes.iter().flat_map(|&node| graph.expression(node).arguments());
+        arguments.chain(results.iter().copied()).for_each(|node| uses[node.index()] += 1);
+        Needed { nodes, uses }
+    }
+
+    fn is_used_once(&self, node: Node) -> bool {
+        self.uses[node.index()] == 1
+    }
+}
+
+impl Graph {
+    /// Nodes of the same values that take fewer multiplications.
+    pub(super) fn factored(&mut self, results: &[Node]) -> Vec<Node> {
+        let needed = Needed::new(self, results);
+        let products = Products::new(self, &needed);
+        let results = self.rebuilt(&needed, results, |graph, node, map| products.rebuild(graph, node, map));
+        let needed = Needed::new(self, &results);
+        self.rebuilt(&needed, &results, |graph, node, map| graph.sum_of_multiples(node, &needed, map))
+    }
+
+    /// The results with what they need made anew: by `rebuild`, or, where it gives nothing, as it was.
+    ///
+    /// Angles of points stay: at ±π they depend on the sign of a zero.
+    fn rebuilt(
+        &mut self,
+        needed: &Needed,
+        results: &[Node],
+        rebuild: impl Fn(&mut Self, Node, &[Node]) -> Option<Node>,
+    ) -> Vec<Node> {
+        let is_angle = |node: &&Node| matches!(self.expression(**node), Expression::Atan2(..));
+        let angles: Vec<Node> = needed.nodes.iter().filter(is_angle).copied().collect();
+        let mut stays = self.fixed();
+        self.reachable(angles).into_iter().for_each(|node| stays[node.index()] = true);
+        let mut map: Vec<Node> = (0..self.len()).map(|i| Node(i as u32)).collect();
+        for node in needed.nodes.iter().copied().filter(|node| !stays[node.index()]) {
+            let made = rebuild(self, node, &map).unwrap_or_else(|| {
+                let expression = self.expression(node);
+                let anew = expression.map(|x| map[x.index()]);
+                if anew == expression { node } else { self.make(anew) }
+            });
+            map[node.index()] = made;
+        }
+        results.iter().map(|node| map[node.index()]).collect()
+    }
+
+    /// f a ± f b as f (a ± b), if neither product is needed otherwise, and f a ± g a as (f ± g) a.
+    fn sum_of_multiples(&mut self, node: Node, needed: &Needed, map: &[Node]) -> Option<Node> {
+        let (terms, join): (_, fn(&mut Graph, Node, Node) -> Node) = match self.expression(node) {
+            Expression::Add(x, y) => ([x, y], Graph::add),
+            Expression::Subtract(x, y) => ([x, y], Graph::subtract),
+            _ => return None,
+        };
+        let [(f, a), (g, b)] = terms.map(|term| self.multiple(map[term.index()]));
+        if self.is_fixed(a) || self.is_fixed(b) {
+            return None;
+        }
+        if a == b {
+            let factor = join(self, f, g);
+            return Some(self.multiply(factor, a));
+        }
+        let is_free = self.value(f) != Some(1.0) && terms.iter().all(|term| needed.is_used_once(*term));
+        (f == g && is_free).then(|| {
+            let sum = join(self, a, b);
+            self.multiply(f, sum)
+        })
+    }
+
+    /// The fixed factor of a node, which may be 1, and the other one.
+    fn multiple(&mut self, node: Node) -> (Node, Node) {
+        self.fixed_factor(node).unwrap_or_else(|| (self.constant(1.0), node))
+    }
+}
+
+/// Products of factors that vary, each with all of its factors.
+struct Products {
+    /// Factors, or pairs of factors, the latter numbered after all nodes. Nothing for what is no product, or part of another one alone.
+    factors: Map<Node, Vec<u32>>,
+    pairs: Vec<(u32, u32)>,
+    nodes: u32,
+}
+
+impl Products {
+    /// Of what some results need.
+    fn new(graph: &Graph, needed: &Needed) -> Self {
+        let mut factors = Map::<Node, Vec<u32>>::default();
+        for &node in &needed.nodes {
+            let Some(pair) = varying_factors(graph, node) else { continue };
+            let mut own = Vec::new();
+            for factor in pair {
+                let inner = if needed.is_used_once(factor) { factors.remove(&factor) } else { None };
+                own.extend(inner.unwrap_or_else(|| vec![factor.0]));
+            }
+            own.sort_unstable();
+            factors.insert(node, own);
+        }
+        let mut products = Products { factors, pairs: Vec::new(), nodes: graph.len() as u32 };
+        products.join_pairs();
+        products.factors.retain(|_, factors| factors.iter().any(|&factor| factor >= products.nodes));
+        products
+    }
+
+    /// Replaces the most frequent pair of factors by its product, again and again, until none is there twice.
+    fn join_pairs(&mut self) {
+        let mut holders = Map::<(u32, u32), Vec<Node>>::default();
+        for (&node, factors) in &self.factors {
+            pairs_of(factors).into_iter().for_each(|pair| holders.entry(pair).or_default().push(node));
+        }
+        let mut queue: BinaryHeap<(usize, Reverse<(u32, u32)>)> =
+            holders.iter().map(|(pair, holders)| (holders.len(), Reverse(*pair))).collect();
+        while let Some((count, Reverse(pair))) = queue.pop() {
+            let Some(own) = holders.get(&pair).filter(|own| own.len() == count && count > 1).cloned() else { continue };
+            let joined = self.nodes + self.pairs.len() as u32;
+            self.pairs.push(pair);
+            for node in own {
+                let factors = self.factors.get_mut(&node).expect("a product");
+                let before = pairs_of(factors);
+                for factor in [pair.0, pair.1] {
+                    let at = factors.iter().position(|&other| other == factor).expect("of the pair");
+                    factors.remove(at);
+                }
+                factors.push(joined);
+                let after = pairs_of(factors);
+                for gone in before.into_iter().filter(|pair| !after.contains(pair)) {
+                    let left = holders.get_mut(&gone).expect("counted");
+                    left.retain(|&other| other != node);
+                    queue.push((left.len(), Reverse(gone)));
+                }
+                for new in after.into_iter().filter(|pair| pair.1 == joined) {
+                    let with = holders.entry(new).or_default();
+                    with.push(node);
+                    queue.push((with.len(), Reverse(new)));
+                }
+            }
+        }
+    }
+
+    /// A product as that of its factors and pairs.
+    fn rebuild(&self, graph: &mut Graph, node: Node, map: &[Node]) -> Option<Node> {
+        let factors = self.factors.get(&node)?.iter().map(|&factor| self.node(graph, factor, map)).collect::<Vec<_>>();
+        factors.into_iter().reduce(|x, y| graph.multiply(x, y))
+    }
+
+    fn node(&self, graph: &mut Graph, factor: u32, map: &[Node]) -> Node {
+        let Some(pair) = factor.checked_sub(self.nodes) else { return map[factor as usize] };
+        let (x, y) = self.pairs[pair as usize];
+        let [x, y] = [x, y].map(|factor| self.node(graph, factor, map));
+        graph.multiply(x, y)
+    }
+}
+
+/// The factors of a product of two that vary.
+fn varying_factors(graph: &Graph, node: Node) -> Option<[Node; 2]> {
+    match graph.expression(node) {
+        Expression::Multiply(x, y) if !graph.is_fixed(x) && !graph.is_fixed(y) => Some([x, y]),
+        _ => None,
+    }
+}
+
+/// All pairs of some factors, each once; the factors stand in order.
+fn pairs_of(factors: &[u32]) -> Vec<(u32, u32)> {
+    let pairs = factors.iter().enumerate().flat_map(|(i, &x)| factors[i + 1..].iter().map(move |&y| (x, y)));
+    let mut pairs: Vec<_> = pairs.collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many products some nodes need, at most so many, with the same values as before.
+    fn multiplications(graph: &mut Graph, results: &[Node]) -> [usize; 2] {
+        let count = |graph: &Graph, results: &[Node]| {
+            let nodes = graph.reachable(results.iter().copied()).into_iter();
+            nodes.filter(|&node| matches!(graph.expression(node), Expression::Multiply(..)) && !graph.is_fixed(node)).count()
+        };
+        let factored = graph.factored(results);
+        let values: Vec<f64> = graph.evaluate(&[1.7, -0.6], &[0.3, 1.2, -0.8, 2.1]);
+        for (old, new) in results.iter().zip(&factored) {
+            let (old, new) = (values[old.index()], values[new.index()]);
+            assert!((old - new).abs() <= 1e-15 * old.abs(), "{old} {new}");
+        }
+        [count(graph, results), count(graph, &factored)]
+    }
+
+    fn product(graph: &mut Graph, factors: &[Node]) -> Node {
+        factors.iter().copied().reduce(|x, y| graph.multiply(x, y)).expect("factors")
+    }
+
+    #[test]
+    fn a_pair_of_factors_that_stands_in_several_products_is_multiplied_once() {
+        let mut graph = Graph::default();
+        let [x, y, z, w] = [0, 1, 2, 3].map(|which| graph.input(which));
+        let results = [[x, y, z], [x, w, y], [y, z, w], [x, x, y]].map(|factors| product(&mut graph, &factors));
+        // x y, with z, w and x, and y z w by two.
+        assert_eq!(multiplications(&mut graph, &results), [8, 6]);
+        // What is needed as it is, is taken: x z.
+        let mut graph = Graph::default();
+        let [x, y, z] = [0, 1, 2].map(|which| graph.input(which));
+        let results = [[x, y, z], [x, z, z]].map(|factors| product(&mut graph, &factors));
+        let results = [results[0], results[1], graph.multiply(x, z)];
+        assert_eq!(multiplications(&mut graph, &results), [4, 3]);
+    }
+
+    #[test]
+    fn fixed_factors_go_in_front_of_sums_unless_their_products_are_needed() {
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|which| graph.input(which));
+        let [f, g] = [0, 1].map(|which| graph.parameter(which));
+        let [fx, fy, gx, gy] = [(f, x), (f, y), (g, x), (g, y)].map(|(factor, x)| graph.multiply(factor, x));
+        let (sum, difference, other) = (graph.add(fx, fy), graph.subtract(fx, gx), graph.add(fx, gy));
+        assert_eq!(multiplications(&mut graph, &[sum]), [2, 1]);
+        assert_eq!(multiplications(&mut graph, &[difference]), [2, 1]);
+        assert_eq!(multiplications(&mut graph, &[sum, fx]), [2, 2]);
+        assert_eq!(multiplications(&mut graph, &[other]), [2, 2]);
+    }
+
+    #[test]
+    fn angles_of_points_are_what_they_were() {
+        let mut graph = Graph::default();
+        let [x, y] = [0, 1].map(|which| graph.input(which));
+        let f = graph.parameter(1);
+        let [fx, fy] = [x, y].map(|x| graph.multiply(f, x));
+        let (above, right) = (graph.subtract(fx, fy), graph.constant(-1.0));
+        let angle = graph.atan2(above, right);
+        assert_eq!(graph.factored(&[angle]), [angle]);
+    }
+}
