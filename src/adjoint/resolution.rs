@@ -17,7 +17,6 @@
 //! nothing. What no node feels is not found: a well or a pulse that lies between two nodes.
 
 use num_dual::Dual64;
-use num_traits::Zero;
 
 use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
@@ -25,7 +24,7 @@ use crate::forward::restart::Restart;
 use crate::motion::{Report, column};
 use crate::node::Newton;
 use crate::number::dot;
-use crate::system::{Covector, NodeView, Within};
+use crate::system::{Covector, NodeValues, NodeView, Within};
 use crate::{System, Warning};
 
 /// An element bends if the derivatives at the ends of a step miss more than this part of what happens.
@@ -38,8 +37,7 @@ const QUIET: usize = 3;
 /// What elements do within steps.
 pub(crate) struct Resolution {
     /// The points at both ends of a step, with their change as derivative.
-    ends: [End; 2],
-    design: Vec<Dual64>,
+    ends: [NodeValues<Dual64>; 2],
     /// The step's c, d and e.
     c: Vec<f64>,
     d: Vec<f64>,
@@ -76,25 +74,14 @@ struct Place {
     time: f64,
 }
 
-#[derive(Clone)]
-struct End {
-    q: Vec<Dual64>,
-    v: Vec<Dual64>,
-    sigma: Vec<Dual64>,
-    u: Vec<Dual64>,
-    t: Dual64,
-}
-
 impl Resolution {
     pub(crate) fn new(system: &System) -> Self {
         let bending = system.bending_elements().count();
         let (n, m, k) = if bending > 0 { (system.n(), system.m(), system.k()) } else { (0, 0, 0) };
         let zeros = |len| vec![0.0; len];
-        let duals = |len| vec![Dual64::zero(); len];
-        let end = End { q: duals(n), v: duals(n), sigma: duals(m), u: duals(k), t: Dual64::zero() };
+        let end = NodeValues::zeros((n, m, k), system.parameters().len());
         Resolution {
             ends: [end.clone(), end],
-            design: duals(system.parameters().len()),
             c: zeros(n),
             d: zeros(n),
             e: zeros(m),
@@ -137,23 +124,18 @@ impl Resolution {
     }
 }
 
-impl End {
-    /// A point, and the change from one to another.
-    fn load(&mut self, at: &NodeView<f64>, from: &NodeView<f64>, to: &NodeView<f64>) {
-        let load = |into: &mut [Dual64], at: &[f64], from: &[f64], to: &[f64]| {
-            let values = at.iter().zip(from.iter().zip(to));
-            into.iter_mut().zip(values).for_each(|(x, (&at, (from, to)))| *x = Dual64::new(at, to - from));
-        };
-        load(&mut self.q, at.q, from.q, to.q);
-        load(&mut self.v, at.v, from.v, to.v);
-        load(&mut self.sigma, at.sigma, from.sigma, to.sigma);
-        load(&mut self.u, at.u, from.u, to.u);
-        self.t = Dual64::new(at.t, to.t - from.t);
-    }
-
-    fn at<'a>(&'a self, design: &'a [Dual64]) -> NodeView<'a, Dual64> {
-        NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, design))
-    }
+/// A point, and the change from one to another.
+fn load(end: &mut NodeValues<Dual64>, at: &NodeView<f64>, [from, to]: [&NodeView<f64>; 2]) {
+    let load = |into: &mut [Dual64], at: &[f64], from: &[f64], to: &[f64]| {
+        let values = at.iter().zip(from.iter().zip(to));
+        into.iter_mut().zip(values).for_each(|(x, (&at, (from, to)))| *x = Dual64::new(at, to - from));
+    };
+    load(&mut end.q, at.q, from.q, to.q);
+    load(&mut end.v, at.v, from.v, to.v);
+    load(&mut end.sigma, at.sigma, from.sigma, to.sigma);
+    load(&mut end.u, at.u, from.u, to.u);
+    load(&mut end.design, at.design, from.design, to.design);
+    end.t = Dual64::new(at.t, to.t - from.t);
 }
 
 impl AdjointSweep {
@@ -201,10 +183,9 @@ impl AdjointSweep {
         let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
         let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
         let both = 0.5 * (steps[node - 1] + after);
-        let Resolution { ends: [from, to], design, c, d, e, bends, most, .. } = &mut self.resolution;
-        from.load(&before, &before, &end);
-        to.load(&end, &before, &end);
-        design.iter_mut().zip(here.design).for_each(|(design, &value)| *design = Dual64::from_re(value));
+        let Resolution { ends: [from, to], c, d, e, bends, most, .. } = &mut self.resolution;
+        load(from, &before, [&before, &end]);
+        load(to, &end, [&before, &end]);
         // c and e belong to the halves of both steps at the node.
         let per_second = if both == 0.0 { 0.0 } else { both.recip() };
         let done = &self.step[self.stage];
@@ -229,7 +210,7 @@ impl AdjointSweep {
                 }
             }
         };
-        let (ends, with) = ([from.at(design), to.at(design)], Covector { c, d, e });
+        let (ends, with) = ([from.view(), to.view()], Covector { c, d, e });
         newton.evaluation.look_within(system, &ends, &with, &mut judge);
         self.report.chord_evaluations += 2 * self.resolution.bends.len();
     }

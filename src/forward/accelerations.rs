@@ -13,8 +13,8 @@ use crate::motion::Report;
 use crate::node::Newton;
 use crate::number::{Real, all_finite};
 use crate::system::{
-    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeView, Pair, SecondOrderEquations, StateRows,
-    acceleration_tangent,
+    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeValues, NodeView, Pair, SecondOrderEquations,
+    StateRows, acceleration_tangent,
 };
 use crate::{Error, System};
 
@@ -28,7 +28,7 @@ const UNDETERMINED: f64 = 1e-6;
 /// What accelerations and reactions are computed with.
 pub(crate) struct Accelerations {
     state: State,
-    equations: Option<AccelerationEquations>,
+    equations: AccelerationEquations,
     /// Made when a product is asked for.
     second: Option<AccelerationSecondOrder>,
     /// Whether they are those of the motion at hand, with its design variables.
@@ -44,7 +44,7 @@ impl Accelerations {
         let pair = || Pair::new(system.n(), system.m());
         Accelerations {
             state: State::new(system),
-            equations: None,
+            equations: AccelerationEquations::default(),
             second: None,
             is_ready: false,
             x: pair(),
@@ -61,12 +61,11 @@ impl Accelerations {
         let evaluation = &mut self.state.newton.evaluation;
         let known = evaluation.fingerprint();
         evaluation.set_start(system, at)?;
-        if known.is_none() || known != evaluation.fingerprint() {
-            (self.equations, self.second) = (None, None);
-        }
         let elements = &evaluation.formulas(system).elements;
-        let equations = self.equations.get_or_insert_with(|| AccelerationEquations::new(system, elements));
-        equations.fix(elements, at.design);
+        if known.is_none() || known != evaluation.fingerprint() {
+            (self.equations, self.second) = (AccelerationEquations::new(system, elements), None);
+        }
+        self.equations.fix(elements, at.design);
         if let Some(second) = &mut self.second {
             second.fix(elements, at.design);
         }
@@ -83,9 +82,7 @@ impl Accelerations {
             self.prepare(system, at)?;
         }
         let Accelerations { state, equations, x, .. } = self;
-        if let Some(equations) = equations {
-            equations.right(system.batches(), &without_sigma(at, &state.zeros), &mut state.right);
-        }
+        equations.right(system, &without_sigma(at, &state.zeros), &mut state.right);
         if !all_finite(&state.right.v) || !all_finite(&state.right.sigma) {
             let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
             return Err(system.find_not_finite(&at.without_momenta(), node).unwrap_or(unknown));
@@ -127,9 +124,7 @@ impl Accelerations {
             return Err(Error::UndeterminedReaction { equation: system.equation_name(equation).to_string(), time: at.t });
         }
         let at = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
-        if let Some(equations) = equations {
-            equations.pull_back(system.batches(), &at, adjoint, rows);
-        }
+        equations.pull_back(system, &at, adjoint, rows);
         Ok(())
     }
 
@@ -156,19 +151,15 @@ impl Accelerations {
     ) -> Result<(), Error> {
         let Accelerations { state, equations, second, x, adjoint, .. } = self;
         let elements = &state.newton.evaluation.formulas(system).elements;
-        let (equations, second) = match (equations, &mut *second) {
-            (Some(equations), Some(second)) => (equations, second),
-            (None, _) => return Ok(()),
-            (Some(equations), none) => {
-                let mut made = AccelerationSecondOrder::new(system, elements);
-                made.fix(elements, at.design);
-                (equations, none.insert(made))
-            }
-        };
+        let second = second.get_or_insert_with(|| {
+            let mut made = AccelerationSecondOrder::new(system, elements);
+            made.fix(elements, at.design);
+            made
+        });
         state.right.v.copy_from_slice(&first.v_dot);
         state.right.sigma.copy_from_slice(&first.lambda);
         state.solve(system, adjoint);
-        let (batches, zeros) = (system.batches(), state.zeros.clone());
+        let zeros = state.zeros.clone();
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &zeros) };
         let fixed = NodeView { sigma: &zeros.sigma, ..*along };
         // K̇ (c, e).
@@ -176,20 +167,20 @@ impl Accelerations {
         let with = Covector { c: &adjoint.v, d: &zeros.v, e: &adjoint.sigma };
         let evaluation = &state.newton.evaluation;
         evaluation.pull_back_along(&evaluation.blocks, &fixed, &with, first);
-        equations_along.pull_back(batches, (&here, &fixed), &with, first);
+        equations_along.pull_back(system, (&here, &fixed), &with, first);
         let less = |(right, (row, less)): (&mut f64, (&f64, &f64))| *right = row - less;
         state.right.v.iter_mut().zip(rows.v_dot.iter().zip(&first.v)).for_each(less);
         state.right.sigma.iter_mut().zip(rows.lambda.iter().zip(&first.sigma)).for_each(less);
         let mut change = zeros.clone();
         state.solve(system, &mut change);
-        equations.pull_back(batches, &here, &change, rows);
+        equations.pull_back(system, &here, &change, rows);
         let elements = &state.newton.evaluation.formulas(system).elements;
-        second.pull_back((batches, elements), (&here, &fixed), adjoint, rows)?;
+        second.pull_back((system, elements), (&here, &fixed), adjoint, rows)?;
         // The rows are linear in v̇ and λ.
         let moved = NodeView { v_dot: along.v_dot, lambda: along.lambda, ..here };
-        equations.pull_back(batches, &moved, adjoint, rows);
+        equations.pull_back(system, &moved, adjoint, rows);
         let still = NodeView { v_dot: &zeros.v, lambda: &zeros.sigma, ..here };
-        equations.pull_back(batches, &still, &adjoint.negative(), rows);
+        equations.pull_back(system, &still, &adjoint.negative(), rows);
         Ok(())
     }
 
@@ -198,16 +189,17 @@ impl Accelerations {
     /// # Errors
     /// As [`evaluate`](Self::evaluate).
     pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
-        let real = Parts::of(at, 0);
+        let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
+        let real = part(0);
         self.evaluate(system, &real.view(), node)?;
         let Accelerations { state, x, adjoint, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
-        for part in 1..R::PARTS {
-            acceleration_tangent(system, &here, &Parts::of(at, part).view(), &mut state.right);
+        for k in 1..R::PARTS {
+            acceleration_tangent(system, &here, &part(k).view(), &mut state.right);
             state.solve(system, adjoint);
             for (all, own) in lifted.iter_mut().zip([&adjoint.v, &adjoint.sigma]) {
-                all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(part, *own));
+                all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(k, *own));
             }
         }
         Ok(lifted)
@@ -276,26 +268,4 @@ impl State {
 
 fn without_sigma<'a>(at: &NodeView<'a, f64>, zeros: &'a Pair) -> NodeView<'a, f64> {
     NodeView { sigma: &zeros.sigma, ..at.without_momenta() }
-}
-
-/// One part of all numbers of a state.
-pub(super) struct Parts {
-    q: Vec<f64>,
-    v: Vec<f64>,
-    sigma: Vec<f64>,
-    u: Vec<f64>,
-    t: f64,
-    design: Vec<f64>,
-}
-
-impl Parts {
-    pub(super) fn of<R: Real>(at: &NodeView<R>, part: usize) -> Self {
-        let list = |x: &[R]| x.iter().map(|x| x.part(part)).collect::<Vec<f64>>();
-        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(list);
-        Parts { q, v, sigma, u, t: at.t.part(part), design }
-    }
-
-    pub(super) fn view(&self) -> NodeView<'_, f64> {
-        NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design))
-    }
 }

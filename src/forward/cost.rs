@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 
-use super::accelerations::{Accelerations, Parts};
+use super::accelerations::Accelerations;
 use crate::motion::Refinement;
 use crate::number::Real;
-use crate::system::{CostRows, Depends, NodeView, Weights, factors_of};
+use crate::system::{CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
@@ -146,20 +146,19 @@ impl<R: Real> Trajectory<R> {
 
     /// Which cost of a node is not finite.
     fn bad_cost(&self, system: &System, (inputs, design): (&Inputs<R>, &[R]), costs: &CostSum, node: usize) -> Error {
-        let real = |list: &[R]| list.iter().map(|x| x.part(0)).collect::<Vec<f64>>();
-        let (at, mut u_dot) = (self.at((inputs, design), node), vec![R::zero(); system.k()]);
+        let mut u_dot = vec![R::zero(); system.k()];
         control_rates(inputs, node, &mut u_dot);
-        let u_dot = real(&u_dot);
-        let [p_star, p_star_dot, steps] = [at.p_star, at.p_star_dot, &inputs.grid.steps].map(real);
-        let state = Parts::of(&at, 0);
-        let at = state.view();
+        let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), node) };
+        let real = NodeValues::of_costs(&at, |x| x.part(0));
+        let at = real.view();
         let mut accelerations = Accelerations::new(system);
         if accelerations.evaluate(system, &at, node).is_err() {
             accelerations.forget();
         }
-        let at = accelerations.with(NodeView { p_star: &p_star, p_star_dot: &p_star_dot, u_dot: &u_dot, ..at });
+        let at = accelerations.with(at);
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from_slice(&costs.factors);
+        let steps: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let weights = costs.refinement.weights(&self.scheme, &steps, node);
         system.bad_cost(&at, &weights, &mut rows, costs.refinement.given_step(node))
     }

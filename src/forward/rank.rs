@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
-use crate::system::{NodeView, Sums};
+use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, System};
 
 /// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
@@ -153,14 +153,12 @@ fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
 
 /// M = 𝓛_vv, one column after the other by dual numbers.
 pub(crate) fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
-    let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
-    let (q, mut v, sigma, u, design) = (lift(at.q), lift(at.v), lift(at.sigma), lift(at.u), lift(at.design));
+    let mut there = NodeValues::of_equations(at, Dual64::from_re);
     let mut sums = Sums::new(system.n(), system.m());
     DMatrix::from_columns(&Vec::from_iter((0..system.n()).map(|j| {
-        v[j].eps = 1.0;
-        let there = NodeView::of_equations([&q, &v, &sigma], (&u, Dual64::from_re(at.t), &design));
-        system.plain_sums(&there, &mut sums);
-        v[j].eps = 0.0;
+        there.v[j].eps = 1.0;
+        system.plain_sums(&there.view(), &mut sums);
+        there.v[j].eps = 0.0;
         DVector::from_iterator(system.n(), sums.l_v().iter().map(|l_v| l_v.eps))
     })))
 }

@@ -264,6 +264,11 @@ impl Param {
         }
     }
 
+    /// Which of these are bound, and no numbers.
+    pub(crate) fn which_are_bound(all: &[Param]) -> Vec<bool> {
+        all.iter().map(|param| param.constant().is_none()).collect()
+    }
+
     /// The place of what it is a multiple of among the values of a compiled system's parameters, and the factor, if it is bound.
     pub(crate) fn bound(&self) -> Option<(usize, f64)> {
         match self.of {

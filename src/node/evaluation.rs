@@ -191,7 +191,7 @@ impl Evaluation {
         sums.clear();
         let at = given.at(q, &x.v, &x.sigma);
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.first(system.batches(), &at, &mut self.workspace, (sums, rest));
+        formulas.first(system, &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
         for ((&position, l_v), force) in system.positions().v.iter().zip(sums.l_v()).zip(sums.force()) {
             // Not 0 · Q: forces have no part at h = 0, finite or not.
@@ -220,7 +220,7 @@ impl Evaluation {
             made.fix(elements, design);
             made
         };
-        positions.get_or_insert_with(make).evaluate(system.batches(), at, phi);
+        positions.get_or_insert_with(make).evaluate(system, at, phi);
     }
 
     /// Adds 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
@@ -282,7 +282,7 @@ impl Evaluation {
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, without those that are constant.
     pub(crate) fn pull_back_inputs(&mut self, system: &System, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.pull_back_inputs(system.batches(), at, with, &mut self.workspace, rows);
+        formulas.pull_back_inputs(system, at, with, &mut self.workspace, rows);
     }
 
     /// Shows what happens to each element that may bend between the ends of a step.
@@ -294,7 +294,7 @@ impl Evaluation {
         show: &mut dyn FnMut(Within),
     ) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.look_within(system.batches(), ends, with, &mut self.workspace, show);
+        formulas.look_within(system, ends, with, &mut self.workspace, show);
     }
 
     /// Adds −μ e, the rows of the compliances.

@@ -10,32 +10,27 @@
 //! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
 
 use super::acceleration_kernels::{AccelerationKernels, rows_along};
-use super::assembly::by_formula;
-use super::batch::{Batch, Covector, Pair, Sums};
+use super::argument::Argument;
+use super::batch::{Covector, Pair, Sums};
 use super::branches::Branches;
 use super::cost::CostRows;
 use super::element::Element;
-use super::element_programs::ElementPrograms;
-use super::formula::{Component, Formula};
-use super::plain::{LiftedPoint, add_sums};
+use super::element_programs::{Alike, ElementPrograms};
+use super::formula::Component;
+use super::plain::add_sums;
 use super::point::Layout;
-use super::target::Target;
-use super::view::NodeView;
+use super::view::{NodeValues, NodeView};
 use crate::number::{Hyper, hyper, hyper_parts};
 use crate::{Error, System};
 
-/// Elements of one formula.
-struct Group {
-    /// r: n momenta, then m equations.
-    right: ElementPrograms<usize>,
-    /// The derivatives of c·f + e·g, with respect to what, by which factor.
-    rows: ElementPrograms<(Target, f64)>,
-}
-
 /// The equations of accelerations and reactions of a scene.
+#[derive(Default)]
 pub(crate) struct AccelerationEquations {
     layout: Layout,
-    groups: Vec<Group>,
+    /// r: n momenta, then m equations.
+    right: Vec<ElementPrograms<usize>>,
+    /// The derivatives of c·f + e·g, with respect to what, by which factor.
+    rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
     point: Vec<f64>,
@@ -43,75 +38,64 @@ pub(crate) struct AccelerationEquations {
 
 impl AccelerationEquations {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let (n, m, k) = (system.n(), system.m(), system.k());
-        let layout = Layout { n, m, k };
-        let (mut groups, mut dual) = (Vec::new(), Vec::new());
-        for (formula, members) in by_formula(elements) {
-            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
-            let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
-            match AccelerationKernels::new(&formula, &bound) {
-                Some(kernels) => groups.push(Group::new(&layout, &formula, kernels, (&members, &own))),
-                None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
-            }
+        let layout = system.layout();
+        let point = vec![0.0; layout.len()];
+        let mut all = AccelerationEquations { layout, point, ..AccelerationEquations::default() };
+        for alike in &Alike::all(elements) {
+            let Some(kernels) = AccelerationKernels::new(alike.formula, &alike.bound()) else {
+                all.dual.extend(alike.places());
+                continue;
+            };
+            let AccelerationKernels { right, components, rows, of } = kernels;
+            let sum = |element: &Element, of| match of {
+                Component::Momentum(i) | Component::Force(i) => element.q[i],
+                Component::Equation(j) => layout.n + element.sigma[j],
+            };
+            all.right.extend(ElementPrograms::new(&layout, alike, (right, &components), sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
         }
-        AccelerationEquations { layout, groups, dual, point: vec![0.0; layout.len()] }
+        all
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
         let parameters = |e: usize| elements[e].parameters(design);
-        for Group { right, rows } in &mut self.groups {
-            right.fix(parameters);
-            rows.fix(parameters);
-        }
+        self.right.iter_mut().for_each(|programs| programs.fix(parameters));
+        self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
     }
 
     /// r at a state with σ = 0.
-    pub(crate) fn right(&mut self, batches: &[Batch], at: &NodeView<f64>, right: &mut Pair) {
-        let AccelerationEquations { layout, groups, dual, point } = self;
+    pub(crate) fn right(&mut self, system: &System, at: &NodeView<f64>, right: &mut Pair) {
+        let AccelerationEquations { layout, right: all, dual, point, .. } = self;
         let n = layout.n;
         right.v.fill(0.0);
         right.sigma.fill(0.0);
         layout.load(at, point);
-        for Group { right: programs, .. } in groups {
+        for programs in all {
             programs.run(point, |&place, value| {
                 *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
             });
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].add_acceleration(at, right));
+        dual.iter().for_each(|&place| system.item(place).add_acceleration(at, right));
     }
 
     /// Adds the derivatives of c·f + e·g at a state with σ = 0 and its v̇ and λ.
-    pub(crate) fn pull_back(&mut self, batches: &[Batch], at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
-        let AccelerationEquations { layout, groups, dual, point } = self;
+    pub(crate) fn pull_back(&mut self, system: &System, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
+        let AccelerationEquations { layout, rows: all, dual, point, .. } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_accelerations(at, point);
-        for Group { rows: programs, .. } in groups {
-            programs.run(point, |(target, factor), value| target.add(rows, factor * value));
+        for programs in all {
+            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].pull_back_acceleration(at, with, rows));
-    }
-}
-
-impl Group {
-    fn new(layout: &Layout, formula: &Formula, kernels: AccelerationKernels, of: (&[usize], &[&Element])) -> Self {
-        let AccelerationKernels { right, components, rows, of: arguments } = kernels;
-        let sum = |element: &Element, of| match of {
-            Component::Momentum(i) | Component::Force(i) => element.q[i],
-            Component::Equation(j) => layout.n + element.sigma[j],
-        };
-        Group {
-            right: ElementPrograms::new(layout, formula, (right, &components), of, sum),
-            rows: ElementPrograms::new(layout, formula, (rows, &arguments), of, Target::of),
-        }
+        dual.iter().for_each(|&place| system.item(place).pull_back_acceleration(at, with, rows));
     }
 }
 
 /// What the derivatives of c·f + e·g change by along a direction, of all elements.
 pub(crate) struct AccelerationSecondOrder {
     layout: Layout,
-    rows: Vec<ElementPrograms<(Target, f64)>>,
+    rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements without a program.
     branching: Vec<Branches>,
     point: Vec<f64>,
@@ -119,16 +103,13 @@ pub(crate) struct AccelerationSecondOrder {
 
 impl AccelerationSecondOrder {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut rows, mut branching) = (Vec::new(), Vec::new());
-        for (formula, members) in by_formula(elements) {
-            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
-            let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
-            let Some((kernel, of)) = rows_along(&formula, &bound) else {
-                branching.extend(members.iter().map(|&e| Branches::new(e, &bound)));
-                continue;
-            };
-            rows.push(ElementPrograms::new(&layout, &formula, (kernel, &of), (&members, &own), Target::of));
+        let (layout, mut rows, mut branching) = (system.layout(), Vec::new(), Vec::new());
+        for alike in &Alike::all(elements) {
+            let bound = alike.bound();
+            match rows_along(alike.formula, &bound) {
+                Some((kernel, of)) => rows.extend(ElementPrograms::new(&layout, alike, (kernel, &of), Argument::of)),
+                None => branching.extend(alike.numbers.iter().map(|&e| Branches::new(e, &bound))),
+            }
         }
         let point = vec![0.0; layout.len() + system.parameters().len()];
         AccelerationSecondOrder { layout, rows, branching, point }
@@ -145,22 +126,22 @@ impl AccelerationSecondOrder {
     /// A formula without a program that panics when it is recorded.
     pub(crate) fn pull_back(
         &mut self,
-        (batches, elements): (&[Batch], &[Element]),
+        (system, elements): (&System, &[Element]),
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         with: &Pair,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let AccelerationSecondOrder { layout, rows: programs, branching, point } = self;
+        let AccelerationSecondOrder { layout, rows: all, branching, point } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_direction_beside_accelerations(along, point);
         layout.load_accelerations(at, point);
-        for programs in programs {
-            programs.run(point, |(target, factor), value| target.add(rows, factor * value));
+        for programs in all {
+            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
         }
         branching.iter_mut().try_for_each(|branches| {
             let element = &elements[branches.element];
-            branches.pull_back((element, &batches[element.batch].items[element.item]), at, (layout, point), rows)
+            branches.pull_back((element, system.item(element.place)), at, (layout, point), rows)
         })
     }
 }
@@ -176,7 +157,7 @@ pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, directio
         (0..x.len()).map(number).collect::<Vec<Hyper>>()
     };
     let none = vec![0.0; at.lambda.len()];
-    let point = LiftedPoint {
+    let point = NodeValues {
         q: list([at.q, direction.q], [at.v, direction.v]),
         v: list([at.v, direction.v], [at.v_dot, &[]]),
         sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),
@@ -186,7 +167,7 @@ pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, directio
         of_costs: Default::default(),
     };
     let mut sums = Sums::new(system.n(), system.m());
-    add_sums(system.batches().iter(), &point.view(), &mut sums);
+    add_sums(system.batches.iter(), &point.view(), &mut sums);
     let forces = sums.force().iter().zip(sums.l_v());
     result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
     result.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);

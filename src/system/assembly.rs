@@ -1,18 +1,19 @@
 //! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
 
 use num_dual::Dual64;
-use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
 
-use super::batch::{Batch, Covector, InputRows, StateRows, Sums, Within};
+use super::argument::Argument;
+use super::batch::{Covector, InputRows, StateRows, Sums, Within};
 use super::block::BlockRun;
 use super::element::{Element, Formulas};
-use super::formula::{Formula, InputOf, Kernels};
+use super::element_programs::Alike;
+use super::formula::Kernels;
 use super::point::Layout;
 use super::products::{Products, Wanted};
 use super::view::NodeView;
-use crate::program::{Kernel, Lanes, Places};
+use crate::System;
+use crate::program::{Lanes, Places};
 
 /// Elements of one formula whose derivatives vary along a motion.
 #[derive(Debug)]
@@ -29,7 +30,7 @@ struct InputGroup {
     elements: Vec<usize>,
     inputs: Lanes,
     /// Of each element, the inputs of its results, and their factors.
-    of: Vec<(Input, f64)>,
+    of: Vec<(Argument, f64)>,
 }
 
 /// Elements of one formula that may bend within a step.
@@ -39,14 +40,6 @@ struct BendingGroup {
     /// Where each of them stands among all that may bend.
     places: Vec<usize>,
     along: Lanes,
-}
-
-/// An input of a motion.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Input {
-    Control(usize),
-    Design(usize),
-    Time,
 }
 
 /// All elements that are evaluated at every point.
@@ -88,28 +81,26 @@ pub(crate) struct Workspace {
 impl Assembly {
     pub(crate) fn new(elements: &[Element], layout: Layout) -> Self {
         let mut assembly = Assembly { layout, ..Assembly::default() };
-        for (formula, members) in by_formula(elements) {
-            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
-            let source = |e: usize, which: usize| layout.source(own[e], formula.shape.place(which));
-            let lanes = |kernel: &Kernel| Lanes::new(kernel.clone(), own.len(), source);
+        for alike in Alike::all(elements) {
+            let (formula, own) = (alike.formula, &alike.elements);
             let Some(kernels) = &formula.kernels else {
-                assembly.dual.extend(&members);
-                assembly.dual_inputs.extend(&members);
+                assembly.dual.extend(&alike.numbers);
+                assembly.dual_inputs.extend(&alike.numbers);
                 continue;
             };
             if formula.may_bend() {
-                let (elements, along) = (members.clone(), lanes(&kernels.along));
+                let (elements, along) = (alike.numbers.clone(), alike.lanes(&layout, kernels.along.clone()));
                 assembly.bending_groups.push(BendingGroup { elements, places: Vec::new(), along });
             }
             if !kernels.inputs_of.is_empty() {
-                let of = kernels.inputs_of.iter().flat_map(|of| own.iter().map(|element| input(element, *of)));
-                let (of, inputs) = (of.collect(), lanes(&kernels.inputs));
-                assembly.input_groups.push(InputGroup { elements: members.clone(), inputs, of });
+                let of = kernels.inputs_of.iter().flat_map(|slot| own.iter().map(|element| Argument::of(element, *slot)));
+                let (of, inputs) = (of.collect(), alike.lanes(&layout, kernels.inputs.clone()));
+                assembly.input_groups.push(InputGroup { elements: alike.numbers.clone(), inputs, of });
             }
             if formula.is_varying() {
-                let state = lanes(&kernels.state);
+                let state = alike.lanes(&layout, kernels.state.clone());
                 let sums = state.targets(|e, k| layout.sum(own[e], kernels.components[k]));
-                assembly.groups.push(Group { elements: members, state, sums });
+                assembly.groups.push(Group { elements: alike.numbers, state, sums });
             }
         }
         assembly.bending = (0..elements.len()).filter(|&e| elements[e].formula.may_bend()).collect();
@@ -127,7 +118,7 @@ impl Assembly {
     /// Makes room for the second derivatives of elements of one formula.
     fn store(&mut self, elements: &[Element], members: Vec<usize>) {
         let (entries, begin, count) = (&elements[members[0]].formula.varying, self.block_len(), members.len());
-        let place = |entry, e: usize| elements[e].place(entry).map(|place| place as u32);
+        let place = |entry, e: usize| elements[e].row_and_col(entry).map(|place| place as u32);
         for run in BlockRun::all(entries) {
             let own = &entries[run.entries.clone()];
             let places: Vec<_> = own.iter().flat_map(|entry| members.iter().map(move |&e| place(entry, e))).collect();
@@ -232,7 +223,7 @@ impl Formulas {
     /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements but constant and sinusoidal ones; what num-dual evaluates writes its blocks, too.
     pub(crate) fn first(
         &self,
-        batches: &[Batch],
+        system: &System,
         at: &NodeView<f64>,
         workspace: &mut Workspace,
         (sums, blocks): (&mut Sums<f64>, &mut [f64]),
@@ -246,7 +237,7 @@ impl Formulas {
         let mut rest = &mut blocks[assembly.block_len() - assembly.dual_len..];
         for &e in &assembly.dual {
             let (own, after) = rest.split_at_mut(elements[e].formula.varying.len());
-            batches[elements[e].batch].items[elements[e].item].evaluate(at, sums, own);
+            system.item(elements[e].place).evaluate(at, sums, own);
             rest = after;
         }
     }
@@ -254,7 +245,7 @@ impl Formulas {
     /// Adds its derivatives with respect to u (of elements that are not constant), design variables and time.
     pub(crate) fn pull_back_inputs(
         &self,
-        batches: &[Batch],
+        system: &System,
         at: &NodeView<f64>,
         with: &Covector,
         workspace: &mut Workspace,
@@ -272,15 +263,16 @@ impl Formulas {
             group.inputs.run(point, registers, |e, k, values| {
                 for (of, value) in group.of[k * count + e..].iter().zip(values) {
                     match *of {
-                        (Input::Control(channel), _) => rows.u[channel] += value,
-                        (Input::Design(p), factor) => rows.design[p] += factor * value,
-                        (Input::Time, _) => *rows.time += value,
+                        (Argument::Control(channel), _) => rows.u[channel] += value,
+                        (Argument::Design(p), factor) => rows.design[p] += factor * value,
+                        // No others are inputs.
+                        _ => *rows.time += value,
                     }
                 }
             });
         }
         for &e in &assembly.dual_inputs {
-            batches[elements[e].batch].items[elements[e].item].pull_back_inputs(at, with, rows);
+            system.item(elements[e].place).pull_back_inputs(at, with, rows);
         }
     }
 }
@@ -289,7 +281,7 @@ impl Formulas {
     /// Shows what happens to each element that may bend between the ends of a step; rates there are along the step.
     pub(crate) fn look_within(
         &self,
-        batches: &[Batch],
+        system: &System,
         ends: &[NodeView<Dual64>; 2],
         with: &Covector,
         workspace: &mut Workspace,
@@ -307,38 +299,13 @@ impl Formulas {
             }
             for (values, &e) in values.iter_mut().zip(&assembly.bending) {
                 if elements[e].formula.kernels.is_none() {
-                    values[end] = batches[elements[e].batch].items[elements[e].item].along(at, with);
+                    values[end] = system.item(elements[e].place).along(at, with);
                 }
             }
         }
         for [[begin, begin_rate], [end, end_rate]] in values {
             let (change, told) = (*end - *begin, 0.5 * (*begin_rate + *end_rate));
             show(Within { missed: change - told, change: change.abs().max(told.abs()) });
-        }
-    }
-}
-
-/// The elements of each formula, in the order of their first.
-pub(super) fn by_formula(elements: &[Element]) -> Vec<(Arc<Formula>, Vec<usize>)> {
-    let mut groups: Vec<(Arc<Formula>, Vec<usize>)> = Vec::new();
-    let mut known: HashMap<*const Formula, usize> = HashMap::new();
-    for (e, element) in elements.iter().enumerate() {
-        let at = *known.entry(Arc::as_ptr(&element.formula)).or_insert_with(|| {
-            groups.push((element.formula.clone(), Vec::new()));
-            groups.len() - 1
-        });
-        groups[at].1.push(e);
-    }
-    groups
-}
-
-/// The input of a motion, and by which factor an element's own is a multiple of it.
-pub(super) fn input(element: &Element, of: InputOf) -> (Input, f64) {
-    match of {
-        InputOf::Control(k) => (Input::Control(element.u[k]), 1.0),
-        InputOf::Time => (Input::Time, 1.0),
-        InputOf::Constant(p) => {
-            element.b[p].bound().map_or((Input::Time, 0.0), |(design, factor)| (Input::Design(design), factor))
         }
     }
 }

@@ -164,7 +164,7 @@ impl Batch {
         for (place, item) in self.items.iter_mut().enumerate() {
             let formula = into.add(item, (into.batch, place), at);
             item.timed = formula.timed;
-            item.is_recorded = formula.template.is_some();
+            item.is_recorded = formula.kernels.is_some();
         }
         into.batch += 1;
     }

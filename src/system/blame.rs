@@ -1,5 +1,6 @@
 //! Which formula is no number, and for which of its arguments.
 
+use super::argument::Argument;
 use super::cost::{CostRows, Weights};
 use super::cost_second_order::CostSecondOrder;
 use super::names::Names;
@@ -9,22 +10,6 @@ use super::{Covector, System};
 use crate::Error;
 use crate::error::quoted;
 use num_dual::Dual64;
-
-/// An argument of a formula, in the scene's numbering.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Argument {
-    Coordinate(usize),
-    Velocity(usize),
-    Momentum(usize),
-    Force(usize),
-    Acceleration(usize),
-    Reaction(usize),
-    Multiplier(usize),
-    Control(usize),
-    ControlRate(usize),
-    Design(usize),
-    Time,
-}
 
 /// The element at fault, and the arguments by which its derivatives are no numbers.
 pub struct Suspect<'a> {
@@ -140,7 +125,7 @@ impl System {
 
     /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
     pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let mut items = self.partly_defined.iter().map(|&(batch, item)| &self.batches[batch].items[item]);
+        let mut items = self.partly_defined.iter().map(|&place| self.item(place));
         let undefined = items.find(|item| !item.energy(at).is_finite())?;
         let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
         Some(suspect.explain((&self.names, &self.parameters), at, node))

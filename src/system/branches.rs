@@ -4,11 +4,11 @@
 //! there. They are evaluated node by node.
 
 use super::acceleration_kernels::changes_along;
+use super::argument::Argument;
 use super::cost::CostRows;
 use super::element::Element;
 use super::item::PlacedElement;
 use super::point::Layout;
-use super::target::Target;
 use super::view::NodeView;
 use crate::Error;
 use crate::program::{Graph, Node, Template};
@@ -28,7 +28,7 @@ struct Branch {
     template: Template,
     graph: Graph,
     changes: Vec<Node>,
-    of: Vec<(Target, f64)>,
+    of: Vec<(Argument, f64)>,
 }
 
 impl Branches {
@@ -58,8 +58,8 @@ impl Branches {
         let arguments: Vec<f64> = (0..shape.constant_rates() + shape.p).map(argument).collect();
         let branch = self.branch(element, template);
         let values = branch.graph.evaluate(&parameters, &arguments);
-        for (&(target, factor), node) in branch.of.iter().zip(&branch.changes) {
-            target.add(rows, factor * values[node.index()]);
+        for (&(argument, factor), node) in branch.of.iter().zip(&branch.changes) {
+            argument.add(rows, factor * values[node.index()]);
         }
         Ok(())
     }
@@ -71,7 +71,7 @@ impl Branches {
                 self.known.remove(0);
             }
             let (graph, of, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
-            let of = of.into_iter().map(|of| Target::of(element, of)).collect();
+            let of = of.into_iter().map(|slot| Argument::of(element, slot)).collect();
             self.known.push(Branch { template, graph, changes, of });
             self.known.len() - 1
         });

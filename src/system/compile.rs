@@ -42,7 +42,7 @@ impl System {
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
-        let partly_defined = partly_defined.map(|element| (element.batch, element.item)).collect();
+        let partly_defined = partly_defined.map(|element| element.place).collect();
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
         let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
@@ -102,8 +102,7 @@ impl System {
         }
         let mut recordings = Recordings::default();
         for element in &self.formulas.elements {
-            let place = (element.batch, element.item);
-            recordings.add(&self.batches[place.0].items[place.1], place, start);
+            recordings.add(self.item(element.place), element.place, start);
         }
         let changed = |element: &str| Error::Changed { element: element.to_string() };
         // What num-dual evaluates may change as it likes.
@@ -120,8 +119,7 @@ impl System {
         if let Some(cost) = self.costs.iter().find_map(|costs| costs.find_changed(start)) {
             return Err(changed(cost));
         }
-        let layout = Layout { n: self.n, m: self.m, k: self.k };
-        Ok(Some(Formulas::new(recordings.elements, layout, &self.symbolic)))
+        Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
     }
 
     /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now if they are other ones than were compiled.

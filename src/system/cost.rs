@@ -3,7 +3,8 @@
 use num_dual::Dual64;
 use std::any::Any;
 
-use super::blame::{Argument, Suspect};
+use super::argument::Argument;
+use super::blame::Suspect;
 use super::cost_formula::CostMemory;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::Of;

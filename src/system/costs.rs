@@ -74,7 +74,7 @@ impl<C: ListCost> AnyCosts for Costs<C> {
             let recorded = item.record(at);
             item.uses = item.find_uses(recorded.as_ref().ok().map(|(template, _)| template));
             if !without_programs {
-                let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
+                let bound = Param::which_are_bound(&item.b);
                 let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, *fixed));
                 item.formula = formula.ok();
                 *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
@@ -140,7 +140,7 @@ impl<C: ListCost> AnyCosts for Costs<C> {
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
         let of = |item: &PlacedCost<C>| {
             item.formula.as_ref()?;
-            let bound: Vec<bool> = item.b.iter().map(|b| b.constant().is_none()).collect();
+            let bound = Param::which_are_bound(&item.b);
             CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
         };
         self.items.iter().map(of).collect()

@@ -1,14 +1,18 @@
 //! [`Derivatives`]: what a formula adds to 𝓛_v, 𝓛_q + Q and dΦ/dt, and the derivatives of that, as nodes of its graph.
 
 use super::block::{Block, BlockEntry};
-use super::formula::{Component, InputOf};
+use super::formula::Component;
 use super::jet::ElementKind;
 use super::shape::Shape;
-use crate::program::{Graph, Node};
+use super::typed::Slot;
+use crate::program::{Graph, Node, Template};
 
 /// First and second derivatives as nodes of the formula's graph.
 pub(super) struct Derivatives {
-    kind: ElementKind,
+    pub(super) kind: ElementKind,
+    pub(super) shape: Shape,
+    /// T, V, Q or Φ.
+    pub(super) values: Vec<Node>,
     pub(super) l_v: Vec<Node>,
     pub(super) force: Vec<Node>,
     pub(super) phi_dot: Vec<Node>,
@@ -21,11 +25,15 @@ pub(super) struct Derivatives {
 }
 
 impl Derivatives {
-    pub(super) fn new(graph: &mut Graph, kind: ElementKind, shape: Shape, values: &[Node]) -> Self {
+    /// Those of a recorded formula, with its graph.
+    pub(super) fn new(kind: ElementKind, shape: Shape, template: &Template) -> (Graph, Self) {
+        let (mut graph, values) = template.graph();
         let n = shape.n;
         let zero = graph.constant(0.0);
         let mut derivatives = Derivatives {
             kind,
+            shape,
+            values: values.clone(),
             l_v: vec![zero; n],
             force: vec![zero; n],
             phi_dot: Vec::new(),
@@ -37,14 +45,14 @@ impl Derivatives {
         let q: Vec<Node> = (0..n).map(|i| graph.input(i)).collect();
         let v: Vec<Node> = (0..n).map(|i| graph.input(shape.v() + i)).collect();
         match kind {
-            ElementKind::Kinetic => derivatives.kinetic(graph, values[0], (&q, &v)),
-            ElementKind::Potential => derivatives.potential(graph, values[0], &q),
-            ElementKind::Applied => derivatives.applied(graph, values, (&q, &v)),
-            ElementKind::Holonomic => derivatives.holonomic(graph, shape, values, (&q, &v)),
+            ElementKind::Kinetic => derivatives.kinetic(&mut graph, values[0], (&q, &v)),
+            ElementKind::Potential => derivatives.potential(&mut graph, values[0], &q),
+            ElementKind::Applied => derivatives.applied(&mut graph, &values, (&q, &v)),
+            ElementKind::Holonomic => derivatives.holonomic(&mut graph, &values, (&q, &v)),
         }
         derivatives.entries.retain(|(_, node)| !graph.is_zero(*node));
         derivatives.entries.sort_by_key(|(entry, _)| (entry.block, entry.mirrored));
-        derivatives
+        (graph, derivatives)
     }
 
     fn kinetic(&mut self, graph: &mut Graph, energy: Node, (q, v): (&[Node], &[Node])) {
@@ -87,8 +95,9 @@ impl Derivatives {
         }
     }
 
-    fn holonomic(&mut self, graph: &mut Graph, shape: Shape, phi: &[Node], (q, v): (&[Node], &[Node])) {
-        let (n, m, one) = (shape.n, shape.m, graph.constant(1.0));
+    fn holonomic(&mut self, graph: &mut Graph, phi: &[Node], (q, v): (&[Node], &[Node])) {
+        let (shape, one) = (self.shape, graph.constant(1.0));
+        let (n, m) = (shape.n, shape.m);
         let t = graph.input(shape.t());
         let sigma: Vec<Node> = (0..m).map(|j| graph.input(shape.sigma() + j)).collect();
         for &phi in phi {
@@ -116,14 +125,14 @@ impl Derivatives {
     }
 
     /// The coordinates in which all equations of a constraint are linear.
-    pub(super) fn linear_columns(&self, graph: &Graph, shape: Shape) -> Vec<bool> {
-        let is_linear = |i: usize| self.phi_q.iter().skip(i).step_by(shape.n).all(|node| graph.is_fixed(*node));
-        (0..shape.n).map(is_linear).collect()
+    pub(super) fn linear_columns(&self, graph: &Graph) -> Vec<bool> {
+        let is_linear = |i: usize| self.phi_q.iter().skip(i).step_by(self.shape.n).all(|node| graph.is_fixed(*node));
+        (0..self.shape.n).map(is_linear).collect()
     }
 
-    /// What is evaluated at every iteration: of a constraint, without its linear columns.
-    pub(super) fn components(&self, graph: &mut Graph, shape: Shape, is_linear: &[bool]) -> Vec<(Component, Node)> {
-        let (mut l_v, mut phi_dot) = (self.l_v.clone(), self.phi_dot.clone());
+    /// What is evaluated at every iteration: the components, of a constraint without its linear columns.
+    pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> (Vec<Component>, Vec<Node>) {
+        let (shape, mut l_v, mut phi_dot) = (self.shape, self.l_v.clone(), self.phi_dot.clone());
         if self.kind == ElementKind::Holonomic {
             let zero = graph.constant(0.0);
             let bent: Vec<usize> = (0..shape.n).filter(|&i| !is_linear[i]).collect();
@@ -134,18 +143,12 @@ impl Derivatives {
                 *phi_dot = sum_of_products(graph, &row, &v, self.phi_t[j]);
             }
         }
-        let numbered = |of: fn(usize) -> Component, nodes: Vec<Node>| {
-            nodes.into_iter().enumerate().map(move |(i, node)| (of(i), node)).collect::<Vec<_>>()
-        };
-        let mut all = numbered(Component::Momentum, l_v);
-        all.extend(numbered(Component::Force, self.force.clone()));
-        all.extend(numbered(Component::Equation, phi_dot));
-        all.retain(|(_, node)| !graph.is_zero(*node));
-        all
+        without_zeros(graph, components([&l_v, &self.force, &phi_dot]))
     }
 
     /// Q_u by rows.
-    pub(super) fn by_controls(&self, graph: &mut Graph, shape: Shape, values: &[Node]) -> Vec<Node> {
+    pub(super) fn by_controls(&self, graph: &mut Graph) -> Vec<Node> {
+        let shape = self.shape;
         if self.kind != ElementKind::Applied {
             return Vec::new();
         }
@@ -153,7 +156,7 @@ impl Derivatives {
         let columns: Vec<Vec<Node>> = (0..shape.k)
             .map(|k| {
                 let u = graph.input(shape.u() + k);
-                graph.forward(values, &[(u, one)])
+                graph.forward(&self.values, &[(u, one)])
             })
             .collect();
         (0..shape.n).flat_map(|i| columns.iter().map(move |column| column[i]).collect::<Vec<_>>()).collect()
@@ -163,37 +166,49 @@ impl Derivatives {
     pub(super) fn by_inputs(
         &self,
         graph: &mut Graph,
-        shape: Shape,
         (bound, timed, by_controls): (&[bool], bool, bool),
-    ) -> (Vec<InputOf>, Vec<Node>) {
-        let controls = if by_controls { 0..shape.k } else { 0..0 };
-        let mut of: Vec<InputOf> = controls.map(InputOf::Control).collect();
-        of.extend((0..shape.p).filter(|&p| bound[p]).map(InputOf::Constant));
-        of.extend(timed.then_some(InputOf::Time));
-        let arguments: Vec<Node> = of.iter().map(|of| input_node(graph, shape, *of)).collect();
-        let sum = self.weighted(graph, shape);
+    ) -> (Vec<Slot>, Vec<Node>) {
+        let controls = if by_controls { 0..self.shape.k } else { 0..0 };
+        let mut of: Vec<Slot> = controls.map(Slot::U).collect();
+        of.extend((0..self.shape.p).filter(|&p| bound[p]).map(Slot::B));
+        of.extend(timed.then_some(Slot::T));
+        let arguments: Vec<Node> = of.iter().map(|of| self.argument(graph, *of)).collect();
+        let sum = self.weighted(graph);
         let slopes = graph.reverse(&sum, &arguments);
-        of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip()
+        without_zeros(graph, of.into_iter().zip(slopes))
+    }
+
+    /// An argument of the formula as a node.
+    pub(super) fn argument(&self, graph: &mut Graph, slot: Slot) -> Node {
+        match slot {
+            Slot::B(p) => graph.parameter(p),
+            _ => graph.input(self.shape.number(slot)),
+        }
     }
 
     /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt with c, d and e.
-    pub(super) fn weighted(&self, graph: &mut Graph, shape: Shape) -> Vec<(Node, Node)> {
-        let mut all = Vec::new();
+    pub(super) fn weighted(&self, graph: &mut Graph) -> Vec<(Node, Node)> {
+        let (shape, mut all) = (self.shape, Vec::new());
         for (nodes, first) in [(&self.l_v, shape.c()), (&self.force, shape.d()), (&self.phi_dot, shape.e())] {
             all.extend(nodes.iter().enumerate().map(|(i, node)| (*node, graph.input(first + i))));
         }
         all
     }
 
-    /// Their sum of products, and its rate.
-    pub(super) fn along(&self, graph: &mut Graph, shape: Shape) -> [Node; 2] {
-        let (x, y): (Vec<Node>, Vec<Node>) = self.weighted(graph, shape).into_iter().unzip();
-        let zero = graph.constant(0.0);
-        let sum = sum_of_products(graph, &x, &y, zero);
-        let moving = shape.moving().enumerate();
+    /// Their sum of products, ψ, and its rate.
+    pub(super) fn along(&self, graph: &mut Graph) -> [Node; 2] {
+        let sum = self.weighted_sum(graph);
+        let moving = self.shape.moving().enumerate();
         let tangents: Vec<(Node, Node)> =
-            moving.map(|(k, which)| (graph.input(which), graph.input(shape.rates() + k))).collect();
+            moving.map(|(k, which)| (graph.input(which), graph.input(self.shape.rates() + k))).collect();
         [sum, graph.forward(&[sum], &tangents)[0]]
+    }
+
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
+    pub(super) fn weighted_sum(&self, graph: &mut Graph) -> Node {
+        let (x, y): (Vec<Node>, Vec<Node>) = self.weighted(graph).into_iter().unzip();
+        let zero = graph.constant(0.0);
+        sum_of_products(graph, &x, &y, zero)
     }
 }
 
@@ -205,11 +220,15 @@ pub(super) fn sum_of_products(graph: &mut Graph, x: &[Node], y: &[Node], z: Node
     })
 }
 
-/// An input of an element as a node.
-pub(super) fn input_node(graph: &mut Graph, shape: Shape, of: InputOf) -> Node {
-    match of {
-        InputOf::Control(k) => graph.input(shape.u() + k),
-        InputOf::Constant(p) => graph.parameter(p),
-        InputOf::Time => graph.input(shape.t()),
-    }
+/// 𝓛_v, 𝓛_q + Q and dΦ/dt, or what stands in their places, component by component.
+pub(super) fn components([l_v, force, phi_dot]: [&[Node]; 3]) -> Vec<(Component, Node)> {
+    let momenta = (0..).map(Component::Momentum).zip(l_v);
+    let forces = (0..).map(Component::Force).zip(force);
+    let equations = (0..).map(Component::Equation).zip(phi_dot);
+    momenta.chain(forces).chain(equations).map(|(of, node)| (of, *node)).collect()
+}
+
+/// Results and what they are, without those that vanish.
+pub(super) fn without_zeros<T>(graph: &Graph, all: impl IntoIterator<Item = (T, Node)>) -> (Vec<T>, Vec<Node>) {
+    all.into_iter().filter(|(_, node)| !graph.is_zero(*node)).unzip()
 }

@@ -22,8 +22,7 @@ use crate::program::{Obstacle, Template};
 pub struct Element {
     pub name: String,
     /// Its batch, and its place there.
-    pub batch: usize,
-    pub item: usize,
+    pub place: (usize, usize),
     pub q: Vec<usize>,
     pub sigma: Vec<usize>,
     pub u: Vec<usize>,
@@ -78,8 +77,7 @@ impl Recordings {
         }
         match record() {
             Ok((template, numbers)) => {
-                let bound: Vec<bool> = b.iter().map(|b| b.constant().is_none()).collect();
-                let formula = self.known.entry((kind, shape, bound, template));
+                let formula = self.known.entry((kind, shape, Param::which_are_bound(b), template));
                 let formula = formula.or_insert_with_key(|(_, _, bound, template)| {
                     Arc::new(Formula::new(kind, shape, template.clone(), bound))
                 });
@@ -113,14 +111,14 @@ impl Element {
     }
 
     /// Row and column of an entry in the scene's numbering; of equations, among the equations.
-    pub fn place(&self, entry: &BlockEntry) -> [usize; 2] {
+    pub fn row_and_col(&self, entry: &BlockEntry) -> [usize; 2] {
         let row = if entry.block.has_equations() { self.sigma[entry.row] } else { self.q[entry.row] };
         [row, self.q[entry.col]]
     }
 
     /// The unknowns (n velocities, then multipliers) of an entry's row and column.
     pub fn unknowns(&self, entry: &BlockEntry, n: usize) -> [usize; 2] {
-        let [row, col] = self.place(entry);
+        let [row, col] = self.row_and_col(entry);
         [if entry.block.has_equations() { n + row } else { row }, col]
     }
 
@@ -140,7 +138,7 @@ impl Element {
         let Some(kernels) = &self.formula.kernels else { return };
         let none = |_| 0.0;
         for (entry, value) in self.formula.fixed.iter().zip(kernels.fixed.evaluate(parameters, none)) {
-            into.add(entry, self.place(entry), value);
+            into.add(entry, self.row_and_col(entry), value);
         }
         if self.formula.constant && self.kind() != ElementKind::Holonomic {
             let values = kernels.at_zero.evaluate(parameters, none);
@@ -169,7 +167,7 @@ impl Element {
             let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
             let linear = clean(0.5 * (at_0 + at_180));
             let (sine, cosine) = (clean(0.5 * (at_0 - at_180)), clean(linear - at_90));
-            let [equation, coordinate] = self.place(entry);
+            let [equation, coordinate] = self.row_and_col(entry);
             into.waves.push(SinusoidalTerm { coordinate, equation, sine, cosine });
             into.add_phi_q(Entry { row: equation, col: coordinate, value: linear });
         }

@@ -13,6 +13,7 @@ use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
 use super::jet::ElementKind;
 use super::shape::Shape;
+use super::typed::Slot;
 use crate::program::{Expression, Function, Graph, Kernel, Node, Obstacle, Template};
 
 /// A component of 𝓛_v, of 𝓛_q + Q or of dΦ/dt, by the element's own number.
@@ -23,26 +24,10 @@ pub enum Component {
     Equation(usize),
 }
 
-/// What an element's sum c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt is differentiated by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InputOf {
-    Control(usize),
-    Constant(usize),
-    Time,
-}
-
-/// What a sum of an element's is differentiated by.
-#[derive(Clone, Copy, Debug)]
-pub enum ArgumentOf {
-    Coordinate(usize),
-    Velocity(usize),
-    Multiplier(usize),
-    Input(InputOf),
-}
-
-/// The programs of an element that has a graph.
+/// The graph of a formula that could be recorded, and the programs made of it.
 #[derive(Clone, Debug)]
 pub struct Kernels {
+    pub template: Template,
     /// At a state: first 𝓛_v, 𝓛_q + Q and dΦ/dt, of a constraint without its linear columns, then the entries that vary.
     pub state: Kernel,
     /// Which component each result of the first stage is.
@@ -51,9 +36,9 @@ pub struct Kernels {
     pub fixed: Kernel,
     /// 𝓛_v and 𝓛_q + Q, and Q_u by rows, of an element that is constant.
     pub at_zero: Kernel,
-    /// Derivatives with respect to inputs.
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to controls, constants and time, and with respect to which.
     pub inputs: Kernel,
-    pub inputs_of: Vec<InputOf>,
+    pub inputs_of: Vec<Slot>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub along: Kernel,
 }
@@ -75,8 +60,7 @@ impl Kernels {
 pub struct Formula {
     pub kind: ElementKind,
     pub shape: Shape,
-    /// What was recorded; nothing where that failed, and then everything is taken to vary.
-    pub template: Option<Template>,
+    /// Why it has no graph, if that is not as it was asked for.
     pub obstacle: Option<Obstacle>,
     /// All second derivatives are constant, and nothing depends on time or is piecewise.
     pub constant: bool,
@@ -90,6 +74,7 @@ pub struct Formula {
     /// Second derivatives that vary along a motion, and those that do not.
     pub varying: Vec<BlockEntry>,
     pub fixed: Vec<BlockEntry>,
+    /// None without a graph: then everything is taken to vary.
     pub kernels: Option<Kernels>,
 }
 
@@ -99,7 +84,6 @@ impl Formula {
         Formula {
             kind,
             shape,
-            template: None,
             obstacle,
             constant: false,
             piecewise: false,
@@ -119,49 +103,48 @@ impl Formula {
     }
 
     fn compile(kind: ElementKind, shape: Shape, template: Template, bound: &[bool]) -> Option<Self> {
-        let (mut graph, values) = template.graph();
-        let derivatives = Derivatives::new(&mut graph, kind, shape, &values);
+        let (mut graph, derivatives) = Derivatives::new(kind, shape, &template);
         let depends = template.depends(shape.sigma());
         let (timed, parameters) = (depends[shape.t()], template.parameters);
-        let partly_defined = is_energy(kind) && graph.is_partly_defined(&values);
+        let partly_defined = is_energy(kind) && graph.is_partly_defined(&derivatives.values);
         let is_control = |i: usize| (shape.u()..shape.t()).contains(&i);
-        let controls = derivatives.by_controls(&mut graph, shape, &values);
+        let controls = derivatives.by_controls(&mut graph);
         let linear_in_controls = controls.iter().all(|slope| graph.is_fixed(*slope));
         let all_fixed = derivatives.entries.iter().all(|(_, node)| graph.is_fixed(*node));
         let sums = [&derivatives.l_v, &derivatives.force, &derivatives.phi_dot].into_iter().flatten();
         let piecewise = graph.is_piecewise(sums.copied());
         let is_free = !(0..depends.len()).any(is_control);
         let constant = all_fixed && !timed && !piecewise && (linear_in_controls || is_free);
-        let is_sum = kind == ElementKind::Holonomic && values.iter().all(|phi| is_sinusoidal(&graph, *phi));
+        let is_sum = kind == ElementKind::Holonomic && derivatives.values.iter().all(|phi| is_sinusoidal(&graph, *phi));
         let sinusoidal = is_sum && !timed && !constant;
 
-        let is_linear = derivatives.linear_columns(&graph, shape);
+        let is_linear = derivatives.linear_columns(&graph);
         let is_constant = |(entry, node): &(BlockEntry, Node)| match kind {
             ElementKind::Holonomic => entry.block == Block::PhiQ && is_linear[entry.col] && graph.is_fixed(*node),
             _ => constant,
         };
         let (fixed, varying): (Vec<_>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
-        let (of, results): (Vec<_>, Vec<_>) = derivatives.components(&mut graph, shape, &is_linear).into_iter().unzip();
-        let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, shape, (bound, timed, !constant));
-        let along = derivatives.along(&mut graph, shape);
+        let (components, results) = derivatives.without_linear_columns(&mut graph, &is_linear);
+        let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, (bound, timed, !constant));
+        let along = derivatives.along(&mut graph);
         let at_zero: Vec<Node> = derivatives.l_v.iter().chain(&derivatives.force).chain(&controls).copied().collect();
         let nodes = |entries: &[(BlockEntry, Node)]| entries.iter().map(|(_, node)| *node).collect::<Vec<_>>();
         let state = Kernel::in_stages(&mut graph, parameters, &[&results, &nodes(&varying)])?;
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
         let kernels = Kernels {
             state,
-            components: of,
+            components,
             fixed: kernel(&nodes(&fixed))?,
             at_zero: kernel(&at_zero)?,
             inputs: kernel(&by_inputs)?,
             inputs_of,
             along: kernel(&along)?,
+            template,
         };
         let entries = |entries: Vec<(BlockEntry, Node)>| entries.into_iter().map(|(entry, _)| entry).collect();
         Some(Formula {
             kind,
             shape,
-            template: Some(template),
             obstacle: None,
             constant,
             piecewise,

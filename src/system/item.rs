@@ -3,8 +3,8 @@
 use num_dual::Dual64;
 use std::sync::Arc;
 
+use super::argument::Argument;
 use super::batch::{Covector, InputRows, Sums};
-use super::blame::Argument;
 use super::constants::Entry;
 use super::element::Element;
 use super::formula::{Component, Formula};
@@ -80,9 +80,9 @@ impl PlacedElement {
     }
 
     /// What is known of it when its formula was recorded.
-    pub fn element(&self, (batch, item): (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
+    pub fn element(&self, place: (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
         let (q, sigma, u, b) = (self.q.clone(), self.sigma.clone(), self.u.clone(), self.b.clone());
-        Element { name: self.name.clone(), batch, item, q, sigma, u, b, formula, numbers }
+        Element { name: self.name.clone(), place, q, sigma, u, b, formula, numbers }
     }
 
     /// Its formula, and the numbers in it that like elements need not share.
@@ -102,16 +102,13 @@ impl PlacedElement {
         let symbol = |slot: Slot| {
             let value = self.read(at, slot);
             match slot {
-                Slot::Q(i) => Symbol::input(i, value),
-                Slot::V(i) => Symbol::input(shape.v() + i, value),
                 Slot::Sigma(_) => Symbol::from(value),
-                Slot::U(k) => Symbol::input(shape.u() + k, value),
-                Slot::T => Symbol::input(shape.t(), value),
                 // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
                 Slot::B(p) => match self.b[p].constant() {
                     Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
                     _ => Symbol::parameter(p, value),
                 },
+                _ => Symbol::input(shape.number(slot), value),
             }
         };
         Values::<Symbol>::values(&*self.formula, &symbol, put);
@@ -137,16 +134,9 @@ impl PlacedElement {
         if !self.is_recorded {
             return;
         }
-        let (shape, input) = (self.formula.shape(), Fingerprint::input);
-        let read = |slot: Slot| match slot {
-            Slot::Q(i) => input(i),
-            Slot::V(i) => input(shape.v() + i),
-            Slot::Sigma(_) => Fingerprint::from(1.0),
-            Slot::U(k) => input(shape.u() + k),
-            Slot::T => input(shape.t()),
-            Slot::B(p) => input(shape.sigma() + p),
-        };
-        Values::<Fingerprint>::values(&*self.formula, &read, &mut |value| sum.join(value));
+        let shape = self.formula.shape();
+        let input = |slot: Slot| Fingerprint::input(shape.number(slot));
+        Values::<Fingerprint>::values(&*self.formula, &input, &mut |value| sum.join(value));
     }
 
     /// The arguments by which its derivatives are not finite, if anything of it is not.

@@ -5,6 +5,7 @@ mod acceleration;
 mod acceleration_kernels;
 mod along;
 mod applied;
+mod argument;
 mod assembly;
 mod batch;
 mod blame;
@@ -42,7 +43,6 @@ mod second_order_kernels;
 mod shape;
 mod sines;
 mod structure;
-mod target;
 mod typed;
 mod verify;
 #[cfg(test)]
@@ -74,7 +74,7 @@ pub(crate) use restricted::Restricted;
 pub(crate) use second_order::SecondOrderEquations;
 pub(crate) use sines::Sines;
 pub(crate) use typed::{AnyElement, Typed};
-pub(crate) use view::NodeView;
+pub(crate) use view::{NodeValues, NodeView};
 
 use crate::Error;
 use crate::linear::Symbolic;
@@ -88,6 +88,7 @@ use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
 use plain::{add_costs, add_sums, write_phi};
+use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
 ///
@@ -181,17 +182,22 @@ impl System {
         &self.symbolic
     }
 
+    /// An element by its batch and its place there.
+    fn item(&self, (batch, item): (usize, usize)) -> &PlacedElement {
+        &self.batches[batch].items[item]
+    }
+
+    /// Where the arguments of elements stand in a point.
+    fn layout(&self) -> Layout {
+        Layout { n: self.n, m: self.m, k: self.k }
+    }
+
     pub(crate) fn placed(&self) -> impl Iterator<Item = &PlacedElement> {
         self.batches.iter().flat_map(|batch| &batch.items)
     }
 
     fn of_kind(&self, kind: ElementKind) -> impl Iterator<Item = &Batch> {
         self.batches.iter().filter(move |batch| batch.kind() == Some(kind))
-    }
-
-    /// The elements, each type in a batch.
-    pub(crate) fn batches(&self) -> &[Batch] {
-        &self.batches
     }
 
     /// The elements as they were compiled.

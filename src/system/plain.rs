@@ -10,7 +10,7 @@ use super::cost::{AnyCosts, PlainCosts, Weights};
 use super::item::PlacedElement;
 use super::jet::Number;
 use super::typed::{AnyElement, OnNumbers};
-use super::view::NodeView;
+use super::view::{NodeValues, NodeView};
 use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
 use crate::{Cx, Scalar};
 
@@ -71,12 +71,12 @@ pub(super) fn add_costs<R: Real>(
     factors: &[f64],
     add: &mut dyn FnMut(usize, R),
 ) {
-    let mut lifted: Option<(LiftedPoint<Hyper>, Weights<Hyper>)> = None;
+    let mut lifted: Option<(NodeValues<Hyper>, Weights<Hyper>)> = None;
     for costs in all {
         match R::of(OfCosts(costs.as_ref())) {
             PlainCost::Direct(costs) => costs.add(at, weights, factors, add),
             PlainCost::ByHyper(costs) => {
-                let (point, weights) = lifted.get_or_insert_with(|| (LiftedPoint::of_cost(at, lift), weights.map(lift)));
+                let (point, weights) = lifted.get_or_insert_with(|| (NodeValues::of_costs(at, lift), weights.map(lift)));
                 costs.add(&point.view(), weights, factors, &mut |output, term| add(output, lower(term)));
             }
         }
@@ -97,37 +97,6 @@ fn lift_to_slope<R: Real>(x: R) -> Slope {
     with_slope(x.part(0), x.part(1))
 }
 
-/// A point in numbers with slopes, or hyper-dual ones.
-pub(super) struct LiftedPoint<S> {
-    pub q: Vec<S>,
-    pub v: Vec<S>,
-    pub sigma: Vec<S>,
-    pub u: Vec<S>,
-    pub t: S,
-    pub design: Vec<S>,
-    /// p*, ṗ*, v̇, λ and u̇, for costs alone.
-    pub of_costs: [Vec<S>; 5],
-}
-
-impl<S: Number> LiftedPoint<S> {
-    fn of<R: Real>(at: &NodeView<R>, lift: fn(R) -> S) -> Self {
-        let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(|x| x.iter().map(|x| lift(*x)).collect());
-        LiftedPoint { q, v, sigma, u, t: lift(at.t), design, of_costs: Default::default() }
-    }
-
-    /// With what costs may depend on besides.
-    fn of_cost<R: Real>(at: &NodeView<R>, lift: fn(R) -> S) -> Self {
-        let of_costs = [at.p_star, at.p_star_dot, at.v_dot, at.lambda, at.u_dot];
-        LiftedPoint { of_costs: of_costs.map(|x| x.iter().map(|x| lift(*x)).collect()), ..LiftedPoint::of(at, lift) }
-    }
-
-    pub fn view(&self) -> NodeView<'_, S> {
-        let [p_star, p_star_dot, v_dot, lambda, u_dot] = &self.of_costs;
-        let equations = NodeView::of_equations([&self.q, &self.v, &self.sigma], (&self.u, self.t, &self.design));
-        NodeView { p_star, p_star_dot, v_dot, lambda, u_dot, ..equations }
-    }
-}
-
 fn add_back<R: Real, S: Number>(to: &mut [R], from: &[S], along: fn(&S) -> f64) {
     for (to, from) in to.iter_mut().zip(from) {
         to.add_to_part(0, Scalar::re(from));
@@ -137,12 +106,12 @@ fn add_back<R: Real, S: Number>(to: &mut [R], from: &[S], along: fn(&S) -> f64) 
 
 /// Adds what all elements of some batches add to 𝓛_v, 𝓛_q + Q and dΦ/dt.
 pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
-    let mut lifted: Option<(LiftedPoint<Slope>, Sums<Slope>)> = None;
+    let mut lifted: Option<(NodeValues<Slope>, Sums<Slope>)> = None;
     for item in batches.flat_map(|batch| &batch.items) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.add(formula, at, sums),
             Plain::BySlope(formula) => {
-                let start = || (LiftedPoint::of(at, lift_to_slope), Sums::new(at.q.len(), at.sigma.len()));
+                let start = || (NodeValues::of_equations(at, lift_to_slope), Sums::new(at.q.len(), at.sigma.len()));
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.add(formula, &point.view(), own);
             }
@@ -155,13 +124,13 @@ pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at
 
 /// Writes Φ of all constraints.
 pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
-    let mut lifted: Option<(LiftedPoint<Slope>, Vec<Slope>)> = None;
+    let mut lifted: Option<(NodeValues<Slope>, Vec<Slope>)> = None;
     let is_constraint = |item: &&PlacedElement| !item.sigma.is_empty();
     for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.write_phi(formula, at, phi),
             Plain::BySlope(formula) => {
-                let start = || (LiftedPoint::of(at, lift_to_slope), vec![with_slope(0.0, 0.0); phi.len()]);
+                let start = || (NodeValues::of_equations(at, lift_to_slope), vec![with_slope(0.0, 0.0); phi.len()]);
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.write_phi(formula, &point.view(), own);
             }

@@ -1,9 +1,7 @@
 //! [`PositionConstraints`]: Φ of all constraints at a point, by programs.
 
-use super::assembly::by_formula;
-use super::batch::Batch;
 use super::element::Element;
-use super::element_programs::ElementPrograms;
+use super::element_programs::{Alike, ElementPrograms};
 use super::formula::Formula;
 use super::jet::ElementKind;
 use super::point::Layout;
@@ -23,19 +21,16 @@ pub(crate) struct PositionConstraints {
 
 impl PositionConstraints {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
+        let layout = system.layout();
         let (mut programs, mut plain) = (Vec::new(), Vec::new());
-        for (formula, members) in
-            by_formula(elements).into_iter().filter(|(formula, _)| formula.kind == ElementKind::Holonomic)
-        {
-            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
-            let Some(kernel) = kernel(&formula) else {
-                plain.extend(own.iter().map(|element| (element.batch, element.item)));
+        for alike in Alike::all(elements).iter().filter(|alike| alike.formula.kind == ElementKind::Holonomic) {
+            let Some(kernel) = kernel(alike.formula) else {
+                plain.extend(alike.places());
                 continue;
             };
-            let equations: Vec<usize> = (0..formula.shape.m).collect();
-            let equation = |element: &Element, j: usize| element.sigma[j];
-            programs.push(ElementPrograms::new(&layout, &formula, (kernel, &equations), (&members, &own), equation));
+            let equations: Vec<usize> = (0..alike.formula.shape.m).collect();
+            programs
+                .extend(ElementPrograms::new(&layout, alike, (kernel, &equations), |element, j: usize| element.sigma[j]));
         }
         PositionConstraints { layout, programs, plain, point: vec![0.0; layout.len()] }
     }
@@ -46,21 +41,19 @@ impl PositionConstraints {
     }
 
     /// Writes Φ.
-    pub(crate) fn evaluate(&mut self, batches: &[Batch], at: &NodeView<f64>, phi: &mut [f64]) {
+    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, phi: &mut [f64]) {
         self.layout.load(at, &mut self.point);
         for programs in &mut self.programs {
             programs.run(&self.point, |&equation, value| phi[equation] = value);
         }
-        for &(batch, item) in &self.plain {
-            let item = &batches[batch].items[item];
+        for item in self.plain.iter().map(|&place| system.item(place)) {
             item.write_phi::<f64>(&*item.formula as &dyn OnNumbers<f64>, at, phi);
         }
     }
 }
 
 fn kernel(formula: &Formula) -> Option<Kernel> {
-    formula.kernels.as_ref()?;
-    let template = formula.template.as_ref()?;
+    let template = &formula.kernels.as_ref()?.template;
     let (mut graph, values) = template.graph();
     Kernel::new(&mut graph, template.parameters, &values)
 }

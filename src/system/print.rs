@@ -4,8 +4,9 @@ use std::fmt::{self, Write};
 
 use super::block::{Block, BlockEntry};
 use super::element::Element;
-use super::formula::{Component, InputOf, Kernels};
+use super::formula::{Component, Kernels};
 use super::shape::Place;
+use super::typed::Slot;
 use crate::program::{Kernel, Program};
 
 impl Place {
@@ -88,10 +89,9 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         part("first derivatives", &kernels.state, 0, kernels.components.iter().map(|of| of.name()).collect())?;
         part("second derivatives", &kernels.state, Kernels::SECOND, names(&formula.varying))?;
     }
-    let inputs = kernels.inputs_of.iter().map(|of| match of {
-        InputOf::Control(k) => format!("by u{k}"),
-        InputOf::Constant(p) => format!("by b{p}"),
-        InputOf::Time => "by t".into(),
+    let inputs = kernels.inputs_of.iter().map(|slot| match slot {
+        Slot::B(p) => format!("by b{p}"),
+        _ => format!("by {}", formula.shape.place(formula.shape.number(*slot)).name()),
     });
     part("derivatives by inputs", &kernels.inputs, 0, inputs.collect())
 }

@@ -1,29 +1,23 @@
 //! Third derivatives of 𝓛 and second ones of Q along a direction, element by element: what second-order sweeps are made of.
 
-use super::assembly::by_formula;
-use super::batch::{Batch, Covector, Sums};
+use super::argument::Argument;
+use super::batch::{Covector, Sums};
 use super::cost::CostRows;
 use super::element::Element;
-use super::element_programs::ElementPrograms;
-use super::formula::Formula;
+use super::element_programs::{Alike, ElementPrograms};
 use super::point::Layout;
 use super::second_order_kernels::SecondOrderKernels;
-use super::target::Target;
 use super::view::NodeView;
 use crate::System;
 
-/// Elements of one formula.
-struct Group {
-    /// Changes with the inputs, which are added among all sums.
-    changes: ElementPrograms<usize>,
-    /// The derivatives of D ψ, with respect to what, by which factor.
-    rows: ElementPrograms<(Target, f64)>,
-}
-
 /// All elements of a scene that anything is to be computed of.
+#[derive(Default)]
 pub(crate) struct SecondOrderEquations {
     layout: Layout,
-    groups: Vec<Group>,
+    /// Changes with the inputs, which are added among all sums.
+    changes: Vec<ElementPrograms<usize>>,
+    /// The derivatives of D ψ, with respect to what, by which factor.
+    rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
     point: Vec<f64>,
@@ -31,76 +25,64 @@ pub(crate) struct SecondOrderEquations {
 
 impl SecondOrderEquations {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let layout = Layout { n: system.n(), m: system.m(), k: system.k() };
-        let (mut groups, mut dual) = (Vec::new(), Vec::new());
-        for (formula, members) in by_formula(elements) {
-            let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
-            let bound: Vec<bool> = own[0].b.iter().map(|b| b.constant().is_none()).collect();
-            match SecondOrderKernels::new(&formula, &bound) {
-                Some(kernels) if kernels.of.is_empty() && kernels.components.is_empty() => {}
-                Some(kernels) => groups.push(Group::new(&layout, &formula, kernels, (&members, &own))),
-                None => dual.extend(own.iter().map(|element| (element.batch, element.item))),
-            }
-        }
+        let layout = system.layout();
         let point = vec![0.0; layout.len() + system.parameters().len()];
-        SecondOrderEquations { layout, groups, dual, point }
+        let mut all = SecondOrderEquations { layout, point, ..SecondOrderEquations::default() };
+        for alike in &Alike::all(elements) {
+            let Some(kernels) = SecondOrderKernels::new(alike.formula, &alike.bound()) else {
+                all.dual.extend(alike.places());
+                continue;
+            };
+            let SecondOrderKernels { changes, components, rows, of } = kernels;
+            let sum = |element: &Element, of| layout.sum(element, of);
+            all.changes.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
+        }
+        all
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
         let parameters = |e: usize| elements[e].with_factors(design);
-        for Group { changes, rows } in &mut self.groups {
-            changes.fix(parameters);
-            rows.fix(parameters);
-        }
+        self.changes.iter_mut().for_each(|programs| programs.fix(parameters));
+        self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
     }
 
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with the inputs u, t and b, without the controls of constant elements.
     pub(crate) fn add_changes(
         &mut self,
-        batches: &[Batch],
+        system: &System,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         sums: &mut Sums<f64>,
     ) {
-        let SecondOrderEquations { layout, groups, dual, point } = self;
-        if groups.iter().any(|group| !group.changes.is_empty()) {
+        let SecondOrderEquations { layout, changes, dual, point, .. } = self;
+        if !changes.is_empty() {
             layout.load(at, point);
             layout.load_direction(along, point);
         }
-        for Group { changes, .. } in groups.iter_mut().filter(|group| !group.changes.is_empty()) {
-            changes.run(point, |&place, value| sums.all[place] += value);
+        for programs in changes {
+            programs.run(point, |&place, value| sums.all[place] += value);
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].add_changes(at, along, sums));
+        dual.iter().for_each(|&place| system.item(place).add_changes(at, along, sums));
     }
 
     /// Adds the derivatives of D ψ, without those of sinusoidal elements by their states.
     pub(crate) fn pull_back(
         &mut self,
-        batches: &[Batch],
+        system: &System,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         with: &Covector,
         rows: &mut CostRows,
     ) {
-        let SecondOrderEquations { layout, groups, dual, point } = self;
-        if groups.iter().any(|group| !group.rows.is_empty()) {
+        let SecondOrderEquations { layout, rows: all, dual, point, .. } = self;
+        if !all.is_empty() {
             layout.load(at, point);
             layout.load_covector(with, point);
             layout.load_direction(along, point);
         }
-        for Group { rows: programs, .. } in groups.iter_mut().filter(|group| !group.rows.is_empty()) {
-            programs.run(point, |(target, factor), value| target.add(rows, factor * value));
+        for programs in all {
+            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
         }
-        dual.iter().for_each(|&(batch, item)| batches[batch].items[item].pull_back_along((at, along), with, rows));
-    }
-}
-
-impl Group {
-    fn new(layout: &Layout, formula: &Formula, kernels: SecondOrderKernels, of: (&[usize], &[&Element])) -> Self {
-        let SecondOrderKernels { changes, components, rows, of: arguments } = kernels;
-        let sum = |element: &Element, of| layout.sum(element, of);
-        Group {
-            changes: ElementPrograms::new(layout, formula, (changes, &components), of, sum),
-            rows: ElementPrograms::new(layout, formula, (rows, &arguments), of, Target::of),
-        }
+        dual.iter().for_each(|&place| system.item(place).pull_back_along((at, along), with, rows));
     }
 }

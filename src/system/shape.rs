@@ -1,5 +1,7 @@
 //! The arguments of an element's formulas, numbered one after the other.
 
+use super::typed::Slot;
+
 /// How many coordinates, equations, controls and constants an element has.
 ///
 /// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t, and those of the
@@ -59,6 +61,18 @@ impl Shape {
 
     pub const fn constant_rates(self) -> usize {
         self.rates() + self.sigma() + self.m
+    }
+
+    /// The number of an argument of the plain formula; its constants come behind all others.
+    pub const fn number(self, slot: Slot) -> usize {
+        match slot {
+            Slot::Q(i) => i,
+            Slot::V(i) => self.v() + i,
+            Slot::Sigma(j) => self.sigma() + j,
+            Slot::U(k) => self.u() + k,
+            Slot::T => self.t(),
+            Slot::B(p) => self.constant_rates() + self.p + p,
+        }
     }
 
     /// The arguments that have rates, in their order.

@@ -2,7 +2,7 @@
 
 use super::batch::Covector;
 use super::block::{Block, BlockEntry};
-use super::formula::{Component, Formula, InputOf, Kernels};
+use super::formula::{Component, Formula, Kernels};
 use super::item::PlacedElement;
 use super::jet::ElementKind;
 use super::shape::Place;
@@ -178,12 +178,7 @@ impl PlacedElement {
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one of the element's own inputs.
-    fn by_input(&self, at: &OwnPoint, of: InputOf, with: &Covector) -> f64 {
-        let seed = match of {
-            InputOf::Control(k) => Slot::U(k),
-            InputOf::Constant(p) => Slot::B(p),
-            InputOf::Time => Slot::T,
-        };
+    fn by_input(&self, at: &OwnPoint, seed: Slot, with: &Covector) -> f64 {
         let read = |slot: Slot| {
             let x = Slope::from_re(at.read(slot));
             if slot == seed { x.derivative(0) } else { x }

@@ -6,10 +6,9 @@
 //!   Aᵀ (ċ, ė) + E k̇ = (v̄˙, 0) − Ȧᵀ (c, e),                        and so on
 //! ```
 
-use super::SecondOrderSweep;
 use super::phi::ALONG;
-use super::sources::{direction, rows_along};
-use crate::adjoint::AdjointSweep;
+use super::sources::direction;
+use super::{First, SecondOrderSweep};
 use crate::adjoint::assembly::Side;
 use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
@@ -70,10 +69,7 @@ impl SecondOrderSweep {
         let along = NodeView::of_equations([q, v, &zeros.sigma], (no_controls, t, &change.design));
         let mut right = Pair::new(q.len(), zeros.sigma.len());
         for (blocks, at, sign) in [(&side.tangent.moved, &side.moved, -1.0), (&side.tangent.unmoved, &side.unmoved, 1.0)] {
-            newton.evaluation.push_forward(system, blocks, &along, sums);
-            if let Some(programs) = programs {
-                programs.equations.add_changes(system.batches(), (at, &along), sums);
-            }
+            programs.changes((system, &newton.evaluation), (at, blocks), &along, sums);
             right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right += sign * l_v);
             if sign < 0.0 {
                 right.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
@@ -87,7 +83,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &AdjointSweep),
+        (newton, first): (&mut Newton, &First),
         direction: &Inputs,
     ) -> Result<(), Error> {
         let (Some(assembly), Some(along)) = (&motion.assembly, self.of_assembly.take()) else { return Ok(()) };
@@ -150,7 +146,7 @@ impl SecondOrderSweep {
         let [of_moved, of_unmoved] = side.covectors(x);
         let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), [v, sigma]: &[Vec<f64>; 2], with: &Covector| {
             let along = direction(&self.change, 0, [q, v, sigma]);
-            rows_along(system, (newton, &mut self.programs), (at, blocks), &along, with, &mut self.first_rows);
+            self.programs.rows_along((system, &newton.evaluation), (at, blocks), &along, with, &mut self.first_rows);
             let CostRows { q, v, sigma, design, .. } = &self.first_rows;
             Rows { state: StateRows { v: v.clone(), q: q.clone(), sigma: sigma.clone() }, design: design.clone() }
         };
@@ -187,10 +183,9 @@ struct Change {
 }
 
 /// dJ/dq₀ and dJ/dv₀ of the gradient itself.
-fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &AdjointSweep)) -> [DVector<f64>; 2] {
+fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &First)) -> [DVector<f64>; 2] {
     let (mut rows, zeros) = (StateRows::new(system.n(), system.m()), Pair::new(system.n(), system.m()));
-    let Some(record) = &first.record else { return [rows.q.into(), rows.v.into()] };
-    let [a, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
+    let [a, b] = first.record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
     let of_p: Vec<f64> = b.iter().map(|b| -b).collect();
     let with = Covector { c: &of_p, d: &zeros.v, e: &zeros.sigma };
     newton.evaluation.pull_back(system, motion.given_start().1, &with, &mut rows);

@@ -1,8 +1,8 @@
 //! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
 
-use super::SecondOrderSweep;
 use super::forward::along_start;
 use super::kept::Place;
+use super::{First, SecondOrderSweep};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::Motion;
 use crate::node::Newton;
@@ -16,11 +16,11 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &AdjointSweep),
+        (newton, first): (&mut Newton, &First),
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
-        self.sweep.cost.factors.copy_from_slice(&first.cost.factors);
+        self.sweep.cost.factors.copy_from_slice(first.factors);
         self.suspect = None;
         for node in (0..motion.nodes()).rev() {
             self.visit(system, motion, (newton, first), node)?;
@@ -41,7 +41,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &AdjointSweep),
+        (newton, first): (&mut Newton, &First),
         node: usize,
     ) -> Result<(), Error> {
         let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
@@ -97,7 +97,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &AdjointSweep),
+        (newton, first): (&mut Newton, &First),
         (node, s): (usize, usize),
     ) -> Result<(), Error> {
         let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
@@ -113,27 +113,28 @@ impl SecondOrderSweep {
     }
 
     /// Δt˙ Σ_{r>s} a_rs (a_r, b_r), the change of what is carried with the length of the step.
-    fn carry(&mut self, motion: &Motion, first: &AdjointSweep, (node, s): (usize, usize)) {
+    fn carry(&mut self, motion: &Motion, first: &First, (node, s): (usize, usize)) {
         let (scheme, dt_dot) = (motion.trajectory.scheme, self.change.length(node));
         let carried = &mut self.sweep.carried;
         if scheme.stages() == 1 {
             carried.alpha.fill(0.0);
             carried.beta.fill(0.0);
         }
-        let Some(record) = first.record.as_ref().filter(|_| dt_dot != 0.0) else { return };
+        if dt_dot == 0.0 {
+            return;
+        }
         for r in s + 1..=scheme.stages() {
-            let ([a, b], factor) = (record.of_step(motion.block_column(node, r)), dt_dot * scheme.a(r, s));
+            let ([a, b], factor) = (first.record.of_step(motion.block_column(node, r)), dt_dot * scheme.a(r, s));
             carried.alpha.iter_mut().zip(a).for_each(|(sum, a)| *sum += factor * a);
             carried.beta.iter_mut().zip(b).for_each(|(sum, b)| *sum += factor * b);
         }
     }
 
     /// What dJ/dΔt = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ g_j) changes by with v_j and g_j.
-    fn step_row(&mut self, motion: &Motion, first: &AdjointSweep, node: usize) {
-        let (scheme, Some(record)) = (motion.trajectory.scheme, &first.record) else { return };
-        let mut own = 0.0;
+    fn step_row(&mut self, motion: &Motion, first: &First, node: usize) {
+        let (scheme, mut own) = (motion.trajectory.scheme, 0.0);
         for (s, row) in scheme.rows.iter().enumerate() {
-            let [a, b] = record.of_step(motion.block_column(node, s + 1));
+            let [a, b] = first.record.of_step(motion.block_column(node, s + 1));
             for (j, weight) in row.iter().enumerate() {
                 let ended =
                     self.ended.as_ref().filter(|_| j == scheme.stages()).map(|end| (&end.v[..], &end.p_star_dot[..]));
@@ -145,27 +146,24 @@ impl SecondOrderSweep {
     }
 
     /// To q₀ and v₀ or p*₀, with what p*₀ = T_v(q₀, v₀; b) changes by itself.
-    fn begin_rows(&mut self, system: &System, motion: &Motion, (newton, first): (&mut Newton, &AdjointSweep)) {
+    fn begin_rows(&mut self, system: &System, motion: &Motion, (newton, first): (&mut Newton, &First)) {
         let SecondOrderSweep { sweep, change, programs, zeros, no_controls, right, .. } = self;
         sweep.start_rows(system, motion, newton);
-        let (Some(record), Some(programs)) = (&first.record, programs) else { return };
-        let [_, b] = record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
+        let [_, b] = first.record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
         let Start::Velocity { q, v } = &mut sweep.gradient.start else { return };
         right.v.iter_mut().zip(b).for_each(|(c, b)| *c = -b);
         let (with, rows) = (Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma }, &mut sweep.cost);
         let ((at, blocks), along) = (motion.given_start(), along_start(change, (&zeros.sigma, no_controls)));
-        rows.clear();
-        newton.evaluation.pull_back_along(blocks, &along, &with, rows);
-        programs.equations.pull_back(system.batches(), (&at, &along), &with, rows);
+        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &with, rows);
         q.iter_mut().zip(&rows.q).for_each(|(sum, row)| *sum += row);
         v.iter_mut().zip(&rows.v).for_each(|(sum, row)| *sum += row);
         sweep.design.iter_mut().zip(&rows.design).for_each(|(sum, row)| *sum += row);
     }
 
     /// From the values z(b) of the parameters to b: the change of (∂z/∂b)ᵀ w.
-    fn parameter_rows(&mut self, system: &System, motion: &Motion, first: &AdjointSweep) {
+    fn parameter_rows(&mut self, system: &System, motion: &Motion, first: &First) {
         let [of, along] = [&motion.inputs.design, &self.change.inputs.design].map(|design| design.as_slice());
         let AdjointSweep { design, gradient, .. } = &mut self.sweep;
-        system.parameters().pull_back_along([of, &first.design], [along, design], gradient.design.as_mut_slice());
+        system.parameters().pull_back_along([of, first.design], [along, design], gradient.design.as_mut_slice());
     }
 }

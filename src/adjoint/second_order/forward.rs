@@ -45,10 +45,7 @@ impl SecondOrderSweep {
         }
         let ((at, blocks), along) =
             (motion.given_start(), along_start(&self.change, (&self.zeros.sigma, &self.no_controls)));
-        newton.evaluation.push_forward(system, blocks, &along, &mut self.sums);
-        if let Some(programs) = &mut self.programs {
-            programs.equations.add_changes(system.batches(), (&at, &along), &mut self.sums);
-        }
+        self.programs.changes((system, &newton.evaluation), (&at, blocks), &along, &mut self.sums);
         self.known_p.copy_from_slice(self.sums.l_v());
     }
 
@@ -86,10 +83,7 @@ impl SecondOrderSweep {
     ) -> Result<(), Error> {
         let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
         let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
-        newton.evaluation.push_forward(system, blocks, &along, &mut self.sums);
-        if let Some(programs) = &mut self.programs {
-            programs.equations.add_changes(system.batches(), (&at, &along), &mut self.sums);
-        }
+        self.programs.changes((system, &newton.evaluation), (&at, blocks), &along, &mut self.sums);
         let (l_v, force) = (self.sums.l_v(), self.sums.force());
         for (i, right) in self.right.v.iter_mut().enumerate() {
             *right = self.known_p[i] - l_v[i] + h * force[i];

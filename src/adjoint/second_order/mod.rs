@@ -25,6 +25,7 @@ use nalgebra::DVector;
 use num_dual::Dual64;
 
 use crate::adjoint::accuracy::Accuracy;
+use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::{Accelerations, ForwardSweep, Motion};
 use crate::motion::Report;
@@ -45,7 +46,7 @@ pub(crate) struct SecondOrderSweep {
     steps: Vec<Dual64>,
     /// The derivatives of the adjoint variables and of the gradient.
     sweep: AdjointSweep,
-    programs: Option<Programs>,
+    programs: Programs,
     kept: KeptFactors,
     /// Of a start that is assembled.
     of_assembly: Option<AssemblyChange>,
@@ -82,6 +83,13 @@ pub(crate) struct SecondOrderSweep {
     report: Report,
 }
 
+/// What the gradient left: the adjoint variables of its sweep, the factors of J and of the outputs, and dJ/dz.
+struct First<'a> {
+    record: &'a Record,
+    factors: &'a [f64],
+    design: &'a [f64],
+}
+
 impl SecondOrderSweep {
     pub(crate) fn new(system: &System, scheme: Scheme) -> Self {
         let (n, m, k) = (system.n(), system.m(), system.k());
@@ -90,7 +98,7 @@ impl SecondOrderSweep {
             change: Motion::new(system, scheme),
             steps: Vec::new(),
             sweep: AdjointSweep::new(system, scheme),
-            programs: None,
+            programs: Programs::default(),
             kept: KeptFactors::default(),
             of_assembly: None,
             restarts: Vec::new(),
@@ -139,10 +147,12 @@ impl SecondOrderSweep {
             let again = |_, of: &mut [f64]| of.copy_from_slice(&factors);
             AdjointSweep::run(std::slice::from_mut(first), system, forward, settings, again)?;
         }
+        let AdjointSweep { record, cost, design, .. } = first;
+        let first = First { record: record.get_or_insert_default(), factors: &cost.factors, design };
         let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
         self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
-        self.backward(system, motion, (newton, first), direction)
+        self.backward(system, motion, (newton, &first), direction)
     }
 
     /// What the outputs change by along a direction.
@@ -176,7 +186,7 @@ impl SecondOrderSweep {
         if let Some(accelerations) = &mut self.accelerations {
             accelerations.begin();
         }
-        Programs::prepare(&mut self.programs, system, &newton.evaluation, &motion.at(0));
+        self.programs.prepare(system, &newton.evaluation, &motion.at(0));
         self.along_assembly(system, motion, newton, direction)
     }
 }

@@ -1,10 +1,11 @@
-//! What second-order sweeps evaluate of elements and costs.
+//! [`Programs`]: what second-order sweeps evaluate of elements and costs.
 
 use crate::System;
 use crate::node::Evaluation;
-use crate::system::{CostSecondOrder, NodeView, SecondOrderEquations};
+use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEquations, Sums};
 
 /// Made when a product is asked for, and again when formulas change.
+#[derive(Default)]
 pub(super) struct Programs {
     fingerprint: Option<u64>,
     /// The values of parameters that preludes were run for.
@@ -16,20 +17,60 @@ pub(super) struct Programs {
 
 impl Programs {
     /// Brings them up to date with the formulas that are evaluated, and with the design variables.
-    pub(super) fn prepare(this: &mut Option<Programs>, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) {
+    pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) {
         let fingerprint = evaluation.fingerprint();
         let elements = &evaluation.formulas(system).elements;
-        if this.as_ref().is_none_or(|own| fingerprint.is_none() || own.fingerprint != fingerprint) {
+        if fingerprint.is_none() || self.fingerprint != fingerprint {
             let costs = system.costs().iter().map(|costs| costs.second_order(at)).collect();
             let equations = SecondOrderEquations::new(system, elements);
-            *this = Some(Programs { fingerprint, design: vec![f64::NAN], equations, costs });
+            *self = Programs { fingerprint, design: vec![f64::NAN], equations, costs };
         }
-        let Some(own) = this.as_mut().filter(|own| own.design != at.design) else { return };
-        own.design.clear();
-        own.design.extend_from_slice(at.design);
-        own.equations.fix(elements, at.design);
-        for (costs, programs) in system.costs().iter().zip(&mut own.costs) {
+        if self.design == at.design {
+            return;
+        }
+        self.design.clear();
+        self.design.extend_from_slice(at.design);
+        self.equations.fix(elements, at.design);
+        for (costs, programs) in system.costs().iter().zip(&mut self.costs) {
             costs.fix_second_order(at.design, programs);
         }
+    }
+
+    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction, at a point with these second derivatives.
+    pub(super) fn changes(
+        &mut self,
+        (system, evaluation): (&System, &Evaluation),
+        (at, blocks): (&NodeView<f64>, &[f64]),
+        along: &NodeView<f64>,
+        sums: &mut Sums<f64>,
+    ) {
+        evaluation.push_forward(system, blocks, along, sums);
+        self.equations.add_changes(system, (at, along), sums);
+    }
+
+    /// The derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
+    pub(super) fn rows_along(
+        &mut self,
+        of: (&System, &Evaluation),
+        at: (&NodeView<f64>, &[f64]),
+        along: &NodeView<f64>,
+        with: &Covector,
+        rows: &mut CostRows,
+    ) {
+        rows.clear();
+        self.add_rows_along(of, at, along, with, rows);
+    }
+
+    /// Adds them.
+    pub(super) fn add_rows_along(
+        &mut self,
+        (system, evaluation): (&System, &Evaluation),
+        (at, blocks): (&NodeView<f64>, &[f64]),
+        along: &NodeView<f64>,
+        with: &Covector,
+        rows: &mut CostRows,
+    ) {
+        evaluation.pull_back_along(blocks, along, with, rows);
+        self.equations.pull_back(system, (at, along), with, rows);
     }
 }

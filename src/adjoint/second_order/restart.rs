@@ -5,11 +5,10 @@
 //!   ṗ* = D 𝓛_v(q, v⁻, s)                                   D along q̇, v̇⁻, ṡ = α σ̇⁻ + β σ̇₋ and the inputs
 //! ```
 
-use super::SecondOrderSweep;
 use super::forward::stage_end;
 use super::phi::{ALONG, BOTH};
-use super::sources::{OfStage, direction, rows_along};
-use crate::adjoint::AdjointSweep;
+use super::sources::{OfStage, direction};
+use super::{First, SecondOrderSweep};
 use crate::adjoint::record::{Crossed, Record};
 use crate::adjoint::restart::is_rounding;
 use crate::forward::Motion;
@@ -79,10 +78,7 @@ impl SecondOrderSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(node) };
         let SecondOrderSweep { change, programs, sums, .. } = self;
         let along = NodeView { q: &of.q_behind, v: &of.v, sigma: &of.begin, ..change.at(node) };
-        newton.evaluation.push_forward(system, restart.momentum_blocks, &along, sums);
-        if let Some(programs) = programs {
-            programs.equations.add_changes(system.batches(), (&at, &along), sums);
-        }
+        programs.changes((system, &newton.evaluation), (&at, restart.momentum_blocks), &along, sums);
         self.known_p.copy_from_slice(self.sums.l_v());
         self.known_q.copy_from_slice(&of.q_behind);
         self.sigma_before.copy_from_slice(&of.begin);
@@ -104,10 +100,7 @@ impl SecondOrderSweep {
         set_displacement(motion, node, q_before, w);
         let at = NodeView { v: w, sigma: nu, ..motion.at(node) };
         let along = NodeView { q: q_dot, v: &zeros.v, sigma: &zeros.sigma, ..here };
-        newton.evaluation.push_forward(system, blocks, &along, sums);
-        if let Some(programs) = programs {
-            programs.equations.add_changes(system.batches(), (&at, &along), sums);
-        }
+        programs.changes((system, &newton.evaluation), (&at, blocks), &along, sums);
         right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right = -l_v);
         phi.set(&at, &along);
         right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
@@ -144,19 +137,16 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &AdjointSweep),
+        (newton, first): (&mut Newton, &First),
         (node, restart): (usize, &Restart),
     ) -> Result<(), Error> {
-        let Some(change) = self.restarts.pop() else { return Ok(()) };
-        let Some((record, crossed)) = first.record.as_ref().and_then(|record| Some((record, record.crossed(node)?))) else {
-            return Ok(());
-        };
+        let (Some(change), Some(crossed)) = (self.restarts.pop(), first.record.crossed(node)) else { return Ok(()) };
         let of = Crossing { node, restart, crossed, change: &change };
         self.sweep.begin_crossing();
         self.momentum_back(system, motion, newton, &of);
         self.projection_back(system, motion, newton, &of)?;
         self.sweep.carried.clear();
-        self.add_end(system, motion, (newton, record), &of);
+        self.add_end(system, motion, (newton, first.record), &of);
         self.ended = Some(change);
         Ok(())
     }
@@ -170,7 +160,7 @@ impl SecondOrderSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(*node) };
         let with = Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma };
         let along = direction(of_motion, *node, [&change.q_behind, &change.v, &change.begin]);
-        rows_along(system, (newton, programs), (&at, restart.momentum_blocks), &along, &with, rows);
+        programs.rows_along((system, &newton.evaluation), (&at, restart.momentum_blocks), &along, &with, rows);
         add(&mut sweep.cost.q, &rows.q, 1.0);
         add(&mut sweep.cost.v, &rows.v, 1.0);
         let [now, before] = restart.weights;
@@ -196,10 +186,10 @@ impl SecondOrderSweep {
         let along = direction(of_motion, *node, [&change.q_behind, &change.projection.v, &change.projection.sigma]);
         let Pair { v: c, sigma: e } = &crossed.projection;
         let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
-        rows_along(system, (newton, programs), (&at, blocks), &along, &of_e, rows);
+        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &of_e, rows);
         less.v.copy_from_slice(&rows.v);
         let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
-        rows_along(system, (newton, programs), (&at, blocks), &along, &of_c, rows);
+        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &of_c, rows);
         add(&mut less.v, &rows.v, 1.0);
         add(&mut less.v, &rows.q, 1.0);
         less.sigma.copy_from_slice(&rows.sigma);
@@ -219,7 +209,6 @@ impl SecondOrderSweep {
         let stage = motion.block_column(node, last);
         let (_, at, blocks) = stage_end(motion, (node, last), Some(*restart));
         let SecondOrderSweep { sweep, change: of_motion, programs, first_rows: rows, .. } = self;
-        let Some(programs) = programs else { return };
         let along = NodeView { q: &change.q, v: &change.v, sigma: &change.sigma, ..of_motion.at(node) };
         let h_dot = of_motion.length(node) * motion.trajectory.scheme.a(last, last);
         let (with, step) = (record.covector(stage), record.of_step(stage));

@@ -1,8 +1,7 @@
 //! S_z of a stage: what takes the places of a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
 
-use super::SecondOrderSweep;
 use super::programs::Programs;
-use crate::adjoint::AdjointSweep;
+use super::{First, SecondOrderSweep};
 use crate::adjoint::record::Crossed;
 use crate::forward::{Accelerations, Motion, control_rates};
 use crate::node::Newton;
@@ -27,8 +26,7 @@ pub(super) struct OfStage<'a> {
 impl OfStage<'_> {
     /// ∂(Dψ)/∂z, −ḣ a and −ḣ b.
     pub(super) fn add_sources(&self, system: &System, newton: &Newton, programs: &mut Programs, rows: &mut CostRows) {
-        newton.evaluation.pull_back_along(self.blocks, &self.along, &self.with, rows);
-        programs.equations.pull_back(system.batches(), (&self.at, &self.along), &self.with, rows);
+        programs.add_rows_along((system, &newton.evaluation), (&self.at, self.blocks), &self.along, &self.with, rows);
         if self.h_dot != 0.0 {
             let [a, b] = self.step;
             rows.v.iter_mut().zip(a).for_each(|(sum, a)| *sum -= self.h_dot * a);
@@ -43,7 +41,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &AdjointSweep),
+        (newton, first): (&Newton, &First),
         node: usize,
     ) -> Result<(), Error> {
         self.sweep.clear_cost();
@@ -66,7 +64,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &AdjointSweep),
+        (newton, first): (&Newton, &First),
         (node, s): (usize, usize),
     ) -> Result<(), Error> {
         self.sweep.clear_cost();
@@ -101,10 +99,8 @@ impl SecondOrderSweep {
         let at = NodeView { u_dot, v_dot: &x.v, lambda: &x.sigma, ..motion.at_stage(node, s) };
         let along =
             NodeView { u_dot: u_dot_change, v_dot: &x_change.v, lambda: &x_change.sigma, ..self.change.at_stage(node, s) };
-        if let Some(programs) = &mut self.programs {
-            for (costs, programs) in system.costs().iter().zip(&mut programs.costs) {
-                costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
-            }
+        for (costs, programs) in system.costs().iter().zip(&mut self.programs.costs) {
+            costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
         }
         if system.has_control_rates() || is_felt {
             self.first_rows.clear();
@@ -112,18 +108,18 @@ impl SecondOrderSweep {
             let weights = weights.map(|weight| weight.re);
             system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.first_rows));
         }
-        if let (true, Some(accelerations), Some(programs)) = (is_felt, &mut self.accelerations, &mut self.programs) {
+        if let Some(accelerations) = self.accelerations.as_mut().filter(|_| is_felt) {
             // What costs on u̇ need of the first derivatives is kept.
             let u_dot = self.first_rows.u_dot.clone();
             let rows = (&mut self.first_rows, &mut self.sweep.cost);
-            accelerations.pull_back_along(system, (&at, &along), &mut programs.equations, rows)?;
+            accelerations.pull_back_along(system, (&at, &along), &mut self.programs.equations, rows)?;
             self.first_rows.u_dot.copy_from_slice(&u_dot);
         }
-        let (rows, Some(programs)) = (&mut self.sweep.cost, &mut self.programs) else { return Ok(()) };
+        let (rows, programs) = (&mut self.sweep.cost, &mut self.programs.costs);
         if rows.is_finite() {
             return Ok(());
         }
-        Err(system.bad_cost_along((&at, &along), (weights, &mut programs.costs), rows, motion.given_step(node)))
+        Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.given_step(node)))
     }
 
     /// v̇ and λ of a stage, and what they change by; whether they are known.
@@ -158,11 +154,11 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &AdjointSweep),
+        (newton, first): (&Newton, &First),
         (node, s): (usize, usize),
     ) {
         self.sweep.cost_is_zero = false;
-        let (Some(record), Some(programs)) = (&first.record, &mut self.programs) else { return };
+        let (record, programs) = (first.record, &mut self.programs);
         let crossed = record.crossed(node).filter(|_| s == motion.trajectory.last_stage());
         let stage = motion.block_column(node, s);
         let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
@@ -203,22 +199,6 @@ impl SecondOrderSweep {
         sweep.refinement.add_controls(step, 1.0, rows, controls);
         sweep.refinement.add_controls(step - 1, -1.0, rows, controls);
         sweep.refinement.add_step(step, by_length / length, &mut sweep.gradient.steps);
-    }
-}
-
-/// The derivatives of the change of c·𝓛_v + e·dΦ/dt along a direction.
-pub(super) fn rows_along(
-    system: &System,
-    (newton, programs): (&Newton, &mut Option<Programs>),
-    (at, blocks): (&NodeView<f64>, &[f64]),
-    along: &NodeView<f64>,
-    with: &Covector,
-    rows: &mut CostRows,
-) {
-    rows.clear();
-    newton.evaluation.pull_back_along(blocks, along, with, rows);
-    if let Some(programs) = programs {
-        programs.equations.pull_back(system.batches(), (at, along), with, rows);
     }
 }
 
