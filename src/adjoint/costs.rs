@@ -2,7 +2,7 @@
 
 use super::sweep::AdjointSweep;
 use crate::forward::{Accelerations, Motion, control_rates};
-use crate::number::dot;
+use crate::number::{add, dot};
 use crate::system::{CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
 
@@ -110,14 +110,14 @@ impl AdjointSweep {
     pub(super) fn take_cost(&mut self) {
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
-        self.design.iter_mut().zip(&self.cost.design).for_each(|(sum, b)| *sum += b);
+        add(&mut self.design, &self.cost.design);
         self.time += self.cost.time;
     }
 
     /// Adds derivatives with respect to inputs to those at hand.
     pub(super) fn add_inputs_of(&mut self, rows: &CostRows) {
-        self.u.iter_mut().zip(&rows.u).for_each(|(sum, u)| *sum += u);
-        self.design.iter_mut().zip(&rows.design).for_each(|(sum, b)| *sum += b);
+        add(&mut self.u, &rows.u);
+        add(&mut self.design, &rows.design);
         self.time += rows.time;
     }
 

@@ -7,6 +7,7 @@ use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
+use crate::number::add;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
@@ -57,7 +58,7 @@ impl AdjointSweep {
         let with = Covector { c: b, d: &self.zeros.v, e: &self.zeros.sigma };
         newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
-        self.cost.q.iter_mut().zip(&self.rows.q).for_each(|(sum, row)| *sum += row);
+        add(&mut self.cost.q, &self.rows.q);
         let here = motion.at(node);
         // dJ/ds in the place of what goes to σ₋.
         self.sigma_before.copy_from_slice(&self.rows.sigma);

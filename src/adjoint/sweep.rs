@@ -26,7 +26,7 @@ use crate::linear::Breakdown;
 use crate::motion::Refinement;
 use crate::motion::{Report, column_mut};
 use crate::node::Newton;
-use crate::number::{all_finite, dot};
+use crate::number::{add, all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Scheme, Settings, Start, System};
@@ -271,17 +271,15 @@ impl AdjointSweep {
         self.gradient.start.q_mut().iter_mut().zip(a).for_each(|(q, a)| *q = -a);
         self.gradient.start.rate_mut().iter_mut().zip(b).for_each(|(p, b)| *p = -b);
         if let Start::Velocity { q, v } = &mut self.gradient.start {
-            let zeros = vec![0.0; system.n()];
-            let none = vec![0.0; system.m()];
-            let with = Covector { c: v.as_slice(), d: &zeros, e: &none };
+            let with = Covector { c: v.as_slice(), d: &self.zeros.v, e: &self.zeros.sigma };
             let (at, blocks) = motion.given_start();
             newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
             newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
-            v.iter_mut().zip(&self.rows.v).for_each(|(v, row)| *v = *row);
-            q.iter_mut().zip(&self.rows.q).for_each(|(q, row)| *q += row);
+            v.copy_from_slice(&self.rows.v);
+            add(q.as_mut_slice(), &self.rows.q);
         }
     }
 }

@@ -3,8 +3,7 @@
 use super::argument::Argument;
 use super::cost::{CostRows, Weights};
 use super::cost_second_order::CostSecondOrder;
-use super::names::Names;
-use super::parameters::Parameters;
+use super::item::PlacedElement;
 use super::view::NodeView;
 use super::{Covector, System};
 use crate::Error;
@@ -21,10 +20,6 @@ pub struct Suspect<'a> {
 const MOST: usize = 4;
 
 impl<'a> Suspect<'a> {
-    pub(super) fn new(element: &'a str, arguments: Vec<Argument>) -> Option<Self> {
-        Some(Suspect { element, arguments })
-    }
-
     /// The first of some formulas, by name, whose derivatives are not finite; `rows` is overwritten.
     pub(super) fn first<T>(
         formulas: impl IntoIterator<Item = (&'a str, T)>,
@@ -38,35 +33,6 @@ impl<'a> Suspect<'a> {
         })?;
         Some(Suspect { element, arguments: rows.bad_arguments() })
     }
-
-    /// The error that says so; a value that `at` does not have is left out.
-    pub(super) fn explain(&self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>, node: usize) -> Error {
-        let mut list: Vec<String> =
-            self.arguments.iter().take(MOST).map(|argument| argument.describe((names, parameters), at)).collect();
-        if self.arguments.len() > MOST {
-            list.push("…".into());
-        }
-        Error::Model { element: quoted(self.element), arguments: list.join(", "), node, time: at.t }
-    }
-}
-
-impl Argument {
-    fn describe(self, (names, parameters): (&Names, &Parameters), at: &NodeView<f64>) -> String {
-        let (what, list, i): (String, &[f64], usize) = match self {
-            Argument::Coordinate(i) => (quoted(&names.coordinates[i]), at.q, i),
-            Argument::Velocity(i) => (format!("the velocity of {}", quoted(&names.coordinates[i])), at.v, i),
-            Argument::Momentum(i) => (format!("p* of {}", quoted(&names.coordinates[i])), at.p_star, i),
-            Argument::Force(i) => (format!("dp*/dt of {}", quoted(&names.coordinates[i])), at.p_star_dot, i),
-            Argument::Acceleration(i) => (format!("the acceleration of {}", quoted(&names.coordinates[i])), at.v_dot, i),
-            Argument::Reaction(j) => (format!("λ of {}", names.equations[j]), at.lambda, j),
-            Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
-            Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
-            Argument::ControlRate(k) => (format!("du/dt of {}", quoted(&names.controls[k])), at.u_dot, k),
-            Argument::Design(p) => (parameters.name(p, &names.designs), at.design, p),
-            Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
-        };
-        list.get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))
-    }
 }
 
 /// A number to six digits.
@@ -76,13 +42,41 @@ fn number(value: f64) -> String {
 }
 
 impl System {
+    /// The error that says so; a value that `at` does not have is left out.
+    fn blame(&self, Suspect { element, arguments }: Suspect, at: &NodeView<f64>, node: usize) -> Error {
+        let mut list: Vec<String> = arguments.iter().take(MOST).map(|argument| self.describe(*argument, at)).collect();
+        if arguments.len() > MOST {
+            list.push("…".into());
+        }
+        Error::Model { element: quoted(element), arguments: list.join(", "), node, time: at.t }
+    }
+
+    fn describe(&self, argument: Argument, at: &NodeView<f64>) -> String {
+        let names = &self.names;
+        let (what, list, i): (String, &[f64], usize) = match argument {
+            Argument::Coordinate(i) => (quoted(&names.coordinates[i]), at.q, i),
+            Argument::Velocity(i) => (format!("the velocity of {}", quoted(&names.coordinates[i])), at.v, i),
+            Argument::Momentum(i) => (format!("p* of {}", quoted(&names.coordinates[i])), at.p_star, i),
+            Argument::Force(i) => (format!("dp*/dt of {}", quoted(&names.coordinates[i])), at.p_star_dot, i),
+            Argument::Acceleration(i) => (format!("the acceleration of {}", quoted(&names.coordinates[i])), at.v_dot, i),
+            Argument::Reaction(j) => (format!("λ of {}", names.equations[j]), at.lambda, j),
+            Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
+            Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
+            Argument::ControlRate(k) => (format!("du/dt of {}", quoted(&names.controls[k])), at.u_dot, k),
+            Argument::Design(p) => (self.parameters.name(p, &names.designs), at.design, p),
+            Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
+        };
+        list.get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))
+    }
+
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
-        let suspect = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)).map(explain);
+        if let Some(suspect) = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)) {
+            return self.blame(suspect, at, node);
+        }
         // Accelerations have the derivatives of forces.
-        let of_element = || self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
-        suspect.or_else(of_element).unwrap_or_else(|| explain(Suspect { element: "the cost", arguments: Vec::new() }))
+        let of_element = self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
+        of_element.unwrap_or_else(|| self.blame(Suspect { element: "the cost", arguments: Vec::new() }, at, node))
     }
 
     /// The first cost whose derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
@@ -113,14 +107,13 @@ impl System {
 
     fn second_derivative(&self, suspect: Option<Suspect>, at: &NodeView<f64>, node: usize) -> Error {
         let what = || format!("a second derivative at node {node}");
-        let explain = |suspect: Suspect| suspect.explain((&self.names, &self.parameters), at, node);
-        suspect.map_or_else(|| Error::Overflow { what: what(), value: f64::NAN }, explain)
+        suspect.map_or_else(|| Error::Overflow { what: what(), value: f64::NAN }, |suspect| self.blame(suspect, at, node))
     }
 
     /// The first element whose derivative with respect to an input is not finite at a node, as an error.
     pub(crate) fn find_bad_input(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, vec![item.find_bad_input(at)?]))?;
-        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
+        let of = |item: &PlacedElement| Some(vec![item.find_bad_input(at)?]);
+        self.blame_element(of, &at.without_momenta(), node)
     }
 
     /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
@@ -128,12 +121,22 @@ impl System {
         let mut items = self.partly_defined.iter().map(|&place| self.item(place));
         let undefined = items.find(|item| !item.energy(at).is_finite())?;
         let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
-        Some(suspect.explain((&self.names, &self.parameters), at, node))
+        Some(self.blame(suspect, at, node))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
     pub(crate) fn find_not_finite(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let suspect = self.placed().find_map(|item| Suspect::new(&item.name, item.find_not_finite(at)?))?;
-        Some(suspect.explain((&self.names, &self.parameters), &at.without_momenta(), node))
+        self.blame_element(|item| item.find_not_finite(at), &at.without_momenta(), node)
+    }
+
+    /// The first element that has arguments at fault, as an error.
+    fn blame_element(
+        &self,
+        find: impl Fn(&PlacedElement) -> Option<Vec<Argument>>,
+        at: &NodeView<f64>,
+        node: usize,
+    ) -> Option<Error> {
+        let found = self.placed().find_map(|item| Some(Suspect { element: &item.name, arguments: find(item)? }));
+        Some(self.blame(found?, at, node))
     }
 }

@@ -75,11 +75,13 @@ impl Constants {
         put(&mut self.phi_q, entry.row, entry.col, entry.value);
     }
 
+    fn lists_mut(&mut self) -> [&mut Vec<Entry>; 6] {
+        [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u]
+    }
+
     /// Empties the lists, keeping their memory.
     pub fn clear(&mut self) {
-        for list in [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u] {
-            list.clear();
-        }
+        self.lists_mut().into_iter().for_each(Vec::clear);
         self.waves.clear();
         self.l_v.fill(0.0);
         self.force.fill(0.0);
@@ -87,7 +89,7 @@ impl Constants {
 
     /// Adds up entries at the same place.
     pub fn compress(&mut self) {
-        for list in [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u] {
+        for list in self.lists_mut() {
             list.sort_by_key(|e| (e.row, e.col));
             list.dedup_by(|later, first| {
                 let same = (later.row, later.col) == (first.row, first.col);

@@ -1,5 +1,6 @@
 //! [`CostFormula`]: a recorded cost, and the program for its value and gradient.
 
+use super::derivatives::without_zeros;
 use crate::number::dot;
 use crate::program::{Graph, Kernel, Node, Obstacle, Template};
 
@@ -8,6 +9,14 @@ use crate::program::{Graph, Kernel, Node, Obstacle, Template};
 pub enum Partial {
     Argument(usize),
     Constant(usize),
+}
+
+impl Partial {
+    /// By all arguments that a cost depends on, and all constants that are bound.
+    pub(super) fn all(depends: &[bool], bound: &[bool]) -> Vec<Partial> {
+        let arguments = (0..depends.len()).filter(|&i| depends[i]).map(Partial::Argument);
+        arguments.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect()
+    }
 }
 
 /// The program of a cost.
@@ -54,9 +63,7 @@ impl CostFormula {
     ) -> Result<Self, Obstacle> {
         let (mut graph, values) = template.graph();
         let depends = template.depends(arguments);
-        let of = (0..arguments).filter(|&i| depends[i]).map(Partial::Argument);
-        let of: Vec<Partial> = of.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect();
-        let (partials, slopes) = gradient(&mut graph, values[0], of);
+        let (partials, slopes) = gradient(&mut graph, values[0], Partial::all(&depends, bound));
         let results = [&values[..1], &slopes].concat();
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
         let quadratic = quadratic(&mut graph, &partials, &slopes, template.parameters);
@@ -163,5 +170,5 @@ pub(super) fn gradient(graph: &mut Graph, value: Node, of: Vec<Partial>) -> (Vec
         })
         .collect();
     let slopes = graph.reverse(&[(value, one)], &arguments);
-    of.into_iter().zip(slopes).filter(|(_, slope)| !graph.is_zero(*slope)).unzip()
+    without_zeros(graph, of.into_iter().zip(slopes))
 }

@@ -21,9 +21,7 @@ impl CostSecondOrder {
     /// Arguments of the program are those of the cost, then their rates, then those of the constants.
     pub fn new((template, numbers): (Template, Vec<f64>), arguments: usize, bound: &[bool]) -> Option<Self> {
         let (mut graph, values) = template.graph();
-        let depends = template.depends(arguments);
-        let of = (0..arguments).filter(|&i| depends[i]).map(Partial::Argument);
-        let of: Vec<Partial> = of.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect();
+        let of = Partial::all(&template.depends(arguments), bound);
         let tangents = Vec::from_iter(of.iter().map(|of| match *of {
             Partial::Argument(which) => (graph.input(which), graph.input(arguments + which)),
             Partial::Constant(p) => (graph.parameter(p), graph.input(2 * arguments + p)),

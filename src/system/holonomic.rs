@@ -6,7 +6,6 @@
 //! ```text
 //!   real part:  Φ, Φ_q, Φ_qq          ε-part:  dΦ/dt, (dΦ/dt)_q, (dΦ/dt)_qq
 //! ```
-//!
 
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};

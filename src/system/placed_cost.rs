@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64};
 
-use super::cost::{CostRows, CostUse, Weights};
+use super::cost::{CostRows, CostUse, Slopes, Weights};
 use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
@@ -141,15 +141,7 @@ impl<C: ListCost> PlacedCost<C> {
         let Some(weight) = weights.of(self.sum).filter(is_summed).filter(|_| factor != 0.0) else { return };
         let (_, mut slopes) = rows.memory_and_slopes();
         let put = |of: Partial, [slope, change]: [f64; 2]| {
-            let x = factor * (weight.re * change + weight.eps * slope);
-            match of {
-                Partial::Argument(which) => slopes.add(self.shape.places[which], x),
-                Partial::Constant(p) => {
-                    if let Some((design, factor)) = self.b[p].bound() {
-                        slopes.design[design] += factor * x;
-                    }
-                }
-            }
+            self.add_partial(of, 1.0, factor * (weight.re * change + weight.eps * slope), &mut slopes);
         };
         let rate_of_constant = |p: usize| self.b[p].bound().map_or(0.0, |(place, factor)| factor * along.design[place]);
         let rate = |which| self.argument(along, which);
@@ -169,8 +161,6 @@ impl<C: ListCost> PlacedCost<C> {
         rate_of_constant: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, [f64; 2]),
     ) -> [f64; 2] {
-        let arguments = (0..self.shape.len()).map(Partial::Argument);
-        let constants = (0..self.b.len()).filter(|&p| self.b[p].bound().is_some()).map(Partial::Constant);
         let evaluate = |of: Option<Partial>| {
             let seeded = |is_seed: bool, x: f64, rate: f64| hyper(x, if is_seed { 1.0 } else { 0.0 }, rate, 0.0);
             let argument = |i: usize| seeded(of == Some(Partial::Argument(i)), self.argument(at, i), rate(i));
@@ -178,7 +168,7 @@ impl<C: ListCost> PlacedCost<C> {
                 |p: usize| seeded(of == Some(Partial::Constant(p)), self.b[p].value(at.design), rate_of_constant(p));
             hyper_parts(&self.evaluate(argument, constant))
         };
-        for of in arguments.chain(constants) {
+        for of in self.partials() {
             let [_, slope, _, change] = evaluate(Some(of));
             put(of, [slope, change]);
         }
@@ -189,42 +179,41 @@ impl<C: ListCost> PlacedCost<C> {
     /// Value and gradient by the program.
     fn program_gradient(&self, formula: &CostFormula, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         let (memory, mut slopes) = rows.memory_and_slopes();
-        formula.evaluate(
-            memory,
-            |which| self.argument(at, which),
-            |of, slope| match of {
-                Partial::Argument(which) => slopes.add(self.shape.places[which], weight * slope),
-                Partial::Constant(p) => {
-                    if let Some((design, factor)) = self.b[p].bound() {
-                        slopes.design[design] += weight * factor * slope;
-                    }
+        let put = |of, slope| self.add_partial(of, weight, slope, &mut slopes);
+        formula.evaluate(memory, |which| self.argument(at, which), put)
+    }
+
+    /// Adds a partial derivative with its weight.
+    #[inline]
+    fn add_partial(&self, of: Partial, weight: f64, slope: f64, slopes: &mut Slopes) {
+        match of {
+            Partial::Argument(which) => slopes.add(self.shape.places[which], weight * slope),
+            Partial::Constant(p) => {
+                if let Some((design, factor)) = self.b[p].bound() {
+                    slopes.design[design] += weight * factor * slope;
                 }
-            },
-        )
+            }
+        }
+    }
+
+    /// What it is differentiated by without a program.
+    fn partials(&self) -> Vec<Partial> {
+        Partial::all(&vec![true; self.shape.len()], &Param::which_are_bound(&self.b))
     }
 
     /// Value and gradient by dual numbers, a few derivatives at a time.
     fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         type Dual = DualSVec64<SEEDS>;
         let (_, mut slopes) = rows.memory_and_slopes();
-        let arguments = self.shape.len();
-        let bound: Vec<(usize, usize, f64)> = Vec::from_iter(
-            (0..self.b.len()).filter_map(|p| self.b[p].bound().map(|(design, factor)| (arguments + p, design, factor))),
-        );
-        let seeds: Vec<usize> = (0..arguments).chain(bound.iter().map(|(which, ..)| *which)).collect();
-        for (group, seeds) in seeds.chunks(SEEDS).enumerate() {
-            let seeded = |which: usize, value: f64| match seeds.iter().position(|seed| *seed == which) {
+        for seeds in self.partials().chunks(SEEDS) {
+            let seeded = |of: Partial, value: f64| match seeds.iter().position(|seed| *seed == of) {
                 Some(k) => Dual::from_re(value).derivative(k),
                 None => Dual::from_re(value),
             };
-            let constant = |p: usize| seeded(arguments + p, self.b[p].value(at.design));
-            let cost = self.evaluate(|which| seeded(which, self.argument(at, which)), constant);
-            for (k, _) in seeds.iter().enumerate() {
-                let (number, slope) = (group * SEEDS + k, cost.eps.0.map_or(0.0, |eps| eps[k]));
-                match number.checked_sub(arguments) {
-                    None => slopes.add(self.shape.places[number], weight * slope),
-                    Some(p) => slopes.design[bound[p].1] += weight * bound[p].2 * slope,
-                }
+            let argument = |i: usize| seeded(Partial::Argument(i), self.argument(at, i));
+            let cost = self.evaluate(argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
+            for (k, of) in seeds.iter().enumerate() {
+                self.add_partial(*of, weight, cost.eps.0.map_or(0.0, |eps| eps[k]), &mut slopes);
             }
         }
         self.value(at)

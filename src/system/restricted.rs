@@ -33,11 +33,17 @@ impl Restricted {
         }
     }
 
-    fn component(&self, of: Component) -> Option<Component> {
-        match of {
-            Component::Momentum(i) => self.place(i).map(Component::Momentum),
-            Component::Force(i) => self.place(i).map(Component::Force),
-            Component::Equation(j) => Some(Component::Equation(j)),
+    /// Puts the components of coordinates that are there.
+    fn put_there<R>(&self, put: &mut dyn FnMut(Component, R)) -> impl FnMut(Component, R) {
+        move |of, x| {
+            let there = match of {
+                Component::Momentum(i) => self.place(i).map(Component::Momentum),
+                Component::Force(i) => self.place(i).map(Component::Force),
+                Component::Equation(j) => Some(Component::Equation(j)),
+            };
+            if let Some(of) = there {
+                put(of, x);
+            }
         }
     }
 
@@ -59,12 +65,7 @@ where
     dyn AnyElement: OnNumbers<R>,
 {
     fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R)) {
-        let mut put_there = |of, x| {
-            if let Some(of) = self.component(of) {
-                put(of, x);
-            }
-        };
-        self.inner.first(&|slot| self.read(read, slot, R::zero()), &mut put_there);
+        self.inner.first(&|slot| self.read(read, slot, R::zero()), &mut self.put_there(put));
     }
 
     fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R)) {
@@ -101,11 +102,6 @@ impl AnyElement for Restricted {
 
     fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
         let Shape { n, m, .. } = self.inner.shape();
-        let mut put_there = |of, x| {
-            if let Some(of) = self.component(of) {
-                put(of, x);
-            }
-        };
         let len = self.inner.kind().length(n, m);
         let (mut room, mut more) = ([0.0; ROOM], Vec::new());
         let all = if len <= ROOM {
@@ -114,7 +110,7 @@ impl AnyElement for Restricted {
             more.resize(len, 0.0);
             &mut more[..]
         };
-        self.inner.blocks(&|slot| self.read(read, slot, 0.0), &mut put_there, all);
+        self.inner.blocks(&|slot| self.read(read, slot, 0.0), &mut self.put_there(put), all);
         self.select(all, blocks);
     }
 }

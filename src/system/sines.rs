@@ -91,6 +91,15 @@ impl Term {
     }
 }
 
+/// A = Σ x_j α_j and B = Σ x_j β_j over the equations of an angle.
+#[inline(always)]
+fn sums(terms: &[Term], x: &[f64]) -> [f64; 2] {
+    terms.iter().fold([0.0; 2], |[a, b], term| {
+        let x = x[term.equation];
+        [a + x * term.sine, b + x * term.cosine]
+    })
+}
+
 /// Where the unknowns and the entries of K are stored; unknown n + j is the multiplier of equation j.
 pub struct Places<P, S> {
     pub n: usize,
@@ -247,11 +256,7 @@ impl Sines {
     pub fn push_forward_to_force(&self, blocks: &[f64], along: &NodeView<f64>, force: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;
-            let (mut a, mut b) = (0.0, 0.0);
-            for term in terms {
-                a += along.sigma[term.equation] * term.sine;
-                b += along.sigma[term.equation] * term.cosine;
-            }
+            let [a, b] = sums(terms, along.sigma);
             force[i] += at.s_prime * along.v[i] - at.v * (at.s * along.q[i] + a * at.sin + b * at.cos);
         }
     }
@@ -266,20 +271,15 @@ impl Sines {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;
             let (q, v, c, d) = (along.q[i], along.v[i], with.c[i], with.d[i]);
-            let ([mut a, mut b], [mut a_of_e, mut b_of_e]) = ([0.0; 2], [0.0; 2]);
             // ψ_σ = α of_sine + β of_cosine, changed.
             let of_sine = -c * at.sin * q - d * (v * at.sin + at.v * at.cos * q);
             let of_cosine = -c * at.cos * q - d * (v * at.cos - at.v * at.sin * q);
             for term in terms {
-                let (sigma, e) = (along.sigma[term.equation], with.e[term.equation]);
-                a += sigma * term.sine;
-                b += sigma * term.cosine;
-                a_of_e += e * term.sine;
-                b_of_e += e * term.cosine;
                 rows.sigma[term.equation] += term.sine * of_sine + term.cosine * of_cosine;
             }
-            let (s, s_prime) = (a * at.cos - b * at.sin, -(a * at.sin + b * at.cos));
-            let (s_of_e, s_prime_of_e) = (a_of_e * at.cos - b_of_e * at.sin, -(a_of_e * at.sin + b_of_e * at.cos));
+            let both = |[a, b]: [f64; 2]| [a * at.cos - b * at.sin, -(a * at.sin + b * at.cos)];
+            let [s, s_prime] = both(sums(terms, along.sigma));
+            let [s_of_e, s_prime_of_e] = both(sums(terms, with.e));
             let of_c = s_prime - at.s * q;
             rows.q[i] += c * of_c - d * (v * at.s + at.v * (at.s_prime * q + s)) + v * s_prime_of_e - at.v * s_of_e * q;
             rows.v[i] += d * of_c + s_prime_of_e * q;
@@ -303,11 +303,7 @@ impl Sines {
     pub fn subtract_row_q(&self, blocks: &[f64], with: &Covector, row_q: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate;
-            let (mut a, mut b) = (0.0, 0.0);
-            for term in terms {
-                a += with.e[term.equation] * term.sine;
-                b += with.e[term.equation] * term.cosine;
-            }
+            let [a, b] = sums(terms, with.e);
             row_q[i] -= at.s_prime * with.c[i] - at.v * (at.s * with.d[i] + a * at.sin + b * at.cos);
         }
     }

@@ -13,7 +13,7 @@ use crate::adjoint::assembly::Side;
 use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
-use crate::number::Real;
+use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
 use nalgebra::DVector;
@@ -129,7 +129,7 @@ impl SecondOrderSweep {
         subtract(&mut right.sigma, &change.of_matrix.sigma);
         let (x_dot, of_held) = side.tangent.solve_transposed(system, newton, &right)?;
         self.sweep.add_parameters_of(system, newton, &side, &x_dot);
-        self.sweep.design.iter_mut().zip(&change.design).for_each(|(sum, row)| *sum += row);
+        add(&mut self.sweep.design, &change.design);
         let back = side.back(system, newton, &x_dot);
         let to_q = [side.back(system, newton, &x).q, back.q + change.q];
         Ok(Through { guess: back.guess + of_held + change.guess, to_q, x })

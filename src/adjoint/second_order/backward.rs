@@ -6,7 +6,7 @@ use super::{First, SecondOrderSweep};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::Motion;
 use crate::node::Newton;
-use crate::number::dot;
+use crate::number::{add, dot};
 use crate::scheme::carried_part;
 use crate::system::{Covector, NodeView};
 use crate::{Error, Inputs, Settings, Start, System};
@@ -155,9 +155,9 @@ impl SecondOrderSweep {
         let (with, rows) = (Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma }, &mut sweep.cost);
         let ((at, blocks), along) = (motion.given_start(), along_start(change, (&zeros.sigma, no_controls)));
         programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &with, rows);
-        q.iter_mut().zip(&rows.q).for_each(|(sum, row)| *sum += row);
-        v.iter_mut().zip(&rows.v).for_each(|(sum, row)| *sum += row);
-        sweep.design.iter_mut().zip(&rows.design).for_each(|(sum, row)| *sum += row);
+        add(q.as_mut_slice(), &rows.q);
+        add(v.as_mut_slice(), &rows.v);
+        add(&mut sweep.design, &rows.design);
     }
 
     /// From the values z(b) of the parameters to b: the change of (∂z/∂b)ᵀ w.
