@@ -72,8 +72,8 @@ impl AdjointSweep {
             *carried *= before;
         }
         let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
-        let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());
-        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
+        let evaluations = &mut self.report.input_evaluations;
+        let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
@@ -120,8 +120,8 @@ impl AdjointSweep {
         d.iter_mut().zip(here.q.iter().zip(restart.q)).for_each(|(w, (q, before))| *w = q - before);
         let at = NodeView { v: d, sigma: nu, ..here };
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
-        let (u, design) = (self.u.as_mut_slice(), self.design.as_mut_slice());
-        let mut rows = InputRows { u, design, time: &mut self.time, evaluations: &mut self.report.input_evaluations };
+        let evaluations = &mut self.report.input_evaluations;
+        let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
         system.placed().for_each(|item| item.pull_back_phi(&at, e, &mut rows));
         Ok(())

@@ -23,8 +23,7 @@ use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
-use crate::motion::Refinement;
-use crate::motion::{Report, column_mut};
+use crate::motion::{Refinement, Report, column_mut};
 use crate::node::Newton;
 use crate::number::{add, all_finite, dot};
 use crate::scheme::{Carried, StageAdjoint};
@@ -205,9 +204,8 @@ impl AdjointSweep {
         let StageAdjoint { c, d, e, .. } = &self.step[self.stage];
         newton.evaluation.constants.pull_back_controls(d, &mut self.u);
         let with = Covector { c, d, e };
-        let design = self.design.as_mut_slice();
         let evaluations = &mut self.report.input_evaluations;
-        let mut rows = InputRows { u: &mut self.u, design, time: &mut self.time, evaluations };
+        let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
         if system.formulas().assembly.has_input_derivatives() {
             newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
         }

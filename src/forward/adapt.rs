@@ -142,7 +142,7 @@ impl ForwardSweep {
             if self.motion.trajectory.computed == WINDOW + HISTORY {
                 self.slide();
             }
-            let begin = self.motion.trajectory.times[node - 1 - self.motion.first];
+            let begin = self.motion.time(node - 1);
             let left = end - begin;
             let bounded = dt.abs().min(longest(begin)).copysign(dt);
             let is_last = bounded.abs() >= 0.999 * left.abs();

@@ -12,8 +12,7 @@
 
 use crate::forward::ForwardSweep;
 use crate::motion::column;
-use crate::node::StepFailure;
-use crate::node::{Miss, STILL};
+use crate::node::{Miss, STILL, StepFailure};
 use crate::{Settings, System, Warning};
 
 /// A guess whose velocities were off by more than this part of them was no guess.
@@ -142,7 +141,7 @@ impl ForwardSweep {
         match counter {
             Some(steps) => *steps += 1,
             None => {
-                let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
+                let (step, time) = (self.motion.given_step(node), self.motion.time(node));
                 self.monitor.report.warn(Warning::Rough { step, time, steps: 1 });
             }
         }

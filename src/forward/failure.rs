@@ -21,9 +21,7 @@ impl ForwardSweep {
     }
 
     pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
-        let time = self.motion.trajectory.times[node - self.motion.first];
-        let step = self.motion.given_step(node);
-        let length = node.checked_sub(1).map_or(0.0, |before| self.motion.inputs.grid.steps[before]);
+        let (step, time, length) = (self.motion.given_step(node), self.motion.time(node), self.motion.length(node));
         match failure {
             StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
             StepFailure::NotFinite => self.not_finite(system, node),
@@ -69,16 +67,14 @@ impl ForwardSweep {
             return system.find_not_finite(&NodeView { q: &self.stepper.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
         }
         let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
-        let at = NodeView { q: &q, u, t: self.motion.trajectory.times[node - self.motion.first], ..last };
+        let at = NodeView { q: &q, u, t: self.motion.time(node), ..last };
         system.find_not_finite(&at, self.motion.given_step(node))
     }
 
     /// The same where the iteration broke off.
     fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
         let x = self.stepper.newton.iterate(system);
-        let h = node.checked_sub(1).map_or(0.0, |before| {
-            self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.inputs.grid.steps[before])
-        });
+        let h = self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.length(node));
         let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
         // An iteration that ran away says nothing of a formula.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
@@ -89,9 +85,7 @@ impl ForwardSweep {
 
     /// Which element is to blame for a value that is not finite.
     fn not_finite(&self, system: &System, node: usize) -> Error {
-        let time = self.motion.trajectory.times[node - self.motion.first];
-        let step = self.motion.given_step(node);
-        let length = node.checked_sub(1).map_or(0.0, |before| self.motion.inputs.grid.steps[before]);
+        let (step, time, length) = (self.motion.given_step(node), self.motion.time(node), self.motion.length(node));
         // Node 0 has no step, and nothing ahead.
         let ahead = [0.0, self.motion.given_length(node)];
         let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));

@@ -12,8 +12,7 @@
 use nalgebra::DMatrix;
 
 use super::{ForwardSweep, Motion};
-use crate::motion::Refinement;
-use crate::motion::column_mut;
+use crate::motion::{Refinement, column_mut};
 use crate::{Settings, Warning};
 
 /// Parts of a step below this share of it, as a power of ½, are lost in its rounding.
@@ -76,8 +75,7 @@ impl Motion {
 
     /// The length of the given step that the step into a node, which is at hand, is or is a part of.
     pub(crate) fn given_length(&self, node: usize) -> f64 {
-        let length = node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before]);
-        length * 2f64.powi(self.ahead.halvings as i32)
+        self.length(node) * 2f64.powi(self.ahead.halvings as i32)
     }
 
     /// Makes the step into a node the one at hand.
@@ -121,7 +119,7 @@ impl Motion {
     /// Whether the step that ends at a node may be shorter by half.
     pub(crate) fn may_halve(&self, node: usize, settings: &Settings) -> bool {
         // Below this the end of the step would be its beginning.
-        let (t, dt) = (self.trajectory.times[node - self.first - 1], self.inputs.grid.steps[node - 1]);
+        let (t, dt) = (self.time(node - 1), self.length(node));
         let most = settings.max_halvings.min(MOST_HALVINGS);
         node > self.ahead.known && self.ahead.halvings < most && t + 0.25 * dt != t
     }

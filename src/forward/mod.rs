@@ -32,10 +32,8 @@ use nalgebra::DMatrix;
 use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
 use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
-use crate::node::Predictor;
-use crate::node::{StepFailure, Unknowns};
-use crate::system::NodeView;
-use crate::system::{Given, KnownPart};
+use crate::node::{Predictor, StepFailure, Unknowns};
+use crate::system::{Given, KnownPart, NodeView};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use restart::Restarting;
 
@@ -297,7 +295,7 @@ impl ForwardSweep {
     #[cold]
     fn note_lost_digits(&mut self, system: &System, node: usize) {
         let unknown = system.unknown_name(self.stepper.newton.worst_unknown(system));
-        let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[node - self.motion.first]);
+        let (step, time) = (self.motion.given_step(node), self.motion.time(node));
         self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });
     }
 

@@ -94,6 +94,11 @@ impl Motion {
         self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
     }
 
+    /// The time of a node, s.
+    pub(crate) fn time(&self, node: usize) -> f64 {
+        self.trajectory.times[node - self.first]
+    }
+
     /// The length of the step into a node, s.
     pub(crate) fn length(&self, node: usize) -> f64 {
         node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before])

@@ -41,11 +41,9 @@
 use super::Motion;
 use super::projection::Projection;
 use crate::forward::ForwardSweep;
-use crate::motion::Report;
-use crate::motion::{column, column_mut};
+use crate::motion::{Report, column, column_mut};
 use crate::node::{Newton, StepFailure};
-use crate::number::Real;
-use crate::number::{larger, largest};
+use crate::number::{Real, larger, largest};
 use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, System};
 
@@ -190,8 +188,7 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
 /// in which they are about one at the start.
 fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool {
     let worst = forward.monitor.report.worst_pivot;
-    let at = forward.motion.block_column(node - forward.motion.first, forward.motion.trajectory.last_stage());
-    let blocks = column(&forward.motion.blocks, at);
+    let blocks = forward.motion.node_blocks(node);
     if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
         // What is not finite becomes the restart's error.
         return !breakdown.pivot.is_finite();

@@ -71,24 +71,18 @@ fn point<'a>(forward: &'a ForwardSweep, q: &'a [f64]) -> NodeView<'a, f64> {
 }
 
 fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
-    let mut phi = vec![0.0; system.m()];
-    system.phi(&point(forward, q), &mut phi);
-    let tolerance = settings.position_tolerance;
-    match worst(&phi).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
-        Some((j, violation)) => {
-            let at = point(forward, q);
-            let here = Scaled::at(system, &at);
-            let clash = here.and_then(|here| Some((here.contradiction(system, &phi, at.t)?, here)));
-            let clash = clash.filter(|(_, here)| !rank::can_be_met(here, system, &at)).map(|(error, _)| error);
-            Err(clash.unwrap_or_else(|| Error::InitialPosition {
-                equation: system.equation_name(j).into(),
-                violation,
-                tolerance,
-            }))
-        }
-        None => Ok(()),
+    let (at, tolerance, mut phi) = (point(forward, q), settings.position_tolerance, vec![0.0; system.m()]);
+    system.phi(&at, &mut phi);
+    let Some((j, violation)) = worst(&phi, tolerance) else { return Ok(()) };
+    if !violation.is_finite() {
+        return Err(not_finite(forward, system, q, j));
     }
+    let clash = Scaled::at(system, &at).and_then(|here| {
+        let clash = here.contradiction(system, &phi, at.t)?;
+        (!rank::can_be_met(&here, system, &at)).then_some(clash)
+    });
+    let equation = system.equation_name(j).into();
+    Err(clash.unwrap_or(Error::InitialPosition { equation, violation, tolerance }))
 }
 
 fn not_finite(forward: &ForwardSweep, system: &System, q: &[f64], equation: usize) -> Error {
@@ -107,24 +101,22 @@ fn check_velocity(
     phi_dot: &[f64],
     settings: &Settings,
 ) -> Result<(), Error> {
-    let tolerance = settings.velocity_tolerance;
-    match worst(phi_dot).filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance) {
-        Some((j, violation)) if !violation.is_finite() => Err(not_finite(forward, system, q, j)),
-        Some((j, violation)) => {
-            let at = point(forward, q);
-            // No other velocities satisfy them either, since dΦ/dt is linear in v.
-            let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));
-            let equation = || system.equation_name(j).into();
-            Err(clash.unwrap_or_else(|| Error::InitialVelocity { equation: equation(), violation, tolerance }))
-        }
-        None => Ok(()),
+    let (at, tolerance) = (point(forward, q), settings.velocity_tolerance);
+    let Some((j, violation)) = worst(phi_dot, tolerance) else { return Ok(()) };
+    if !violation.is_finite() {
+        return Err(not_finite(forward, system, q, j));
     }
+    // No other velocities satisfy them either, since dΦ/dt is linear in v.
+    let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));
+    let equation = system.equation_name(j).into();
+    Err(clash.unwrap_or(Error::InitialVelocity { equation, violation, tolerance }))
 }
 
-/// The entry that is largest, or not a number.
-fn worst(values: &[f64]) -> Option<(usize, f64)> {
+/// The violation that is largest, or not a number, if it is beyond the tolerance.
+fn worst(values: &[f64], tolerance: f64) -> Option<(usize, f64)> {
     // In the total order NaN without its sign is above infinity.
-    values.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    let worst = values.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    worst.filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance)
 }
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.

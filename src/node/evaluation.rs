@@ -8,10 +8,9 @@ use num_dual::Dual64;
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::system::{
-    Constants, CostRows, Covector, Formulas, InputRows, NodeView, Pair, PositionConstraints, Sines, StateRows, Sums, Wanted,
-    Within, Workspace,
+    Constants, CostRows, Covector, Formulas, Given, InputRows, KnownPart, NodeView, Pair, PositionConstraints, Sines,
+    StateRows, Sums, Wanted, Within, Workspace,
 };
-use crate::system::{Given, KnownPart};
 use crate::{Error, System};
 
 /// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.

@@ -2,6 +2,7 @@
 
 mod convergence;
 mod evaluation;
+mod factors;
 mod newton;
 mod predict;
 mod sizes;

@@ -27,13 +27,11 @@
 use super::convergence::Convergence;
 use super::sizes::{Sizes, UnitWeights};
 use super::transposed::TransposedProduct;
-use crate::linear::{BlockLu, Breakdown, Factorization, Matrix};
+use crate::linear::{BlockLu, Factorization, Matrix};
 use crate::motion::Report;
-use crate::node::Evaluation;
-use crate::node::{StepFailure, Unknowns};
+use crate::node::{Evaluation, StepFailure, Unknowns};
 use crate::number::{add, all_finite, larger};
-use crate::system::{Given, KnownPart};
-use crate::system::{NodeView, Pair};
+use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Settings, System};
 
 /// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
@@ -58,17 +56,17 @@ pub(crate) struct Miss {
 /// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
 pub(crate) struct Newton<F = BlockLu> {
     pub(crate) evaluation: Evaluation,
-    matrix: Matrix<F>,
+    pub(super) matrix: Matrix<F>,
     condensed: usize,
     /// The relative residual below which there is nothing but rounding.
     rounding: f64,
     /// (v, σ) of the iterate; condensed unknowns are found at the end.
-    x: Vec<f64>,
+    pub(super) x: Vec<f64>,
     /// −k, reduced, for the condensed unknowns and ℓ for the others.
     linear: Vec<f64>,
     /// −r, then a correction.
-    delta: Vec<f64>,
-    transposed: TransposedProduct,
+    pub(super) delta: Vec<f64>,
+    pub(super) transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
     size: Sizes,
@@ -98,106 +96,6 @@ impl<F: Factorization> Newton<F> {
         }
     }
 
-    /// Assembles K(h) from given derivatives and factors it; returns the smallest pivot ratio.
-    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<f64, Breakdown> {
-        self.assemble(system, h, blocks, report)?;
-        self.matrix.factor(system.symbolic())?;
-        Ok(self.watch_pivots(report))
-    }
-
-    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.
-    pub(crate) fn factor_and_solve_transposed(
-        &mut self,
-        system: &System,
-        h: f64,
-        blocks: &[f64],
-        x: &mut [f64],
-        report: &mut Report,
-    ) -> Result<f64, Breakdown> {
-        self.assemble(system, h, blocks, report)?;
-        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
-        Ok(self.watch_pivots(report))
-    }
-
-    /// Makes the constant part of K(h) the one in use.
-    pub(crate) fn select_step(&mut self, system: &System, h: f64) -> Result<(), Breakdown> {
-        self.evaluation.set_step(system, h, &mut self.matrix)
-    }
-
-    /// Puts other factors in the place of those at hand, which they become.
-    pub(crate) fn exchange_factors(&mut self, other: &mut F) {
-        self.matrix.exchange_factors(other);
-    }
-
-    /// The smallest pivot ratio of the factors at hand.
-    pub(crate) fn worst_pivot(&self) -> f64 {
-        self.matrix.worst_pivot()
-    }
-
-    /// Solves Kᵀ x = r in place with the last factors; returns their smallest pivot ratio.
-    pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut [f64], report: &mut Report) -> f64 {
-        self.matrix.solve_transposed(system.symbolic(), x);
-        self.watch_pivots(report)
-    }
-
-    /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
-    ///
-    /// Returns the size of the correction relative to that of x; NaN for x = 0.
-    pub(crate) fn refine_transposed(
-        &mut self,
-        system: &System,
-        h: f64,
-        blocks: &[f64],
-        x: &[f64],
-        right: &mut [f64],
-    ) -> f64 {
-        self.transposed.subtract_product(system, &self.evaluation, h, blocks, x, right);
-        self.matrix.solve_transposed(system.symbolic(), right);
-        let (correction, size) = (self.weights.of_all(right), self.weights.of_all(x));
-        add(right, x);
-        if size.largest() > 0.0 { correction.relative_to(size) } else { f64::NAN }
-    }
-
-    #[inline]
-    fn assemble(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<(), Breakdown> {
-        self.evaluation.set_step(system, h, &mut self.matrix)?;
-        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
-        report.factorisations += 1;
-        Ok(())
-    }
-
-    #[inline]
-    fn watch_pivots(&self, report: &mut Report) -> f64 {
-        let worst = self.matrix.worst_pivot();
-        report.worst_pivot = report.worst_pivot.min(worst);
-        worst
-    }
-
-    /// Takes the last pivots for the sizes of unknowns and equations.
-    pub(crate) fn weigh(&mut self, system: &System) {
-        self.weights.set(system.positions(), self.matrix.reciprocal_pivots(system.symbolic()));
-    }
-
-    /// Factors K(h) at any v and σ.
-    pub(crate) fn factor_at(
-        &mut self,
-        system: &System,
-        from: &KnownPart,
-        given: Given,
-        (v, sigma): (&[f64], &[f64]),
-        report: &mut Report,
-    ) -> Result<(), Breakdown> {
-        self.load(system, v, sigma);
-        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
-        self.evaluation.second(system, report);
-        self.evaluation.set_step(system, from.h, &mut self.matrix)?;
-        self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
-        report.factorisations += 1;
-        self.matrix.factor(system.symbolic())?;
-        self.watch_pivots(report);
-        Ok(())
-    }
-
     /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
     pub(crate) fn l_v(&mut self, system: &System, at: &NodeView<f64>, l_v: &mut [f64], report: &mut Report) {
         self.load(system, at.v, at.sigma);
@@ -218,16 +116,11 @@ impl<F: Factorization> Newton<F> {
         left.sigma.iter_mut().zip(positions).for_each(|(phi_dot, &position)| *phi_dot -= self.delta[position]);
     }
 
-    fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
+    pub(super) fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
         self.evaluation.begin();
         let positions = system.positions();
         positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
         positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);
-    }
-
-    /// The unknown whose pivot lost most digits in the last factorisation.
-    pub(crate) fn worst_unknown(&self, system: &System) -> usize {
-        self.matrix.worst_unknown(system.symbolic())
     }
 
     /// (v, σ) of the last iterate.
@@ -235,18 +128,6 @@ impl<F: Factorization> Newton<F> {
         let mut x = Pair::new(system.n(), system.m());
         x.load(system.positions(), &self.x);
         x
-    }
-
-    /// The size of velocities, or of coordinates or their changes, which have other units.
-    pub(crate) fn size_of(&self, v: &[f64]) -> f64 {
-        self.weights.of_velocities(v.iter().copied())
-    }
-
-    /// Solves K x = r in place.
-    pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
-        x.store(system.positions(), &mut self.delta);
-        self.matrix.solve(system.symbolic(), &mut self.delta);
-        x.load(system.positions(), &self.delta);
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.

@@ -1,6 +1,6 @@
 //! An element along a direction of its arguments, by num-dual: ε₂ along the direction, ε₁ along an argument.
 
-use super::batch::{Covector, Sums};
+use super::batch::{Covector, Pair, Sums};
 use super::cost::CostRows;
 use super::formula::Component;
 use super::item::PlacedElement;
@@ -10,7 +10,7 @@ use crate::number::{Hyper, hyper, hyper_parts};
 
 /// What is differentiated by: an argument, or a velocity that is the rate of its coordinate, too.
 #[derive(Clone, Copy)]
-pub(super) enum Seed {
+enum Seed {
     None,
     Of(Slot),
     Rate(usize),
@@ -34,7 +34,7 @@ impl PlacedElement {
     }
 
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt with derivatives along a direction and along what `seed` chooses.
-    pub(super) fn first_along(
+    fn first_along(
         &self,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         seed: Seed,
@@ -76,7 +76,7 @@ impl PlacedElement {
     }
 
     /// Adds the derivatives with respect to controls, parameters and time, by a function that knows each.
-    pub(super) fn pull_back_inputs_along(&self, rows: &mut CostRows, slope: &dyn Fn(Slot) -> f64) {
+    fn pull_back_inputs_along(&self, rows: &mut CostRows, slope: &dyn Fn(Slot) -> f64) {
         for (k, &channel) in self.u.iter().enumerate() {
             rows.u[channel] += slope(Slot::U(k));
         }
@@ -86,5 +86,43 @@ impl PlacedElement {
             }
         }
         rows.time += slope(Slot::T);
+    }
+}
+
+/// The direction in which time goes on.
+fn motion<'a>(at: &NodeView<'a, f64>, (v_dot, lambda): (&'a [f64], &'a [f64])) -> NodeView<'a, f64> {
+    NodeView::of_equations([at.v, v_dot, lambda], (&[], 1.0, &[]))
+}
+
+/// Accelerations and reactions: f, g and their derivatives, with ε₂ along the motion.
+impl PlacedElement {
+    /// Adds f and g where v̇ = 0 and λ = 0.
+    pub fn add_acceleration(&self, at: &NodeView<f64>, right: &mut Pair) {
+        let mut put = |of: Component, [value, _, rate, _]: [f64; 4]| match of {
+            Component::Momentum(i) => right.v[self.q[i]] -= rate,
+            Component::Force(i) => right.v[self.q[i]] += value,
+            Component::Equation(j) => right.sigma[self.sigma[j]] -= rate,
+        };
+        self.first_along((at, &motion(at, (&[], &[]))), Seed::None, &mut put);
+    }
+
+    /// Adds the derivatives of c·f + e·g.
+    pub fn pull_back_acceleration(&self, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
+        let slope = |seed: Seed| {
+            let mut sum = 0.0;
+            let mut put = |of: Component, [_, slope, _, rate]: [f64; 4]| match of {
+                Component::Momentum(i) => sum -= with.v[self.q[i]] * rate,
+                Component::Force(i) => sum += with.v[self.q[i]] * slope,
+                Component::Equation(j) => sum -= with.sigma[self.sigma[j]] * rate,
+            };
+            self.first_along((at, &motion(at, (at.v_dot, at.lambda))), seed, &mut put);
+            sum
+        };
+        for (i, &coordinate) in self.q.iter().enumerate() {
+            rows.q[coordinate] += slope(Seed::Of(Slot::Q(i)));
+            // The velocity is the rate of the coordinate, too.
+            rows.v[coordinate] += slope(Seed::Rate(i));
+        }
+        self.pull_back_inputs_along(rows, &|slot| slope(Seed::Of(slot)));
     }
 }

@@ -275,9 +275,7 @@ impl Formulas {
             system.item(elements[e].place).pull_back_inputs(at, with, rows);
         }
     }
-}
 
-impl Formulas {
     /// Shows what happens to each element that may bend between the ends of a step; rates there are along the step.
     pub(crate) fn look_within(
         &self,

@@ -1,10 +1,11 @@
 //! Which formula is no number, and for which of its arguments.
 
 use super::argument::Argument;
-use super::cost::{CostRows, Weights};
+use super::cost::CostRows;
 use super::cost_second_order::CostSecondOrder;
 use super::item::PlacedElement;
 use super::view::NodeView;
+use super::weights::Weights;
 use super::{Covector, System};
 use crate::Error;
 use crate::error::quoted;

@@ -4,11 +4,12 @@ use num_dual::Dual64;
 use std::any::Any;
 
 use super::blame::Suspect;
-use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts, Weights};
+use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts};
 use super::cost_formula::{CostFormula, CostMemory};
 use super::cost_second_order::CostSecondOrder;
 use super::placed_cost::PlacedCost;
 use super::view::NodeView;
+use super::weights::Weights;
 use crate::model::Param;
 use crate::model::element::{ListCost, Sum};
 use crate::number::{Fingerprint, Real};

@@ -24,6 +24,18 @@ pub enum Component {
     Equation(usize),
 }
 
+impl Component {
+    /// Where it is summed among 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt of a scene.
+    #[inline]
+    pub fn place(self, (q, sigma): (&[usize], &[usize]), n: usize) -> usize {
+        match self {
+            Component::Momentum(i) => q[i],
+            Component::Force(i) => n + q[i],
+            Component::Equation(j) => 2 * n + sigma[j],
+        }
+    }
+}
+
 /// The graph of a formula that could be recorded, and the programs made of it.
 #[derive(Clone, Debug)]
 pub struct Kernels {

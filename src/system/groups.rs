@@ -24,8 +24,7 @@ use super::constants::Entry;
 use super::element::Element;
 use super::jet::ElementKind;
 use super::view::NodeView;
-use crate::linear::equilibrate;
-use crate::linear::{Branch, Group};
+use crate::linear::{Branch, Group, equilibrate};
 use crate::number::guarded;
 
 /// A constraint: its equations and the blocks of coordinates it touches.

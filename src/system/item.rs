@@ -55,12 +55,7 @@ impl PlacedElement {
 
     /// Where a component of its contributions is summed.
     pub(super) fn place<'a, R: Number>(&self, of: Component, sums: &'a mut Sums<R>) -> &'a mut R {
-        let at = match of {
-            Component::Momentum(i) => self.q[i],
-            Component::Force(i) => sums.n + self.q[i],
-            Component::Equation(j) => 2 * sums.n + self.sigma[j],
-        };
-        &mut sums.all[at]
+        &mut sums.all[of.place((&self.q, &self.sigma), sums.n)]
     }
 
     /// The factor of a component in c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.

@@ -1,6 +1,5 @@
 //! A compiled scene: batches of like elements, what is constant in them, and the structure of the tangent matrix.
 
-mod accelerated;
 mod acceleration;
 mod acceleration_kernels;
 mod along;
@@ -48,6 +47,7 @@ mod verify;
 #[cfg(test)]
 pub(crate) mod verify_tests;
 mod view;
+mod weights;
 
 use nalgebra::DVector;
 
@@ -57,7 +57,7 @@ pub(crate) use assembly::Workspace;
 pub(crate) use batch::{Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
 use cost::CostUse;
-pub(crate) use cost::{AnyCosts, CostRows, Depends, GivenWeights, Weights, factors_of};
+pub(crate) use cost::{AnyCosts, CostRows, Depends, factors_of};
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_second_order::CostSecondOrder;
 pub(crate) use cost_shape::CostShape;
@@ -75,6 +75,7 @@ pub(crate) use second_order::SecondOrderEquations;
 pub(crate) use sines::Sines;
 pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
+pub(crate) use weights::{GivenWeights, Weights};
 
 use crate::Error;
 use crate::linear::Symbolic;

@@ -6,11 +6,12 @@
 use num_dual::Dual64;
 
 use super::batch::{Batch, Sums};
-use super::cost::{AnyCosts, PlainCosts, Weights};
+use super::cost::{AnyCosts, PlainCosts};
 use super::item::PlacedElement;
 use super::jet::Number;
 use super::typed::{AnyElement, OnNumbers};
 use super::view::{NodeValues, NodeView};
+use super::weights::Weights;
 use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
 use crate::{Cx, Scalar};
 

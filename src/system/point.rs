@@ -52,13 +52,9 @@ impl Layout {
         }
     }
 
-    /// Where a component of an element stands among all sums, 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    /// Where a component of an element stands among all sums.
     pub(crate) fn sum(&self, element: &Element, component: Component) -> usize {
-        match component {
-            Component::Momentum(i) => element.q[i],
-            Component::Force(i) => self.n + element.q[i],
-            Component::Equation(j) => 2 * self.n + element.sigma[j],
-        }
+        component.place((&element.q, &element.sigma), self.n)
     }
 
     pub(crate) fn load(&self, at: &NodeView<f64>, point: &mut [f64]) {

@@ -21,7 +21,7 @@ impl Draw {
 }
 
 /// What two ways of computing gave, and how large the numbers around it are.
-pub(super) struct Pair {
+pub(super) struct Compared {
     pub program: f64,
     pub dual: f64,
 }
@@ -90,7 +90,7 @@ fn as_kept(formula: &Formula, kernels: &Kernels, parameters: &[f64], at: &OwnPoi
 
 impl PlacedElement {
     /// All that a formula's programs compute, beside the same by dual numbers, at a point of the element's own.
-    pub(super) fn compare(&self, formula: &Formula, numbers: &[f64], at: &OwnPoint, with: &Covector) -> Vec<Pair> {
+    pub(super) fn compare(&self, formula: &Formula, numbers: &[f64], at: &OwnPoint, with: &Covector) -> Vec<Compared> {
         let (Some(kernels), shape) = (&formula.kernels, formula.shape) else { return Vec::new() };
         let (n, m) = (shape.n, shape.m);
         let parameters: Vec<f64> = at.b.iter().chain(numbers).copied().collect();
@@ -152,7 +152,7 @@ impl PlacedElement {
         }
         program.extend(kernels.along.evaluate(&parameters, input));
         dual.extend(self.along_rates(at, with));
-        program.into_iter().zip(dual).map(|(program, dual)| Pair { program, dual }).collect()
+        program.into_iter().zip(dual).map(|(program, dual)| Compared { program, dual }).collect()
     }
 
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for the rates above.
@@ -217,8 +217,8 @@ const LARGE: f64 = 1e6;
 const SMALL: f64 = 1e-3;
 
 /// Whether two ways agree to a fraction of the largest number; where that is not moderate, nothing can be said.
-fn agree(pairs: &[Pair], tolerance: f64) -> bool {
+fn agree(pairs: &[Compared], tolerance: f64) -> bool {
     let largest = pairs.iter().fold(0.0, |size: f64, pair| size.max(pair.dual.abs()).max(pair.program.abs()));
-    let is_close = |pair: &Pair| (pair.program - pair.dual).abs() <= tolerance * largest.max(SMALL);
+    let is_close = |pair: &Compared| (pair.program - pair.dual).abs() <= tolerance * largest.max(SMALL);
     largest > LARGE || pairs.iter().any(|pair| pair.dual.is_nan() || pair.program.is_nan()) || pairs.iter().all(is_close)
 }

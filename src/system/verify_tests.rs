@@ -11,7 +11,7 @@ use super::jet::Jet;
 use super::restricted::Restricted;
 use super::shape::Shape;
 use super::typed::Typed;
-use super::verify::{Draw, OwnPoint, Pair};
+use super::verify::{Compared, Draw, OwnPoint};
 use super::view::NodeView;
 use super::{Applied, Holonomic, Kinetic, Potential};
 use crate::model::{Design, Param, SceneTag};
@@ -182,7 +182,7 @@ where
         let largest = pairs.iter().fold(1.0, |size: f64, pair| size.max(pair.dual.abs()));
         let is_moderate = largest < 1e8 && pairs.iter().all(|pair| pair.dual.is_finite());
         said += usize::from(is_moderate);
-        let is_close = |pair: &Pair| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
+        let is_close = |pair: &Compared| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
         let far = || pairs.iter().filter(|pair| !is_close(pair));
         let show = || far().map(|pair| format!("{} {}\n", pair.program, pair.dual)).collect::<String>();
         assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{point:?} {design:?} {noise}\n{}", show());

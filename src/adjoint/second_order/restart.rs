@@ -16,7 +16,7 @@ use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;
 use crate::motion::column;
 use crate::node::Newton;
-use crate::number::Real;
+use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
 
@@ -128,7 +128,7 @@ impl SecondOrderSweep {
             motion.trajectory.compliance.iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
             left.subtract_from(right);
         }
-        add(&mut of.q_behind, &of.projection.v, 1.0);
+        add(&mut of.q_behind, &of.projection.v);
         Ok(())
     }
 
@@ -161,11 +161,11 @@ impl SecondOrderSweep {
         let with = Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma };
         let along = direction(of_motion, *node, [&change.q_behind, &change.v, &change.begin]);
         programs.rows_along((system, &newton.evaluation), (&at, restart.momentum_blocks), &along, &with, rows);
-        add(&mut sweep.cost.q, &rows.q, 1.0);
-        add(&mut sweep.cost.v, &rows.v, 1.0);
+        add(&mut sweep.cost.q, &rows.q);
+        add(&mut sweep.cost.v, &rows.v);
         let [now, before] = restart.weights;
-        add(&mut sweep.cost.sigma, &rows.sigma, now);
-        add(&mut sweep.sigma_before, &rows.sigma, before);
+        add_multiple(&mut sweep.cost.sigma, now, &rows.sigma);
+        add_multiple(&mut sweep.sigma_before, before, &rows.sigma);
         sweep.add_inputs_of(rows);
     }
 
@@ -190,13 +190,13 @@ impl SecondOrderSweep {
         less.v.copy_from_slice(&rows.v);
         let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
         programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &of_c, rows);
-        add(&mut less.v, &rows.v, 1.0);
-        add(&mut less.v, &rows.q, 1.0);
+        add(&mut less.v, &rows.v);
+        add(&mut less.v, &rows.q);
         less.sigma.copy_from_slice(&rows.sigma);
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(*node), here.t);
         let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&self.left)), *node);
         crossed.map_err(singular)?;
-        add(&mut self.sweep.cost.q, &self.first_rows.v, -1.0);
+        add_multiple(&mut self.sweep.cost.q, -1.0, &self.first_rows.v);
         self.sweep.add_inputs_of(&self.first_rows);
         self.add_change_of_phi(system, (&here, *node), (e, 1.0), &change.q_behind);
         Ok(())
@@ -216,7 +216,7 @@ impl SecondOrderSweep {
         OfStage { at, along, blocks, with, step, h_dot }.add_sources(system, newton, programs, rows);
         let CostRows { q, v, sigma, p_star_dot, .. } = &mut sweep.cost;
         for (sum, own) in [(q, &rows.q), (v, &rows.v), (sigma, &rows.sigma), (p_star_dot, &rows.p_star_dot)] {
-            add(sum, own, 1.0);
+            add(sum, own);
         }
         sweep.add_inputs_of(rows);
     }
@@ -247,6 +247,6 @@ fn set_displacement(motion: &Motion, node: usize, q_before: &[f64], w: &mut [f64
     w.iter_mut().zip(moved).for_each(|(w, (q, before))| *w = q - before);
 }
 
-fn add(sum: &mut [f64], x: &[f64], factor: f64) {
+fn add_multiple(sum: &mut [f64], factor: f64, x: &[f64]) {
     sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
 }

@@ -65,9 +65,7 @@ impl Bordered {
         }
         self.held.iter().for_each(|&i| x.v[i] = 0.0);
     }
-}
 
-impl Bordered {
     /// The same for a matrix A that differs from K(0) in its block of velocities alone, by products with it: with x = (x_v, x_σ), GMRES finds x_v of
     /// K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r, and x_σ is what is left. Multipliers of constraints that depend on each other stay out of its norms.
     pub(crate) fn solve_close(

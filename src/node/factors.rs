@@ -1,0 +1,133 @@
+//! Linear equations with K(h) at given points: K x = r and Kᵀ x = r, by the factors that Newton's method has.
+
+use super::newton::Newton;
+use crate::System;
+use crate::linear::{Breakdown, Factorization};
+use crate::motion::Report;
+use crate::number::add;
+use crate::system::{Given, KnownPart, Pair};
+
+impl<F: Factorization> Newton<F> {
+    /// Assembles K(h) from given derivatives and factors it; returns the smallest pivot ratio.
+    pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<f64, Breakdown> {
+        self.assemble(system, h, blocks, report)?;
+        self.matrix.factor(system.symbolic())?;
+        Ok(self.watch_pivots(report))
+    }
+
+    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.
+    pub(crate) fn factor_and_solve_transposed(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        x: &mut [f64],
+        report: &mut Report,
+    ) -> Result<f64, Breakdown> {
+        self.assemble(system, h, blocks, report)?;
+        self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
+        Ok(self.watch_pivots(report))
+    }
+
+    /// Makes the constant part of K(h) the one in use.
+    pub(crate) fn select_step(&mut self, system: &System, h: f64) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)
+    }
+
+    /// Puts other factors in the place of those at hand, which they become.
+    pub(crate) fn exchange_factors(&mut self, other: &mut F) {
+        self.matrix.exchange_factors(other);
+    }
+
+    /// The smallest pivot ratio of the factors at hand.
+    pub(crate) fn worst_pivot(&self) -> f64 {
+        self.matrix.worst_pivot()
+    }
+
+    /// Solves Kᵀ x = r in place with the last factors; returns their smallest pivot ratio.
+    pub(crate) fn solve_transposed(&mut self, system: &System, x: &mut [f64], report: &mut Report) -> f64 {
+        self.matrix.solve_transposed(system.symbolic(), x);
+        self.watch_pivots(report)
+    }
+
+    /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
+    ///
+    /// Returns the size of the correction relative to that of x; NaN for x = 0.
+    pub(crate) fn refine_transposed(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        x: &[f64],
+        right: &mut [f64],
+    ) -> f64 {
+        self.transposed.subtract_product(system, &self.evaluation, h, blocks, x, right);
+        self.matrix.solve_transposed(system.symbolic(), right);
+        let (correction, size) = (self.weights.of_all(right), self.weights.of_all(x));
+        add(right, x);
+        if size.largest() > 0.0 { correction.relative_to(size) } else { f64::NAN }
+    }
+
+    #[inline]
+    pub(super) fn assemble(
+        &mut self,
+        system: &System,
+        h: f64,
+        blocks: &[f64],
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, blocks, &mut self.matrix);
+        report.factorisations += 1;
+        Ok(())
+    }
+
+    #[inline]
+    pub(super) fn watch_pivots(&self, report: &mut Report) -> f64 {
+        let worst = self.matrix.worst_pivot();
+        report.worst_pivot = report.worst_pivot.min(worst);
+        worst
+    }
+
+    /// Takes the last pivots for the sizes of unknowns and equations.
+    pub(crate) fn weigh(&mut self, system: &System) {
+        self.weights.set(system.positions(), self.matrix.reciprocal_pivots(system.symbolic()));
+    }
+
+    /// Factors K(h) at any v and σ.
+    pub(crate) fn factor_at(
+        &mut self,
+        system: &System,
+        from: &KnownPart,
+        given: Given,
+        (v, sigma): (&[f64], &[f64]),
+        report: &mut Report,
+    ) -> Result<(), Breakdown> {
+        self.load(system, v, sigma);
+        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        self.evaluation.second(system, report);
+        self.evaluation.set_step(system, from.h, &mut self.matrix)?;
+        self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
+        report.factorisations += 1;
+        self.matrix.factor(system.symbolic())?;
+        self.watch_pivots(report);
+        Ok(())
+    }
+
+    /// The unknown whose pivot lost most digits in the last factorisation.
+    pub(crate) fn worst_unknown(&self, system: &System) -> usize {
+        self.matrix.worst_unknown(system.symbolic())
+    }
+
+    /// The size of velocities, or of coordinates or their changes, which have other units.
+    pub(crate) fn size_of(&self, v: &[f64]) -> f64 {
+        self.weights.of_velocities(v.iter().copied())
+    }
+
+    /// Solves K x = r in place.
+    pub(crate) fn solve(&mut self, system: &System, x: &mut Pair) {
+        x.store(system.positions(), &mut self.delta);
+        self.matrix.solve(system.symbolic(), &mut self.delta);
+        x.load(system.positions(), &self.delta);
+    }
+}
