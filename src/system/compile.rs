@@ -1,12 +1,13 @@
 //! A [`System`] from the parts of a scene, and its formulas as they are when a motion begins.
 
-use super::cost::{AnyCosts, CostUse};
+use super::cost::AnyCosts;
 use super::element::{Element, Formulas, Recordings};
 use super::jet::ElementKind;
 use super::names::Names;
 use super::parameters::Parameters;
 use super::parts::Parts;
 use super::point::Layout;
+use super::terms::Terms;
 use super::{Batch, CostMemory, NodeView, Positions, System, structure};
 use crate::model::Param;
 use crate::number::{Fingerprint, take_look};
@@ -52,12 +53,7 @@ impl System {
         memory::check("the tangent matrix K", count, size_of::<f64>())?;
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
-        let integral = costs.iter().any(|costs| costs.has_integral());
-        let single = costs.iter().filter_map(|costs| costs.last_node()).max_by_key(|(node, _)| *node);
-        let last_cost_node = single.map(|(node, name)| (node, name.to_string()));
-        let mut running = vec![false; 1 + names.outputs.len()];
-        costs.iter().for_each(|costs| costs.mark_running(&mut running));
-        let uses = costs.iter().fold(CostUse::NONE, |uses, costs| uses.and(costs.uses()));
+        let terms = Terms::new(&costs, names.outputs.len());
         let (initial, positive) = (scene.initial, scene.positive);
         let fingerprint = fingerprint(&batches, &costs);
         Ok(System {
@@ -67,10 +63,7 @@ impl System {
             batches,
             formulas,
             costs,
-            running,
-            integral,
-            last_cost_node,
-            uses,
+            terms,
             symbolic,
             positions,
             sines,

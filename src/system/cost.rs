@@ -8,6 +8,7 @@ use super::blame::Suspect;
 use super::cost_formula::CostMemory;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::Of;
+use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::Cx;
@@ -123,57 +124,6 @@ pub fn factors_of(which: usize, outputs: usize) -> Vec<f64> {
     (0..=outputs).map(|k| if k == which { 1.0 } else { 0.0 }).collect()
 }
 
-/// Whether a cost depends on something; of a formula that cannot be recorded, perhaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Depends {
-    Never,
-    Perhaps,
-    Always,
-}
-
-/// What costs need of a node beside its y and u.
-#[derive(Clone, Copy, Debug)]
-pub struct CostUse {
-    /// v̇ or λ.
-    pub accelerations: Depends,
-    /// u̇.
-    pub control_rates: Depends,
-    /// t.
-    pub time: Depends,
-    /// σ, or p* or ṗ*, in which it is.
-    pub multipliers: Depends,
-}
-
-impl CostUse {
-    pub const NONE: Self = CostUse::all(Depends::Never);
-    pub const UNKNOWN: Self = CostUse::all(Depends::Perhaps);
-
-    const fn all(depends: Depends) -> Self {
-        CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
-    }
-
-    /// Of a cost that depends on such arguments.
-    pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
-        arguments.fold(CostUse::NONE, |uses, of| match of {
-            Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
-            Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
-            Of::Time => CostUse { time: Depends::Always, ..uses },
-            Of::Sigma | Of::PStar | Of::PStarDot => CostUse { multipliers: Depends::Always, ..uses },
-            _ => uses,
-        })
-    }
-
-    /// Of two costs.
-    pub fn and(self, other: CostUse) -> Self {
-        CostUse {
-            accelerations: self.accelerations.max(other.accelerations),
-            control_rates: self.control_rates.max(other.control_rates),
-            time: self.time.max(other.time),
-            multipliers: self.multipliers.max(other.multipliers),
-        }
-    }
-}
-
 /// The derivatives of a cost, to be added to.
 pub struct Slopes<'a> {
     lists: [&'a mut [f64]; 10],
@@ -205,20 +155,10 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     fn fingerprint(&self, sum: &mut Fingerprint);
     /// The first cost from whose formula other things would be concluded now.
     fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
-    /// Marks J, the first, and the outputs that any of its costs gives a value before the last node.
-    fn mark_running(&self, outputs: &mut [bool]);
-    /// The ways in which those of its costs that belong to an output are summed, and their names.
-    fn sums(&self, output: usize) -> Vec<(Sum, &str)>;
-    /// What is needed by any of its costs.
-    fn uses(&self) -> CostUse;
+    /// Its costs, without their formulas.
+    fn terms(&self) -> Vec<Term<'_>>;
     /// What is needed by those that are summed at a given node, or between given nodes.
     fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
-    /// Whether any of its costs is summed with the weights of the scheme.
-    fn has_integral(&self) -> bool;
-    /// The last single node at which a cost counts, and the name of the cost.
-    fn last_node(&self) -> Option<(usize, &str)>;
-    /// The name of a cost of which this holds, by what it depends on and how it is summed.
-    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str>;
     /// The programs for second derivatives, of all costs that can be recorded.
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
     /// Takes over design variables.

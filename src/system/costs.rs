@@ -4,10 +4,11 @@ use num_dual::Dual64;
 use std::any::Any;
 
 use super::blame::Suspect;
-use super::cost::{AnyCosts, CostRows, CostUse, PlainCosts};
+use super::cost::{AnyCosts, CostRows, PlainCosts};
 use super::cost_formula::{CostFormula, CostMemory};
 use super::cost_second_order::CostSecondOrder;
 use super::placed_cost::PlacedCost;
+use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::Param;
@@ -104,34 +105,15 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         changed.next().map(|(item, _)| item.name.as_str())
     }
 
-    fn mark_running(&self, outputs: &mut [bool]) {
-        self.items.iter().filter(|item| item.sum != Sum::Terminal).for_each(|item| outputs[item.output] = true);
-    }
-
-    fn sums(&self, output: usize) -> Vec<(Sum, &str)> {
-        self.items.iter().filter(|item| item.output == output).map(|item| (item.sum, item.name.as_str())).collect()
-    }
-
-    fn uses(&self) -> CostUse {
-        self.items.iter().fold(CostUse::NONE, |uses, item| uses.and(item.uses))
+    fn terms(&self) -> Vec<Term<'_>> {
+        let items = self.items.iter();
+        items.map(|item| Term { name: &item.name, output: item.output, sum: item.sum, uses: item.uses }).collect()
     }
 
     fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
         let here = self.here(node).map(|index| &self.items[index]);
         let summed = here.filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
-    }
-
-    fn last_node(&self) -> Option<(usize, &str)> {
-        self.at_node.last().map(|(node, index)| (*node, self.items[*index].name.as_str()))
-    }
-
-    fn find(&self, is: fn(&CostUse, Sum) -> bool) -> Option<&str> {
-        self.items.iter().find(|item| is(&item.uses, item.sum)).map(|item| item.name.as_str())
-    }
-
-    fn has_integral(&self) -> bool {
-        self.items.iter().any(|item| item.sum == Sum::Integral)
     }
 
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
@@ -209,6 +191,5 @@ mod tests {
         let here = |node| costs.here(node).collect::<Vec<usize>>();
         assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
         assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
-        assert_eq!(costs.last_node().map(|(node, _)| node), Some(900));
     }
 }

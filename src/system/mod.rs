@@ -42,6 +42,7 @@ mod second_order_kernels;
 mod shape;
 mod sines;
 mod structure;
+mod terms;
 mod typed;
 mod verify;
 #[cfg(test)]
@@ -56,8 +57,7 @@ pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-use cost::CostUse;
-pub(crate) use cost::{AnyCosts, CostRows, Depends, factors_of};
+pub(crate) use cost::{AnyCosts, CostRows, factors_of};
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_second_order::CostSecondOrder;
 pub(crate) use cost_shape::CostShape;
@@ -73,13 +73,14 @@ pub(crate) use products::Wanted;
 pub(crate) use restricted::Restricted;
 pub(crate) use second_order::SecondOrderEquations;
 pub(crate) use sines::Sines;
+pub(crate) use terms::Depends;
+use terms::Terms;
 pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
 pub(crate) use weights::{GivenWeights, Weights};
 
 use crate::Error;
 use crate::linear::Symbolic;
-use crate::model::element::Sum;
 use crate::model::{Coordinate, Handle, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
@@ -88,7 +89,7 @@ pub(crate) use element::Formulas;
 use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
-use plain::{add_costs, add_sums, write_phi};
+use plain::{add_sums, write_phi};
 use point::Layout;
 
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
@@ -101,10 +102,7 @@ pub struct System {
     batches: Vec<Batch>,
     formulas: Formulas,
     costs: Vec<Box<dyn AnyCosts>>,
-    running: Vec<bool>,
-    integral: bool,
-    last_cost_node: Option<(usize, String)>,
-    uses: CostUse,
+    terms: Terms,
     symbolic: Symbolic,
     positions: Positions,
     sines: Sines,
@@ -234,52 +232,6 @@ impl System {
         self.formulas.assembly.may_bend()
     }
 
-    pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
-        &self.costs
-    }
-
-    /// Whether any cost with one of these factors has a value before the last node.
-    pub(crate) fn has_running_cost(&self, factors: &[f64]) -> bool {
-        self.running.iter().zip(factors).any(|(running, factor)| *running && *factor != 0.0)
-    }
-
-    /// The ways in which the terms of an output (0 for J) are summed, and their names.
-    pub(crate) fn sums(&self, output: usize) -> impl Iterator<Item = (Sum, &str)> {
-        self.costs.iter().flat_map(move |costs| costs.sums(output))
-    }
-
-    /// Whether any element or cost may depend on time itself.
-    pub(crate) fn depends_on_time(&self) -> bool {
-        self.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
-    }
-
-    /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
-    pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
-        let is = |uses: &CostUse, _| uses.multipliers == Depends::Always;
-        self.costs.iter().filter(|_| self.m > 0).find_map(|costs| costs.find(is))
-    }
-
-    /// The name of a cost before the end that depends on rates of controls; costs that branch are not looked into.
-    pub(crate) fn cost_of_control_rates(&self) -> Option<&str> {
-        let is = |uses: &CostUse, sum| uses.control_rates == Depends::Always && sum != Sum::Terminal;
-        self.costs.iter().find_map(|costs| costs.find(is))
-    }
-
-    /// The last single node at which a cost counts, and the name of the cost.
-    pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
-        self.last_cost_node.as_ref().map(|(node, name)| (*node, name.as_str()))
-    }
-
-    /// Whether any cost is summed with the weights of the scheme.
-    pub(crate) fn has_integral(&self) -> bool {
-        self.integral
-    }
-
-    /// Whether any cost may depend on rates of controls, which couple nodes.
-    pub(crate) fn has_control_rates(&self) -> bool {
-        self.uses.control_rates > Depends::Never
-    }
-
     /// Where the unknowns of a step stand in the solver's order.
     pub(crate) fn positions(&self) -> &Positions {
         &self.positions
@@ -344,28 +296,6 @@ impl System {
     /// Φ(q, t).
     pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
         write_phi(self.batches.iter(), at, phi);
-    }
-
-    /// Adds all costs at one node, with their weights and factors, to J and to the outputs, of which no others are touched.
-    pub(crate) fn add_costs<R: Real>(
-        &self,
-        at: &NodeView<R>,
-        weights: &Weights<R>,
-        factors: &[f64],
-        add: &mut dyn FnMut(usize, R),
-    ) {
-        add_costs(&self.costs, (at, weights), factors, add);
-    }
-
-    /// Whether the costs that are summed with these weights depend on v̇ or λ.
-    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> Depends {
-        if self.uses.accelerations == Depends::Never {
-            return Depends::Never;
-        }
-        let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
-        let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        let uses = self.costs.iter().map(|costs| costs.uses_here(weights.node(), &is_summed, factors));
-        uses.fold(CostUse::NONE, CostUse::and).accelerations
     }
 
     /// Whether there are energies that may not be finite where their derivatives are.

@@ -3,11 +3,12 @@
 use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64};
 
-use super::cost::{CostRows, CostUse, Slopes};
+use super::cost::{CostRows, Slopes};
 use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
+use super::terms::CostUse;
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::Param;

@@ -14,7 +14,7 @@ use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
 use crate::node::Newton;
 use crate::number::{Real, add};
-use crate::system::{CostRows, Covector, NodeView, Pair, StateRows};
+use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
 use nalgebra::DVector;
 
@@ -22,12 +22,6 @@ use nalgebra::DVector;
 pub(super) struct AssemblyChange {
     moved: Pair,
     velocity: Pair,
-}
-
-/// Rows at the two points, of c or of e alone.
-struct Rows {
-    state: StateRows,
-    design: Vec<f64>,
 }
 
 impl SecondOrderSweep {
@@ -92,15 +86,12 @@ impl SecondOrderSweep {
         let [q_bar, v_bar] = of_start(system, motion, (newton, first));
         let (q, v) = (self.sweep.gradient.start.q().clone(), self.sweep.gradient.start.rate().clone());
         let q_dot = self.change.inputs.start.q().clone();
-        let directions = |of: &Pair| -> [Vec<f64>; 2] { [of.v.clone(), of.sigma.clone()] };
-        let [moved, none] = [directions(&along.velocity), directions(&zeros)];
-        let guess = [direction.start.rate().as_slice().to_vec(), none[1].clone()];
-        let of_velocities =
-            self.through(system, newton, (Which::Velocities, of), (q_dot.as_slice(), [&moved, &guess]), [&v_bar, &v])?;
+        let guess = Pair { v: direction.start.rate().as_slice().to_vec(), ..zeros.clone() };
+        let directions = (q_dot.as_slice(), [&along.velocity, &guess]);
+        let of_velocities = self.through(system, newton, (Which::Velocities, of), directions, [&v_bar, &v])?;
         let [q_bar, q] = [q_bar + of_velocities.to_q[0].clone(), q + of_velocities.to_q[1].clone()];
-        let moved = directions(&along.moved);
-        let of_coordinates =
-            self.through(system, newton, (Which::Coordinates, of), (q_dot.as_slice(), [&moved, &none]), [&q_bar, &q])?;
+        let directions = (q_dot.as_slice(), [&along.moved, &zeros]);
+        let of_coordinates = self.through(system, newton, (Which::Coordinates, of), directions, [&q_bar, &q])?;
         let time = self.sweep.time;
         self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
         // The time of a start is no guess.
@@ -117,13 +108,13 @@ impl SecondOrderSweep {
         system: &System,
         newton: &mut Newton,
         (which, of): (Which, (&Motion, &Assembly, &Pair)),
-        (q_dot, directions): (&[f64], [&[Vec<f64>; 2]; 2]),
+        directions: (&[f64], [&Pair; 2]),
         [bar, dot]: [&DVector<f64>; 2],
     ) -> Result<Through, Error> {
         let side = self.sweep.side(system, newton, which, of)?;
         let right = |v: &DVector<f64>| Pair { v: v.as_slice().to_vec(), sigma: vec![0.0; system.m()] };
         let (x, _) = side.tangent.solve_transposed(system, newton, &right(bar))?;
-        let change = self.change_of_rows(system, newton, (&side, &x), (q_dot, directions));
+        let change = self.change_of_rows(system, newton, (&side, &x), directions);
         let mut right = right(dot);
         subtract(&mut right.v, &change.of_matrix.v);
         subtract(&mut right.sigma, &change.of_matrix.sigma);
@@ -141,29 +132,29 @@ impl SecondOrderSweep {
         system: &System,
         newton: &Newton,
         (side, x): (&Side, &Pair),
-        (q, [moved, unmoved]): (&[f64], [&[Vec<f64>; 2]; 2]),
+        (q, [moved, unmoved]): (&[f64], [&Pair; 2]),
     ) -> Change {
         let [of_moved, of_unmoved] = side.covectors(x);
-        let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), [v, sigma]: &[Vec<f64>; 2], with: &Covector| {
-            let along = direction(&self.change, 0, [q, v, sigma]);
-            self.programs.rows_along((system, &newton.evaluation), (at, blocks), &along, with, &mut self.first_rows);
-            let CostRows { q, v, sigma, design, .. } = &self.first_rows;
-            Rows { state: StateRows { v: v.clone(), q: q.clone(), sigma: sigma.clone() }, design: design.clone() }
+        let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), of: &Pair, with: &Covector| {
+            let along = direction(&self.change, 0, [q, &of.v, &of.sigma]);
+            let mut rows = self.first_rows.clone();
+            self.programs.rows_along((system, &newton.evaluation), (at, blocks), &along, with, &mut rows);
+            rows
         };
         let m = rows((&side.moved, &side.tangent.moved), moved, &of_moved);
         let u = rows((&side.unmoved, &side.tangent.unmoved), unmoved, &of_unmoved);
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let design = less(&u.design, &m.design);
         if side.tangent.which == Which::Velocities {
-            let of_matrix = Pair { v: m.state.v, sigma: m.state.sigma };
-            let q = less(&u.state.q, &m.state.q).into();
-            return Change { of_matrix, guess: u.state.v.into(), q, design };
+            let of_matrix = Pair { v: m.v, sigma: m.sigma };
+            let q = less(&u.q, &m.q).into();
+            return Change { of_matrix, guess: u.v.into(), q, design };
         }
         let of_e = Covector { c: &side.zeros.v, d: &side.zeros.v, e: &x.sigma };
         let l = rows((&side.unmoved, &side.tangent.unmoved), unmoved, &of_e);
-        let of_matrix = (0..q.len()).map(|i| m.state.v[i] + m.state.q[i] - u.state.q[i] + l.state.v[i]).collect();
-        let of_matrix = Pair { v: of_matrix, sigma: m.state.sigma };
-        Change { of_matrix, guess: m.state.v.into(), q: DVector::zeros(q.len()), design }
+        let of_matrix = (0..q.len()).map(|i| m.v[i] + m.q[i] - u.q[i] + l.v[i]).collect();
+        let of_matrix = Pair { v: of_matrix, sigma: m.sigma };
+        Change { of_matrix, guess: m.v.into(), q: DVector::zeros(q.len()), design }
     }
 }
 

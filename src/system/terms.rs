@@ -1,0 +1,170 @@
+//! [`Terms`]: what J and the outputs are sums of, how each term is summed, and what it needs of a node.
+
+use super::System;
+use super::cost::AnyCosts;
+use super::cost_shape::Of;
+use super::plain::add_costs;
+use super::view::NodeView;
+use super::weights::Weights;
+use crate::model::element::Sum;
+use crate::number::Real;
+
+/// A cost, without its formula.
+pub struct Term<'a> {
+    pub name: &'a str,
+    /// 0 for J, or 1 + the number of the output.
+    pub output: usize,
+    pub sum: Sum,
+    pub uses: CostUse,
+}
+
+/// What is known of all of them.
+pub struct Terms {
+    /// Whether J, the first, and the outputs have a term before the last node.
+    running: Vec<bool>,
+    /// Whether any is summed with the weights of the scheme.
+    integral: bool,
+    /// The last single node at which one counts, and its name.
+    last_node: Option<(usize, String)>,
+    /// What any of them needs.
+    uses: CostUse,
+}
+
+impl Terms {
+    pub fn new(costs: &[Box<dyn AnyCosts>], outputs: usize) -> Self {
+        let all: Vec<Term> = costs.iter().flat_map(|costs| costs.terms()).collect();
+        let mut running = vec![false; 1 + outputs];
+        all.iter().filter(|term| term.sum != Sum::Terminal).for_each(|term| running[term.output] = true);
+        let single =
+            all.iter().filter_map(|term| if let Sum::Node(node) = term.sum { Some((node, term.name)) } else { None });
+        let last_node = single.max_by_key(|(node, _)| *node).map(|(node, name)| (node, name.to_string()));
+        let integral = all.iter().any(|term| term.sum == Sum::Integral);
+        let uses = all.iter().fold(CostUse::NONE, |uses, term| uses.and(term.uses));
+        Terms { running, integral, last_node, uses }
+    }
+}
+
+/// Whether a cost depends on something; of a formula that cannot be recorded, perhaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Depends {
+    Never,
+    Perhaps,
+    Always,
+}
+
+/// What costs need of a node beside its y and u.
+#[derive(Clone, Copy, Debug)]
+pub struct CostUse {
+    /// v̇ or λ.
+    pub accelerations: Depends,
+    /// u̇.
+    pub control_rates: Depends,
+    /// t.
+    pub time: Depends,
+    /// σ, or p* or ṗ*, in which it is.
+    pub multipliers: Depends,
+}
+
+impl CostUse {
+    pub const NONE: Self = CostUse::all(Depends::Never);
+    pub const UNKNOWN: Self = CostUse::all(Depends::Perhaps);
+
+    const fn all(depends: Depends) -> Self {
+        CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
+    }
+
+    /// Of a cost that depends on such arguments.
+    pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
+        arguments.fold(CostUse::NONE, |uses, of| match of {
+            Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
+            Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
+            Of::Time => CostUse { time: Depends::Always, ..uses },
+            Of::Sigma | Of::PStar | Of::PStarDot => CostUse { multipliers: Depends::Always, ..uses },
+            _ => uses,
+        })
+    }
+
+    /// Of two costs.
+    pub fn and(self, other: CostUse) -> Self {
+        CostUse {
+            accelerations: self.accelerations.max(other.accelerations),
+            control_rates: self.control_rates.max(other.control_rates),
+            time: self.time.max(other.time),
+            multipliers: self.multipliers.max(other.multipliers),
+        }
+    }
+}
+
+impl System {
+    pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
+        &self.costs
+    }
+
+    fn all_terms(&self) -> impl Iterator<Item = Term<'_>> {
+        self.costs.iter().flat_map(|costs| costs.terms())
+    }
+
+    /// Whether any cost with one of these factors has a value before the last node.
+    pub(crate) fn has_running_cost(&self, factors: &[f64]) -> bool {
+        self.terms.running.iter().zip(factors).any(|(running, factor)| *running && *factor != 0.0)
+    }
+
+    /// The ways in which the terms of an output (0 for J) are summed, and their names.
+    pub(crate) fn sums(&self, output: usize) -> impl Iterator<Item = (Sum, &str)> {
+        self.all_terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
+    }
+
+    /// Whether any element or cost may depend on time itself.
+    pub(crate) fn depends_on_time(&self) -> bool {
+        self.terms.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
+    }
+
+    /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
+    pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
+        let mut terms = self.all_terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
+        terms.next().map(|term| term.name)
+    }
+
+    /// The name of a cost before the end that depends on rates of controls; costs that branch are not looked into.
+    pub(crate) fn cost_of_control_rates(&self) -> Option<&str> {
+        let is = |term: &Term| term.uses.control_rates == Depends::Always && term.sum != Sum::Terminal;
+        self.all_terms().find(is).map(|term| term.name)
+    }
+
+    /// The last single node at which a cost counts, and the name of the cost.
+    pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
+        self.terms.last_node.as_ref().map(|(node, name)| (*node, name.as_str()))
+    }
+
+    /// Whether any cost is summed with the weights of the scheme.
+    pub(crate) fn has_integral(&self) -> bool {
+        self.terms.integral
+    }
+
+    /// Whether any cost may depend on rates of controls, which couple nodes.
+    pub(crate) fn has_control_rates(&self) -> bool {
+        self.terms.uses.control_rates > Depends::Never
+    }
+
+    /// Adds all costs at one node, with their weights and factors, to J and to the outputs, of which no others are touched.
+    pub(crate) fn add_costs<R: Real>(
+        &self,
+        at: &NodeView<R>,
+        weights: &Weights<R>,
+        factors: &[f64],
+        add: &mut dyn FnMut(usize, R),
+    ) {
+        add_costs(&self.costs, (at, weights), factors, add);
+    }
+
+    /// Whether the costs that are summed with these weights depend on v̇ or λ.
+    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> Depends {
+        if self.terms.uses.accelerations == Depends::Never {
+            return Depends::Never;
+        }
+        let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
+        let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
+        let uses = self.costs.iter().map(|costs| costs.uses_here(weights.node(), &is_summed, factors));
+        uses.fold(CostUse::NONE, CostUse::and).accelerations
+    }
+}
