@@ -55,12 +55,13 @@ impl Recordings {
     pub fn add(&mut self, item: &PlacedElement, place: (usize, usize), at: &NodeView<f64>) -> Arc<Formula> {
         let (kind, shape) = (item.formula.kind(), item.formula.shape());
         let (formula, numbers) = self.formula(kind, shape, &item.b, || item.record(at));
+        let element = item.element(place, formula.clone(), numbers);
         debug_assert!(
-            Arc::strong_count(&formula) > 2 || guarded(|| item.agrees(&formula, &numbers, at)) != Some(false),
+            Arc::strong_count(&formula) > 3 || guarded(|| item.agrees(&element, at)) != Some(false),
             "the program of `{}` does not agree with num-dual",
             item.name
         );
-        self.elements.push(item.element(place, formula.clone(), numbers));
+        self.elements.push(element);
         formula
     }
 

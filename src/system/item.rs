@@ -180,7 +180,7 @@ impl PlacedElement {
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one argument.
-    fn directional(&self, at: &NodeView<f64>, with: &Covector, seed: Slot) -> f64 {
+    pub(super) fn directional(&self, at: &NodeView<f64>, with: &Covector, seed: Slot) -> f64 {
         let mut sum = 0.0;
         self.differentiate(at, seed, &mut |of, slope| sum += slope * self.weight(of, with));
         sum

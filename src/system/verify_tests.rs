@@ -11,8 +11,8 @@ use super::jet::Jet;
 use super::restricted::Restricted;
 use super::shape::Shape;
 use super::typed::Typed;
-use super::verify::{Compared, Draw, OwnPoint};
-use super::view::NodeView;
+use super::verify::{Compared, Draw};
+use super::view::{NodeValues, NodeView};
 use super::{Applied, Holonomic, Kinetic, Potential};
 use crate::model::{Design, Param, SceneTag};
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
@@ -159,23 +159,22 @@ where
     let shape = Shape { n, m: M, k: K, p: P };
     let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
-    assert_sines(&element.element((0, 0), formula.clone(), numbers.clone()), design, draw, name);
+    let recorded = element.element((0, 0), formula, numbers);
+    assert_sines(&recorded, design, draw, name);
     let mut said = 0;
     for _ in 0..4 {
         let mut random = |len: usize| (0..len).map(|_| 1.5 * draw.number()).collect::<Vec<_>>();
-        let constants = |design: &[f64]| element.b.iter().map(|b| b.value(design)).collect::<Vec<f64>>();
-        let (q, v, sigma, u) = (random(n), random(n), random(M), random(K));
-        let point = OwnPoint { q, v, sigma, u, t: random(1)[0], b: constants(design) };
-        let [c, d, e]: [Vec<f64>; 3] = std::array::from_fn(|_| (0..8).map(|_| draw.number()).collect());
-        let compare = |at: &OwnPoint| element.compare(&formula, &numbers, at, &Covector { c: &c, d: &d, e: &e });
+        let (q, v, sigma, u, t) = (random(n), random(n), random(M), random(K), random(1)[0]);
+        let point = NodeValues { q, v, sigma, u, t, design: design.to_vec(), of_costs: Default::default() };
+        let (c, d, e) = (draw.numbers(n), draw.numbers(n), draw.numbers(M));
+        let compare = |at: &NodeValues<f64>| element.compare(&recorded, at, &Covector { c: &c, d: &d, e: &e });
         let pairs = compare(&point);
         // How far rounding can reach: what a relative change of 1e-11 of every argument does.
         let mut noise = 0.0f64;
         for _ in 0..3 {
-            let (mut nearby, mut design) = (point.clone(), design.to_vec());
-            let lists = [&mut nearby.q, &mut nearby.v, &mut nearby.sigma, &mut nearby.u, &mut design];
+            let mut nearby = point.clone();
+            let lists = [&mut nearby.q, &mut nearby.v, &mut nearby.sigma, &mut nearby.u, &mut nearby.design];
             lists.into_iter().flatten().for_each(|x| *x *= 1.0 + 1e-11 * draw.number());
-            nearby.b = constants(&design);
             let changes = compare(&nearby).into_iter().zip(&pairs).map(|(there, here)| (there.dual - here.dual).abs());
             noise = changes.fold(noise, f64::max);
         }
@@ -185,17 +184,17 @@ where
         let is_close = |pair: &Compared| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
         let far = || pairs.iter().filter(|pair| !is_close(pair));
         let show = || far().map(|pair| format!("{} {}\n", pair.program, pair.dual)).collect::<String>();
-        assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{point:?} {design:?} {noise}\n{}", show());
+        assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{point:?} {noise}\n{}", show());
     }
     said
 }
 
-/// Holds the coefficients of a sum of sines to its slopes at a random angle.
 /// The first design variable.
 fn bound() -> Param {
     Param::from(Design(SceneTag::default().handle(0))).resolve(&[0.0.into(); 3], &mut |_| 0)
 }
 
+/// Holds the coefficients of a sum of sines to its slopes at a random angle.
 fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) {
     let Some(kernels) = element.formula.kernels.as_ref().filter(|_| element.formula.sinusoidal) else { return };
     let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());

@@ -48,7 +48,7 @@ impl<'a, R> NodeView<'a, R> {
 }
 
 /// What a [`NodeView`] shows: on other numbers, or part by part.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct NodeValues<R> {
     pub q: Vec<R>,
     pub v: Vec<R>,
