@@ -1,7 +1,7 @@
 //! Costs on the way back: J's terms at nodes and stages, and their derivatives with respect to what a motion follows from.
 
 use super::sweep::AdjointSweep;
-use crate::forward::{Accelerations, Motion, control_rates};
+use crate::forward::{AccelerationsOfCosts, Motion, control_rates};
 use crate::number::{add, dot};
 use crate::system::{CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
@@ -97,7 +97,7 @@ impl AdjointSweep {
         }
         self.take_cost();
         if !self.cost.is_finite() {
-            let missing = self.cost_node.missing.take();
+            let missing = self.cost_node.accelerations.missing.take();
             return Err(missing.unwrap_or_else(|| system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given)));
         }
         if system.has_control_rates() {
@@ -133,9 +133,7 @@ impl AdjointSweep {
 
 /// What costs may need of a node beside its y and u.
 pub(super) struct CostNode {
-    accelerations: Option<Box<Accelerations>>,
-    /// Why v̇ and λ are missing, where a cost may not need them.
-    missing: Option<Error>,
+    accelerations: AccelerationsOfCosts,
     /// Empty if no cost needs it.
     u_dot: Vec<f64>,
 }
@@ -143,17 +141,17 @@ pub(super) struct CostNode {
 impl CostNode {
     pub(super) fn new(system: &System) -> Self {
         let u_dot = vec![0.0; if system.has_control_rates() { system.k() } else { 0 }];
-        CostNode { accelerations: None, missing: None, u_dot }
+        CostNode { accelerations: AccelerationsOfCosts::default(), u_dot }
     }
 
     /// Another motion begins.
     pub(super) fn begin(&mut self) {
-        self.accelerations.iter_mut().for_each(|accelerations| accelerations.begin());
+        self.accelerations.own.iter_mut().for_each(|accelerations| accelerations.begin());
     }
 
     fn view<'a>(&'a self, at: &NodeView<'a, f64>) -> NodeView<'a, f64> {
         let at = NodeView { u_dot: &self.u_dot, ..*at };
-        self.accelerations.as_ref().map_or(at, |accelerations| accelerations.with(at))
+        self.accelerations.own.as_ref().map_or(at, |accelerations| accelerations.with(at))
     }
 
     /// The costs of a node or stage, and what they owe to v̇ and λ there.
@@ -164,22 +162,14 @@ impl CostNode {
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        self.missing = None;
+        self.accelerations.missing = None;
         let uses = system.use_of_accelerations(weights, &rows.factors);
         if uses > Depends::Never {
-            let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-            if let Err(error) = accelerations.evaluate(system, at, node) {
-                if uses == Depends::Always {
-                    return Err(error);
-                }
-                // Whether it matters, the values will tell.
-                accelerations.forget();
-                self.missing = Some(error);
-            }
+            self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, node))?;
         }
         let here = self.view(at);
         system.costs().iter().for_each(|costs| costs.gradient(&here, weights, rows));
-        match &mut self.accelerations {
+        match &mut self.accelerations.own {
             Some(accelerations) => accelerations.pull_back(system, at, rows),
             None => Ok(()),
         }

@@ -13,8 +13,8 @@ use crate::motion::Report;
 use crate::node::Newton;
 use crate::number::{Real, all_finite};
 use crate::system::{
-    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeValues, NodeView, Pair, SecondOrderEquations,
-    StateRows, acceleration_tangent,
+    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, Depends, NodeValues, NodeView, Pair,
+    SecondOrderEquations, StateRows, acceleration_tangent,
 };
 use crate::{Error, System};
 
@@ -187,8 +187,11 @@ impl Accelerations {
     /// v̇ and λ on other numbers: those of the real parts, and their derivatives for every other part, by the plain formulas.
     ///
     /// # Errors
-    /// As [`evaluate`](Self::evaluate).
+    /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which nothing here knows.
     pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
+        if R::PARTS > 2 {
+            return Err(Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() });
+        }
         let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
         let real = part(0);
         self.evaluate(system, &real.view(), node)?;
@@ -203,6 +206,35 @@ impl Accelerations {
             }
         }
         Ok(lifted)
+    }
+}
+
+/// v̇ and λ for costs, made when one is met that may need them.
+#[derive(Default)]
+pub(crate) struct AccelerationsOfCosts {
+    pub(crate) own: Option<Box<Accelerations>>,
+    /// Why they are missing, where a cost may not need them.
+    pub(crate) missing: Option<Error>,
+}
+
+impl AccelerationsOfCosts {
+    /// What is found of a state; nothing where that fails and may not be needed: whether it matters, the value will tell.
+    pub(crate) fn find<T>(
+        &mut self,
+        system: &System,
+        uses: Depends,
+        find: impl FnOnce(&mut Accelerations) -> Result<T, Error>,
+    ) -> Result<Option<T>, Error> {
+        let own = self.own.get_or_insert_with(|| Box::new(Accelerations::new(system)));
+        match find(own) {
+            Ok(found) => Ok(Some(found)),
+            Err(error) if uses == Depends::Perhaps => {
+                own.forget();
+                self.missing = Some(error);
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::accelerations::Accelerations;
+use super::accelerations::{Accelerations, AccelerationsOfCosts};
 use crate::motion::Refinement;
 use crate::number::Real;
 use crate::system::{CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
@@ -12,15 +12,13 @@ use crate::{Error, Inputs, System, Trajectory};
 pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
     factors: Vec<f64>,
-    accelerations: Option<Box<Accelerations>>,
-    /// Why v̇ and λ are missing, where a cost may not need them.
-    missing: Option<Error>,
+    accelerations: AccelerationsOfCosts,
 }
 
 impl<'a> CostSum<'a> {
     /// With the factor of J, then those of the outputs.
     pub(crate) fn new(refinement: &'a Refinement, factors: Vec<f64>) -> Self {
-        CostSum { refinement, factors, accelerations: None, missing: None }
+        CostSum { refinement, factors, accelerations: AccelerationsOfCosts::default() }
     }
 
     /// Adds all costs at a node, or at a stage of the step into it, to J and to the outputs.
@@ -39,28 +37,12 @@ impl<'a> CostSum<'a> {
             system.add_costs(at, weights, &self.factors, add);
             return Ok(());
         }
-        let [v_dot, lambda] = match self.lift(system, at, node) {
-            Ok(lifted) => lifted,
-            // Whether it matters, the value will tell.
-            Err(error) if uses == Depends::Perhaps => {
-                self.missing = Some(error);
-                [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len])
-            }
-            Err(error) => return Err(error),
-        };
+        let node = self.refinement.given_step(node);
+        let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, node))?;
+        let unknown = || [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]);
+        let [v_dot, lambda] = lifted.unwrap_or_else(unknown);
         system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, add);
         Ok(())
-    }
-}
-
-impl CostSum<'_> {
-    /// v̇ and λ, whose derivatives along two directions at once nothing here knows.
-    fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
-        if R::PARTS > 2 {
-            return Err(Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() });
-        }
-        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        accelerations.lift(system, at, self.refinement.given_step(node))
     }
 }
 
@@ -101,7 +83,7 @@ impl<R: Real> Trajectory<R> {
                 sums[output] += term;
             })?;
             if !all_finite {
-                let missing = costs.missing.take();
+                let missing = costs.accelerations.missing.take();
                 return Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, &design), &costs, i)));
             }
         }
@@ -127,7 +109,7 @@ impl<R: Real> Trajectory<R> {
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
         let mut u_dot = Vec::new();
-        costs.missing = None;
+        costs.accelerations.missing = None;
         if system.has_control_rates() {
             u_dot.resize(system.k(), R::zero());
             control_rates(inputs, i, &mut u_dot);

@@ -19,7 +19,7 @@ mod stepper;
 mod surprise;
 mod window;
 
-pub(crate) use accelerations::Accelerations;
+pub(crate) use accelerations::{Accelerations, AccelerationsOfCosts};
 pub(crate) use assembly::{Assembler, Assembly};
 pub(crate) use cost::{CostSum, control_rates};
 use monitor::Monitor;

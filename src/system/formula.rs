@@ -72,7 +72,7 @@ impl Kernels {
 pub struct Formula {
     pub kind: ElementKind,
     pub shape: Shape,
-    /// Why it has no graph, if that is not as it was asked for.
+    /// Why it has no graph, unless none was asked for.
     pub obstacle: Option<Obstacle>,
     /// All second derivatives are constant, and nothing depends on time or is piecewise.
     pub constant: bool,

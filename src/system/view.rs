@@ -47,7 +47,7 @@ impl<'a, R> NodeView<'a, R> {
     }
 }
 
-/// What a [`NodeView`] shows: on other numbers, or part by part.
+/// The same in lists of its own: other numbers, or one part of all of them.
 #[derive(Clone, Debug)]
 pub struct NodeValues<R> {
     pub q: Vec<R>,

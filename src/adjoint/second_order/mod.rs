@@ -27,7 +27,7 @@ use num_dual::Dual64;
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::{Accelerations, ForwardSweep, Motion};
+use crate::forward::{AccelerationsOfCosts, ForwardSweep, Motion};
 use crate::motion::Report;
 use crate::node::Newton;
 use crate::system::{CostRows, Pair, Sums};
@@ -76,7 +76,7 @@ pub(crate) struct SecondOrderSweep {
     u_dot: [Vec<f64>; 2],
     first_rows: CostRows,
     /// For costs on v̇ and λ: them, and their change.
-    accelerations: Option<Box<Accelerations>>,
+    accelerations: AccelerationsOfCosts,
     felt: [Pair; 2],
     /// The first formula met whose second derivatives are no numbers, to blame if the product is none.
     suspect: Option<Error>,
@@ -119,7 +119,7 @@ impl SecondOrderSweep {
             no_controls: zeros(k),
             u_dot: [zeros(k), zeros(k)],
             first_rows: CostRows::new((n, m, k), system.parameters().len(), system.outputs()),
-            accelerations: None,
+            accelerations: AccelerationsOfCosts::default(),
             felt: [pair(), pair()],
             suspect: None,
             report: Report::default(),
@@ -183,7 +183,7 @@ impl SecondOrderSweep {
         self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
         self.accuracy = Accuracy::default();
         self.kept.fit(system, motion);
-        if let Some(accelerations) = &mut self.accelerations {
+        if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();
         }
         self.programs.prepare(system, &newton.evaluation, &motion.at(0));

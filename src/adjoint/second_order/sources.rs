@@ -3,7 +3,7 @@
 use super::programs::Programs;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::record::Crossed;
-use crate::forward::{Accelerations, Motion, control_rates};
+use crate::forward::{Motion, control_rates};
 use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
@@ -108,7 +108,7 @@ impl SecondOrderSweep {
             let weights = weights.map(|weight| weight.re);
             system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.first_rows));
         }
-        if let Some(accelerations) = self.accelerations.as_mut().filter(|_| is_felt) {
+        if let Some(accelerations) = self.accelerations.own.as_mut().filter(|_| is_felt) {
             // What costs on u̇ need of the first derivatives is kept.
             let u_dot = self.first_rows.u_dot.clone();
             let rows = (&mut self.first_rows, &mut self.sweep.cost);
@@ -130,23 +130,17 @@ impl SecondOrderSweep {
         (node, s): (usize, usize),
         uses: Depends,
     ) -> Result<bool, Error> {
-        let accelerations = self.accelerations.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        let at = motion.at_stage(node, s);
-        match accelerations.evaluate(system, &at, motion.given_step(node)) {
-            Ok(()) => {
-                let change = accelerations.along(system, &at, &self.change.at_stage(node, s));
-                let with = accelerations.with(at);
-                self.felt = [Pair { v: with.v_dot.to_vec(), sigma: with.lambda.to_vec() }, change];
-                Ok(true)
-            }
-            // Whether it matters, the values will tell.
-            Err(_) if uses == Depends::Perhaps => {
-                let unknown = || Pair { v: vec![f64::NAN; system.n()], sigma: vec![f64::NAN; system.m()] };
-                self.felt = [unknown(), unknown()];
-                Ok(false)
-            }
-            Err(error) => Err(error),
-        }
+        let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
+        let found = self.accelerations.find(system, uses, |accelerations| {
+            accelerations.evaluate(system, &at, motion.given_step(node))?;
+            let change = accelerations.along(system, &at, &along);
+            let with = accelerations.with(at);
+            Ok([Pair { v: with.v_dot.to_vec(), sigma: with.lambda.to_vec() }, change])
+        })?;
+        let (is_felt, unknown) =
+            (found.is_some(), || Pair { v: vec![f64::NAN; system.n()], sigma: vec![f64::NAN; system.m()] });
+        self.felt = found.unwrap_or_else(|| [unknown(), unknown()]);
+        Ok(is_felt)
     }
 
     /// Those of the equations of a stage; of a node where the motion was started anew, as it goes on.
