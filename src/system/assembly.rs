@@ -265,8 +265,8 @@ impl Formulas {
                     match *of {
                         (Argument::Control(channel), _) => rows.u[channel] += value,
                         (Argument::Design(p), factor) => rows.design[p] += factor * value,
-                        // No others are inputs.
-                        _ => *rows.time += value,
+                        (Argument::Time, _) => *rows.time += value,
+                        (state, _) => debug_assert!(false, "{state:?} is no input"),
                     }
                 }
             });
