@@ -16,8 +16,6 @@
 //! Steps are looked at where the velocities at their ends were not what the nodes before led to expect, so that a motion that is resolved costs
 //! nothing. What no node feels is not found: a well or a pulse that lies between two nodes.
 
-use num_dual::Dual64;
-
 use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
 use crate::forward::restart::Restart;
@@ -36,8 +34,8 @@ const QUIET: usize = 3;
 
 /// What elements do within steps.
 pub(crate) struct Resolution {
-    /// The points at both ends of a step, with their change as derivative.
-    ends: [NodeValues<Dual64>; 2],
+    /// The change of the point along a step.
+    change: NodeValues<f64>,
     /// The step's c, d and e.
     c: Vec<f64>,
     d: Vec<f64>,
@@ -79,9 +77,8 @@ impl Resolution {
         let bending = system.bending_elements().count();
         let (n, m, k) = if bending > 0 { (system.n(), system.m(), system.k()) } else { (0, 0, 0) };
         let zeros = |len| vec![0.0; len];
-        let end = NodeValues::zeros((n, m, k), system.parameters().len());
         Resolution {
-            ends: [end.clone(), end],
+            change: NodeValues::zeros((n, m, k), 0),
             c: zeros(n),
             d: zeros(n),
             e: zeros(m),
@@ -124,18 +121,16 @@ impl Resolution {
     }
 }
 
-/// A point, and the change from one to another.
-fn load(end: &mut NodeValues<Dual64>, at: &NodeView<f64>, [from, to]: [&NodeView<f64>; 2]) {
-    let load = |into: &mut [Dual64], at: &[f64], from: &[f64], to: &[f64]| {
-        let values = at.iter().zip(from.iter().zip(to));
-        into.iter_mut().zip(values).for_each(|(x, (&at, (from, to)))| *x = Dual64::new(at, to - from));
+/// The change from one point to another; design variables stay.
+fn load_change(change: &mut NodeValues<f64>, [from, to]: [&NodeView<f64>; 2]) {
+    let load = |into: &mut [f64], from: &[f64], to: &[f64]| {
+        into.iter_mut().zip(from.iter().zip(to)).for_each(|(x, (from, to))| *x = to - from);
     };
-    load(&mut end.q, at.q, from.q, to.q);
-    load(&mut end.v, at.v, from.v, to.v);
-    load(&mut end.sigma, at.sigma, from.sigma, to.sigma);
-    load(&mut end.u, at.u, from.u, to.u);
-    load(&mut end.design, at.design, from.design, to.design);
-    end.t = Dual64::new(at.t, to.t - from.t);
+    load(&mut change.q, from.q, to.q);
+    load(&mut change.v, from.v, to.v);
+    load(&mut change.sigma, from.sigma, to.sigma);
+    load(&mut change.u, from.u, to.u);
+    change.t = to.t - from.t;
 }
 
 impl AdjointSweep {
@@ -183,9 +178,8 @@ impl AdjointSweep {
         let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
         let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
         let both = 0.5 * (steps[node - 1] + after);
-        let Resolution { ends: [from, to], c, d, e, bends, most, .. } = &mut self.resolution;
-        load(from, &before, [&before, &end]);
-        load(to, &end, [&before, &end]);
+        let Resolution { change, c, d, e, bends, most, .. } = &mut self.resolution;
+        load_change(change, [&before, &end]);
         // c and e belong to the halves of both steps at the node.
         let per_second = if both == 0.0 { 0.0 } else { both.recip() };
         let done = &self.step[self.stage];
@@ -210,8 +204,8 @@ impl AdjointSweep {
                 }
             }
         };
-        let (ends, with) = ([from.view(), to.view()], Covector { c, d, e });
-        newton.evaluation.look_within(system, &ends, &with, &mut judge);
+        let with = Covector { c, d, e };
+        newton.evaluation.look_within(system, ([&before, &end], &change.view()), &with, &mut judge);
         self.report.chord_evaluations += 2 * self.resolution.bends.len();
     }
 }

@@ -3,8 +3,6 @@
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
-use num_dual::Dual64;
-
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Report;
 use crate::system::{
@@ -284,16 +282,16 @@ impl Evaluation {
         formulas.pull_back_inputs(system, at, with, &mut self.workspace, rows);
     }
 
-    /// Shows what happens to each element that may bend between the ends of a step.
+    /// Shows what happens to each element that may bend between the ends of a step, along which the arguments change by so much.
     pub(crate) fn look_within(
         &mut self,
         system: &System,
-        ends: &[NodeView<Dual64>; 2],
+        chord: ([&NodeView<f64>; 2], &NodeView<f64>),
         with: &Covector,
         show: &mut dyn FnMut(Within),
     ) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.look_within(system, ends, with, &mut self.workspace, show);
+        formulas.look_within(system, chord, with, &mut self.workspace, show);
     }
 
     /// Adds −μ e, the rows of the compliances.

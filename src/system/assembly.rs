@@ -1,6 +1,5 @@
 //! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
 
-use num_dual::Dual64;
 use std::ops::Range;
 
 use super::argument::Argument;
@@ -276,11 +275,11 @@ impl Formulas {
         }
     }
 
-    /// Shows what happens to each element that may bend between the ends of a step; rates there are along the step.
+    /// Shows what happens to each element that may bend between the ends of a step, along which the arguments change by so much.
     pub(crate) fn look_within(
         &self,
         system: &System,
-        ends: &[NodeView<Dual64>; 2],
+        (ends, change): ([&NodeView<f64>; 2], &NodeView<f64>),
         with: &Covector,
         workspace: &mut Workspace,
         show: &mut dyn FnMut(Within),
@@ -288,8 +287,9 @@ impl Formulas {
         let Formulas { elements, assembly } = self;
         let Workspace { along, ends: values, input_point: point, .. } = workspace;
         assembly.layout.load_covector(with, point);
-        for (end, at) in ends.iter().enumerate() {
-            assembly.layout.load_rates(at, point);
+        assembly.layout.load_direction(change, point);
+        for (end, at) in ends.into_iter().enumerate() {
+            assembly.layout.load(at, point);
             for (group, registers) in assembly.bending_groups.iter().zip(&mut *along) {
                 group.along.run(point, registers, |e, k, results| {
                     group.places[e..].iter().zip(results).for_each(|(&place, value)| values[place][end][k] = *value);
@@ -297,7 +297,7 @@ impl Formulas {
             }
             for (values, &e) in values.iter_mut().zip(&assembly.bending) {
                 if elements[e].formula.kernels.is_none() {
-                    values[end] = system.item(elements[e].place).along(at, with);
+                    values[end] = system.item(elements[e].place).along(at, change, with);
                 }
             }
         }

@@ -1,6 +1,5 @@
 //! One element in a scene: its formula on any numbers, and what it is connected to.
 
-use num_dual::Dual64;
 use std::sync::Arc;
 
 use super::argument::Argument;
@@ -186,11 +185,11 @@ impl PlacedElement {
         sum
     }
 
-    /// That sum and its rate.
-    pub fn along(&self, at: &NodeView<Dual64>, with: &Covector) -> [f64; 2] {
+    /// That sum and its rate, for rates of all arguments but constants.
+    pub fn along(&self, at: &NodeView<f64>, rates: &NodeView<f64>, with: &Covector) -> [f64; 2] {
         let read = |slot: Slot| {
-            let x = self.read(at, slot);
-            hyper(x.re, x.eps, 0.0, 0.0)
+            let rate = if let Slot::B(_) = slot { 0.0 } else { self.read(rates, slot) };
+            hyper(self.read(at, slot), rate, 0.0, 0.0)
         };
         let mut sums = [0.0; 2];
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| {

@@ -1,7 +1,5 @@
 //! [`Layout`]: all arguments of all elements at a point, one after the other.
 
-use num_dual::Dual64;
-
 use super::batch::Covector;
 use super::element::Element;
 use super::formula::Component;
@@ -88,20 +86,10 @@ impl Layout {
 
     /// A direction of all arguments, and of the values of parameters, as rates.
     pub(crate) fn load_direction(&self, along: &NodeView<f64>, point: &mut [f64]) {
-        let all = [along.q, along.v, along.sigma, along.u].into_iter().flatten().chain([&along.t]).chain(along.design);
-        point[self.rates()..].iter_mut().zip(all).for_each(|(rate, x)| *rate = *x);
-    }
-
-    /// A point and its rates.
-    pub(crate) fn load_rates(&self, at: &NodeView<Dual64>, point: &mut [f64]) {
-        let (values, rates) = point.split_at_mut(self.rates());
-        let mut begin = 0;
-        for duals in [at.q, at.v, at.sigma, at.u, &[at.t]] {
-            let (values, rates) = (&mut values[begin..], &mut rates[begin..]);
-            for ((x, rate), dual) in values.iter_mut().zip(rates).zip(duals) {
-                (*x, *rate) = (dual.re, dual.eps);
-            }
-            begin += duals.len();
+        let mut rest = &mut point[self.rates()..];
+        for part in [along.q, along.v, along.sigma, along.u, &[along.t], along.design] {
+            rest.iter_mut().zip(part).for_each(|(rate, x)| *rate = *x);
+            rest = rest.get_mut(part.len()..).unwrap_or_default();
         }
     }
 

@@ -1,7 +1,5 @@
 //! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
 
-use num_dual::Dual64;
-
 use super::batch::{Covector, Sums};
 use super::block::BlockEntry;
 use super::constants::Constants;
@@ -35,18 +33,10 @@ pub(super) struct Compared {
 const RATE_OF_CONTROL: f64 = 0.37;
 const RATE_OF_TIME: f64 = 1.3;
 
-/// A point with rates: of q, v and σ these are d, c and e.
-fn with_rates(at: &NodeValues<f64>, with: &Covector) -> NodeValues<Dual64> {
-    let list = |x: &[f64], rates: &[f64]| x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, *rate)).collect();
-    NodeValues {
-        q: list(&at.q, with.d),
-        v: list(&at.v, with.c),
-        sigma: list(&at.sigma, with.e),
-        u: list(&at.u, &vec![RATE_OF_CONTROL; at.u.len()]),
-        t: Dual64::new(at.t, RATE_OF_TIME),
-        design: list(&at.design, &vec![0.0; at.design.len()]),
-        of_costs: Default::default(),
-    }
+/// Rates of so many controls and of the others: of q, v and σ these are d, c and e.
+fn rates(controls: usize, with: &Covector) -> NodeValues<f64> {
+    let u = vec![RATE_OF_CONTROL; controls];
+    NodeValues::of_equations(&NodeView::of_equations([with.d, with.c, with.e], (&u, RATE_OF_TIME, &[])), |x| x)
 }
 
 impl PlacedElement {
@@ -54,10 +44,11 @@ impl PlacedElement {
     pub(super) fn compare(&self, element: &Element, at: &NodeValues<f64>, with: &Covector) -> Vec<Compared> {
         let (formula, shape) = (&element.formula, element.formula.shape);
         let Some(kernels) = &formula.kernels else { return Vec::new() };
-        let (real, moving, parameters) = (at.view(), with_rates(at, with), element.parameters(&at.design));
+        let (real, rates, parameters) = (at.view(), rates(at.u.len(), with), element.parameters(&at.design));
         let layout = Layout { n: at.q.len(), m: at.sigma.len(), k: at.u.len() };
         let mut point = vec![0.0; layout.len()];
-        layout.load_rates(&moving.view(), &mut point);
+        layout.load(&real, &mut point);
+        layout.load_direction(&rates.view(), &mut point);
         layout.load_covector(with, &mut point);
         let input = |which: usize| point[layout.source(element, shape.place(which))];
         let sums = || Sums::new(layout.n, layout.m);
@@ -100,7 +91,7 @@ impl PlacedElement {
         program.extend(kernels.inputs.evaluate(&parameters, input));
         dual.extend(kernels.inputs_of.iter().map(|slot| self.directional(&real, with, *slot)));
         program.extend(kernels.along.evaluate(&parameters, input));
-        dual.extend(self.along(&moving.view(), with));
+        dual.extend(self.along(&real, &rates.view(), with));
         program.into_iter().zip(dual).map(|(program, dual)| Compared { program, dual }).collect()
     }
 
