@@ -109,6 +109,47 @@ fn steps_do_not_depend_on_the_unit_of_constraints() {
     }
 }
 
+/// The same with variables in another unit.
+fn with_variables(x: &[f64], c: &mut [f64], g: &mut [f64], unit: f64) -> f64 {
+    let value = in_units(&[x[0] / unit, x[1] / unit], c, g, 1.0, 1.0);
+    g.iter_mut().for_each(|g| *g /= unit);
+    value
+}
+
+/// Distances from bounds were small beside 1, and so a point far from the minimum was called stationary where all variables were.
+#[test]
+fn what_is_stationary_does_not_depend_on_the_unit_of_variables() {
+    const KILO: f64 = 1024.0;
+    const MEGA: f64 = KILO * KILO;
+    let functions: [(Function, f64); 5] = [
+        (|x, c, g| with_variables(x, c, g, 1.0), 1.0),
+        (|x, c, g| with_variables(x, c, g, 1.0 / KILO), 1.0 / KILO),
+        (|x, c, g| with_variables(x, c, g, 1.0 / MEGA), 1.0 / MEGA),
+        (|x, c, g| with_variables(x, c, g, KILO), KILO),
+        (|x, c, g| with_variables(x, c, g, MEGA), MEGA),
+    ];
+    for (bounds, constraints, expected) in [
+        ([Interval::at_least(-4.0), Interval::at_least(0.5)], [Interval::FREE; 2], [3.0, 0.5]),
+        ([Interval::at_most(2.0), Interval::at_least(0.5)], [Interval::FREE; 2], [2.0, 0.5]),
+        ([Interval::FREE, Interval::new(0.5, 3.0)], [Interval::at_most(0.0), Interval::FREE], [1.5, 0.5]),
+        ([Interval::at_least(0.0), Interval::at_least(0.0)], [Interval::ZERO, Interval::FREE], [2.0, 0.0]),
+    ] {
+        for start in [[1.0, 1.0], [2.0, -1.0], [-1.2, 1.0]] {
+            let found = functions.map(|(function, unit)| {
+                let bounds = bounds.map(|of| Interval::new(of.least * unit, of.most * unit));
+                let mut problem = Given::new(function, bounds.to_vec(), constraints.to_vec());
+                // Differences along a direction are as long for any unit, not as exact.
+                let outcome = solve(&mut problem, &start.map(|x| x * unit));
+                (outcome.reason, outcome.evaluations, [outcome.x[0] / unit, outcome.x[1] / unit])
+            });
+            for (reason, evaluations, x) in &found {
+                assert_eq!((reason, evaluations), (&Reason::Stationary, &found[0].1), "{found:?}");
+                assert_near(x, &expected, 1e-5);
+            }
+        }
+    }
+}
+
 #[test]
 fn constraints_of_any_size_count_alike() {
     for least in [f64::NEG_INFINITY, 0.0] {

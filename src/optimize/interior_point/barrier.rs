@@ -21,7 +21,9 @@ pub(super) struct Barrier {
     /// Those of lower and of upper bounds.
     z: Vec<[f64; 2]>,
     pub(super) mu: f64,
-    /// What is far from a bound, and the largest step of 1: 1 for variables; for slacks, what such steps change their constraints by.
+    /// A length of the variables, in units of which they move.
+    pub(super) unit: f64,
+    /// What is far from a bound in units of a length: 1 for variables; for slacks, what such steps change their constraints by.
     pub(super) far: Vec<f64>,
 }
 
@@ -30,21 +32,24 @@ impl Barrier {
     pub(super) fn new<P: Problem + ?Sized>(problem: &Counted<P>, inequalities: &[usize]) -> Self {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
-        Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, mu: 0.0 }
+        Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, unit: 1.0, mu: 0.0 }
     }
 
     /// Moves variables by such a share inside their bounds.
     pub(super) fn move_variables(&self, x: &mut [f64], share: f64) {
+        let size = |bound: f64| if bound == 0.0 { self.unit } else { bound.abs() };
         x.iter_mut()
             .zip(&self.bounds)
-            .for_each(|(x, of)| move_inside(x, of, |bound| share * bound.abs().max(1.0).min(of.most - of.least)));
+            .for_each(|(x, of)| move_inside(x, of, |bound| share * size(bound).min(of.most - of.least)));
     }
 
     /// Moves slacks, the entries of y behind n variables, inside theirs.
     pub(super) fn move_slacks(&self, n: usize, y: &mut [f64]) {
         for ((y, of), far) in y.iter_mut().zip(&self.bounds).zip(&self.far).skip(n) {
             let distance = of.most - of.least;
-            move_inside(y, of, |bound| INSIDE * if distance.is_finite() { distance } else { bound.abs().max(*far) });
+            move_inside(y, of, |bound| {
+                INSIDE * if distance.is_finite() { distance } else { bound.abs().max(far * self.unit) }
+            });
         }
     }
 
@@ -86,21 +91,22 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(&self.z).map(of).collect()
     }
 
-    /// What a step of 1 of each entry of y is: its distance from a bound, 0 for what is fixed; far from bounds, no more than that.
-    pub(super) fn scales(&self, y: &[f64]) -> Vec<f64> {
+    /// What a step of 1 of each entry of y is: its distance from a bound, 0 for what is fixed; no more than what is far in units of a length.
+    pub(super) fn scales(&self, y: &[f64], length: f64) -> Vec<f64> {
         let of = |((of, y), far): ((&Interval, &f64), &f64)| {
             let [below, above] = distances(of, *y);
-            if of.is_equality() { 0.0 } else { below.min(above).min(*far) }
+            if of.is_equality() { 0.0 } else { below.min(above).min(far * length) }
         };
         self.bounds.iter().zip(y).zip(&self.far).map(of).collect()
     }
 
-    /// The largest derivative, times the distance from the bound that it pushes to where that is not far: what is left of complementarity.
-    pub(super) fn stationarity(&self, y: &[f64], gradient: &[f64]) -> f64 {
+    /// The largest derivative, times the distance from the bound that it pushes to, in units of a length, where that is not far: what is left of
+    /// complementarity.
+    pub(super) fn stationarity(&self, y: &[f64], gradient: &[f64], length: f64) -> f64 {
         let of = |(((of, y), g), far): (((&Interval, &f64), &f64), &f64)| {
             let [below, above] = distances(of, *y);
             let room = if *g > 0.0 { below } else { above };
-            if of.is_equality() { 0.0 } else { g.abs() * room.min(*far) }
+            if of.is_equality() { 0.0 } else { g.abs() * (room / length).min(*far) }
         };
         self.bounds.iter().zip(y).zip(gradient).zip(&self.far).map(of).fold(0.0, f64::max)
     }
@@ -194,7 +200,7 @@ mod tests {
     #[test]
     fn a_settled_slack_is_where_its_terms_are_least() {
         let bounds = [Interval::at_least(-1.0), Interval::at_most(2.0), Interval::new(-1.0, 2.0)];
-        let barrier = Barrier { z: vec![[0.0; 2]; 3], bounds: bounds.to_vec(), mu: 1.0, far: vec![1.0; 3] };
+        let barrier = Barrier { z: vec![[0.0; 2]; 3], bounds: bounds.to_vec(), mu: 1.0, unit: 1.0, far: vec![1.0; 3] };
         for (i, of) in bounds.iter().enumerate() {
             for x in [-30.0, -1.0, -1.0 + 1e-9, 0.3, 0.5, 2.0, 2.1, 1e6] {
                 for weight in [1e-18, 1e-7, 0.1, 30.0] {

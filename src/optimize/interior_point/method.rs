@@ -1,5 +1,6 @@
 //! The point y = (x, s) of the interior-point method, and its steps.
 
+mod small;
 mod trial;
 
 use std::rc::Rc;
@@ -14,6 +15,7 @@ use super::barrier::{Barrier, INSIDE};
 use super::step::{Model, Projection, product};
 
 use crate::Error;
+use crate::number::largest;
 use trial::Trial;
 
 /// μ becomes this share of itself where its problem is solved to ten times μ …
@@ -30,8 +32,6 @@ const STUCK: f64 = 1e-9;
 /// Where a start has no value so far inside its bounds, this share of it is tried, until that is as little as this.
 const SHORTER: f64 = 0.1;
 const LEAST_INSIDE: f64 = 1e-9;
-/// The share of the terms of a gradient that may be rounding.
-const ROUNDED: f64 = 1e-13;
 
 /// The point y = (x, s) with all that is known of it.
 pub(super) struct Method {
@@ -40,6 +40,10 @@ pub(super) struct Method {
     inequalities: Vec<usize>,
     pub(super) barrier: Barrier,
     y: DVector<f64>,
+    /// Where x began, the largest derivative of f there, and what f falls by along its gradient.
+    pub(super) start: Vec<f64>,
+    first_slope: f64,
+    first_fall: f64,
     pub(super) value: f64,
     /// Of f alone.
     gradient: DVector<f64>,
@@ -69,9 +73,12 @@ impl Method {
         let mut share = INSIDE;
         loop {
             let mut x = start.to_vec();
-            Barrier::new(problem, &[]).move_variables(&mut x, share);
+            let size = largest(&x);
+            let mut barrier = Barrier::new(problem, &[]);
+            barrier.unit = if size > 0.0 { size } else { 1.0 };
+            barrier.move_variables(&mut x, share);
             let is_moved = x != start && share > LEAST_INSIDE;
-            match Method::at(problem, x, allowed) {
+            match Method::at(problem, start, x, allowed) {
                 Err(_) if is_moved && !problem.is_stopped() => share *= SHORTER,
                 found => return found,
             }
@@ -79,7 +86,12 @@ impl Method {
     }
 
     /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
-    pub(super) fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
+    pub(super) fn at<P: Problem + ?Sized>(
+        problem: &mut Counted<P>,
+        start: &[f64],
+        x: Vec<f64>,
+        allowed: f64,
+    ) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
@@ -92,6 +104,9 @@ impl Method {
             inequalities,
             barrier,
             y: DVector::from_vec(y),
+            start: start.to_vec(),
+            first_slope: 0.0,
+            first_fall: 0.0,
             value,
             gradient: DVector::zeros(len),
             c: DVector::zeros(m),
@@ -106,8 +121,10 @@ impl Method {
             farthest: 0.0,
             steepest: 0.0,
         };
-        let derivatives = method.derivatives(problem)?;
-        method.differentiate(problem, derivatives);
+        let gradient = slope(problem)?;
+        method.take_unit(problem, &gradient)?;
+        let jacobian = problem.jacobian(&method.rows)?;
+        method.differentiate(problem, (gradient, jacobian));
         method.barrier.move_slacks(x.len(), method.y.as_mut_slice());
         method.take_scales(problem);
         if method.barrier.is_there() {
@@ -136,9 +153,7 @@ impl Method {
 
     /// ∇f and the Jacobian at the point that was evaluated last.
     fn derivatives<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(Vec<f64>, DMatrix<f64>), Error> {
-        let mut gradient = vec![0.0; problem.bounds.len()];
-        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;
-        Ok((gradient, problem.jacobian(&self.rows)?))
+        Ok((slope(problem)?, problem.jacobian(&self.rows)?))
     }
 
     /// Takes derivatives, and from them how far from their bounds slacks are.
@@ -146,11 +161,11 @@ impl Method {
         let n = problem.bounds.len();
         self.gradient.rows_mut(0, n).copy_from_slice(&gradient);
         self.jacobian.columns_mut(0, n).copy_from(&jacobian);
-        let scales = self.barrier.scales(self.y.as_slice());
+        let scales = self.barrier.scales(self.y.as_slice(), self.barrier.unit);
         for (slack, k) in self.slacks(n) {
             let change = self.jacobian.row(k).columns(0, n).iter().zip(&scales).map(|(x, d)| x * d).fold(0.0, f64::hypot);
             if change > 0.0 {
-                self.barrier.far[slack] = change;
+                self.barrier.far[slack] = change / self.barrier.unit;
             }
         }
     }
@@ -158,7 +173,7 @@ impl Method {
     /// C, the scales, and what constraints leave.
     fn take_scales<P: Problem + ?Sized>(&mut self, problem: &Counted<P>) {
         let n = problem.bounds.len();
-        self.scales = self.barrier.scales(self.y.as_slice()).into();
+        self.scales = self.barrier.scales(self.y.as_slice(), self.barrier.unit).into();
         for (slack, k) in self.slacks(n) {
             let (j, changes) = (self.rows[k], self.jacobian.row(k).columns(0, n).amax() > 0.0);
             self.still[k] = !changes && problem.intervals[j].violation(problem.c[j]) <= self.allowed;
@@ -191,7 +206,7 @@ impl Method {
         if forces > 0.0 {
             return Ok(forces);
         }
-        problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut vec![0.0; problem.bounds.len()])?;
+        slope(problem)?;
         let ones = DVector::from_element(scales.len(), 1.0);
         Ok(product(problem, &ones, scales, &vec![0.0; scales.len()])?.amax())
     }
@@ -218,28 +233,12 @@ impl Method {
     }
 
     pub(super) fn first_radius(&self, options: &Options) -> f64 {
-        options.first_step.unwrap_or(1.0).max(self.x().amax())
-    }
-
-    /// What the gradient of the Lagrangian is small against: f's own by what is not fixed. Multipliers may be of any size where constraints leave no room.
-    pub(super) fn scale(&self) -> f64 {
-        let free = self.gradient.iter().zip(&self.scales).filter(|(_, scale)| **scale > 0.0);
-        free.fold(0.0, |most: f64, (g, _)| most.max(g.abs()))
-    }
-
-    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
-    pub(super) fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
-        problem.ensure(self.x().as_slice());
-        self.prepare_products(problem)?;
-        let ones = DVector::from_element(self.y.len(), 1.0);
-        let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
-        let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
-        Ok(ROUNDED * terms.component_mul(&self.scales).amax())
+        options.first_step.unwrap_or(self.barrier.unit).max(self.x().amax()) / self.barrier.unit
     }
 
     pub(super) fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
         let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
-        let stationarity = self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice());
+        let stationarity = self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice(), self.length());
         problem.iterate(self.value, stationarity, step)
     }
 
@@ -331,4 +330,11 @@ impl Method {
         self.find_multipliers();
         length
     }
+}
+
+/// ∇f at the point that was evaluated last.
+fn slope<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
+    let mut gradient = vec![0.0; problem.bounds.len()];
+    problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;
+    Ok(gradient)
 }

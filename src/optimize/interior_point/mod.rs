@@ -28,8 +28,8 @@ const MOST_IDLE: usize = 10;
 const ROUNDING: f64 = 1e-14;
 
 /// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
-/// sweep for each. A start beside a bound is moved away from it, by a hundredth of it or of 1 or of the distance to the other bound (or by less
-/// where that has no value). Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
+/// sweep for each. A start beside a bound is moved away from it, by a hundredth of it (of the largest variable, or of 1, if it is 0) or of the distance
+/// to the other bound (or by less where that has no value). Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
 /// but `watch` does not see them, and the history only where they led.
 ///
 /// # Errors
@@ -77,7 +77,7 @@ fn iterate<P: Problem + ?Sized>(
         if iterations.count() >= options.iterations {
             return Ok(Reason::Iterations);
         }
-        method.lower_barrier(asked.max(f64::MIN_POSITIVE));
+        method.lower_barrier(method.small_mu(asked).max(f64::MIN_POSITIVE));
         let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
         match if ends { None } else { method.advance(counted, &mut radius)? } {
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
@@ -87,7 +87,7 @@ fn iterate<P: Problem + ?Sized>(
                 let left = Options { iterations: options.iterations - iterations.count(), ..*options };
                 let x = method.x().as_slice().to_vec();
                 let found = feasibility::approach(counted, &x, &left)?;
-                *method = Method::at(counted, found.x, allowed)?;
+                *method = Method::at(counted, &method.start, found.x, allowed)?;
                 radius = method.first_radius(options);
                 iterations.begin_again(method.iterate(counted, found.step), found.iterations);
                 if found.is_least {
@@ -110,7 +110,7 @@ fn is_stationary<P: Problem + ?Sized>(
     asked: f64,
 ) -> Result<bool, Error> {
     let last = iterations.last();
-    let is_small = last.stationarity <= asked && method.barrier.mu <= asked;
+    let is_small = last.stationarity <= asked && method.barrier.mu <= method.small_mu(asked);
     Ok(is_small || iterations.stays() && last.stationarity <= method.rounding(problem)?)
 }
 
@@ -125,7 +125,7 @@ fn last_reason<P: Problem + ?Sized>(
     let now = method.iterate(problem, iterations.last().step);
     iterations.history.pop();
     iterations.history.push(now);
-    let small = if method.barrier.mu <= asked { asked.max(rounding) } else { rounding };
+    let small = if method.barrier.mu <= method.small_mu(asked) { asked.max(rounding) } else { rounding };
     Ok(if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue })
 }
 

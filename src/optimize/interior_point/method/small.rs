@@ -1,0 +1,77 @@
+//! What is small, in any units: gradients beside those of f, and μ and distances from bounds by what f changes by.
+
+use nalgebra::DVector;
+
+use super::super::super::Problem;
+use super::super::super::counted::Counted;
+use super::super::step::product;
+use super::Method;
+use crate::Error;
+use crate::number::{dot, largest};
+
+/// μ is small where it is this share of what f changes by where gradients are small.
+const GAP: f64 = 0.1;
+/// The share of the terms of a gradient that may be rounding.
+const ROUNDED: f64 = 1e-13;
+
+impl Method {
+    /// Takes as the unit of variables their size at the start or, if larger, the step against the gradient, asked for last, to where f is least; 1 if both
+    /// are nothing.
+    pub(super) fn take_unit<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut Counted<P>,
+        gradient: &[f64],
+    ) -> Result<(), Error> {
+        let (downhill, mut product) = (self.moving(gradient), vec![0.0; gradient.len()]);
+        problem.product(&downhill, &mut product)?;
+        let square = dot(&downhill, &downhill);
+        let step = square / dot(&downhill, &product).abs();
+        let step = if step.is_finite() { step } else { 0.0 };
+        let size = largest(&self.moving(&self.start)).max(step * largest(&downhill));
+        self.barrier.unit = if size > 0.0 { size } else { 1.0 };
+        (self.first_slope, self.first_fall) = (largest(&downhill), 0.5 * step * square);
+        Ok(())
+    }
+
+    /// Entries of variables, 0 for what is fixed.
+    fn moving(&self, of: &[f64]) -> Vec<f64> {
+        let entries = self.barrier.bounds.iter().zip(of).take(self.start.len());
+        entries.map(|(bound, x)| if bound.is_equality() { 0.0 } else { *x }).collect()
+    }
+
+    /// What the gradient of the Lagrangian is small against: f's own by what is not fixed. Multipliers may be of any size where constraints leave no room.
+    pub(in super::super) fn scale(&self) -> f64 {
+        largest(&self.moving(self.gradient.as_slice()))
+    }
+
+    /// What f changes by as a variable goes from zero or from the start to where it is, or fell by at the start.
+    fn change(&self) -> f64 {
+        let sizes = self.y.iter().zip(&self.start).map(|(x, start)| x.abs().max((x - start).abs()));
+        let changes = self.moving(self.gradient.as_slice()).into_iter().zip(sizes).map(|(g, size)| g.abs() * size);
+        changes.fold(self.first_fall, f64::max)
+    }
+
+    /// The length by which a gradient changes f.
+    pub(super) fn length(&self) -> f64 {
+        let length = self.change() / self.scale().max(self.first_slope);
+        if length > 0.0 && length.is_finite() { length } else { self.barrier.unit }
+    }
+
+    /// The μ that is small where such a gradient is: f may be above its least by μ for each bound that holds something.
+    pub(in super::super) fn small_mu(&self, gradient: f64) -> f64 {
+        GAP * gradient * self.length()
+    }
+
+    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
+    pub(in super::super) fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+        problem.ensure(self.x().as_slice());
+        self.prepare_products(problem)?;
+        let ones = DVector::from_element(self.y.len(), 1.0);
+        let moved = product(problem, &self.y, &ones, &vec![0.0; self.y.len()])?;
+        let terms = self.gradient.abs() + self.jacobian.abs().tr_mul(&self.multipliers.abs()) + moved.abs();
+        let length = self.length();
+        let shares = self.barrier.scales(self.y.as_slice(), length).into_iter().zip(&self.scales);
+        let shares = shares.map(|(share, scale)| if *scale > 0.0 { share / length } else { 0.0 });
+        Ok(ROUNDED * terms.iter().zip(shares).fold(0.0, |most: f64, (x, share)| most.max(x * share)))
+    }
+}
