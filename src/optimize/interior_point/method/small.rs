@@ -11,6 +11,8 @@ use crate::number::{dot, largest};
 
 /// μ is small where it is this share of what f changes by where gradients are small.
 const GAP: f64 = 0.1;
+/// Variables that go farther than so many units may go on without end, and nothing is small beside where they are.
+const FARTHEST: f64 = 1e3;
 /// The share of the terms of a gradient that may be rounding.
 const ROUNDED: f64 = 1e-13;
 
@@ -27,8 +29,8 @@ impl Method {
         let square = dot(&downhill, &downhill);
         let step = square / dot(&downhill, &product).abs();
         let step = if step.is_finite() { step } else { 0.0 };
-        let size = largest(&self.moving(&self.start)).max(step * largest(&downhill));
-        self.barrier.unit = if size > 0.0 { size } else { 1.0 };
+        let sizes = [step * largest(&downhill), largest(&self.moving(&self.start)), 1.0];
+        self.barrier.unit = sizes.into_iter().find(|size| *size > 0.0).unwrap_or(1.0);
         (self.first_slope, self.first_fall) = (largest(&downhill), 0.5 * step * square);
         Ok(())
     }
@@ -54,7 +56,7 @@ impl Method {
     /// The length by which a gradient changes f.
     pub(super) fn length(&self) -> f64 {
         let length = self.change() / self.scale().max(self.first_slope);
-        if length > 0.0 && length.is_finite() { length } else { self.barrier.unit }
+        if length > 0.0 { length.min(FARTHEST * self.barrier.unit) } else { self.barrier.unit }
     }
 
     /// The μ that is small where such a gradient is: f may be above its least by μ for each bound that holds something.
