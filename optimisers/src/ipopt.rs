@@ -401,7 +401,8 @@ fn reason(status: c_int) -> Result<Reason, Failure> {
     match status {
         0 => Ok(Reason::Stationary),
         2 | -2 => Ok(Reason::Infeasible),
-        1 | 3 | 4 | 6 | -3 => Ok(Reason::NoLowerValue),
+        1 | 3 | 6 | -3 => Ok(Reason::NoLowerValue),
+        4 => Ok(Reason::Unbounded),
         5 => Ok(Reason::Asked),
         -1 | -4 => Ok(Reason::Iterations),
         _ => Err(Failure::Refused(status)),

@@ -81,6 +81,8 @@ pub enum Reason {
     /// Constraints do not get any closer to what they must be, which [`Outcome::violation`] tells: nearby there is no point where they hold. There may be
     /// none at all, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
     Infeasible,
+    /// The value falls without end: it still fell so far from the start that what was a unit of the variables there is rounding.
+    Unbounded,
     /// The last problem of a homotopy was not reached.
     NoWay,
     /// All iterations were made.

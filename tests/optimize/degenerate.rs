@@ -412,6 +412,67 @@ fn what_falls_without_end_is_not_stationary() {
     }
 }
 
+/// (y − 1)² − 0.3 x in a unit of variables, with exact products.
+struct Slope {
+    unit: f64,
+    bounds: [Interval; 2],
+    y: f64,
+    weight: f64,
+}
+
+impl Problem for Slope {
+    fn variables(&self) -> usize {
+        2
+    }
+    fn bounds(&self) -> Vec<Interval> {
+        self.bounds.map(|of| Interval::new(of.least * self.unit, of.most * self.unit)).to_vec()
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.y = x[1] / self.unit;
+        Ok((self.y - 1.0).powi(2) - 0.3 * x[0] / self.unit)
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.weight = f / self.unit;
+        gradient.copy_from_slice(&[-0.3 * self.weight, 2.0 * (self.y - 1.0) * self.weight]);
+        Ok(())
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        product.copy_from_slice(&[0.0, 2.0 * self.weight / self.unit * direction[1]]);
+        Ok(())
+    }
+}
+
+/// What was large was small beside where it had gone, and so was taken for stationary.
+#[test]
+fn what_falls_without_end_is_unbounded_in_any_unit() {
+    for unit in [1.0, 1.0 / 1024.0, 1024.0] {
+        for first in [Interval::FREE, Interval::at_least(-1.0)] {
+            for second in [Interval::FREE, Interval::at_least(0.0), Interval::new(-1.0, 2.0)] {
+                for start in [[0.0, 0.0], [1.0, 2.0], [-1.0, 0.0], [0.5, -3.0], [0.0, 1.5], [2.0, 1.0], [5.0, 5.0]] {
+                    let mut problem = Slope { unit, bounds: [first, second], y: 0.0, weight: 0.0 };
+                    let Outcome { reason, value, .. } = solve(&mut problem, &start.map(|x| x * unit));
+                    assert_eq!(reason, Reason::Unbounded, "{unit} {first:?} {second:?} {start:?} {value}");
+                    assert!(!reason.is_converged() && value < -1e14, "{value}");
+                }
+            }
+        }
+    }
+}
+
+/// What rounding bends a straight slope by was taken for a curvature, and all of a bounded interval was small beside where that would be least.
+#[test]
+fn rounding_is_no_curvature() {
+    let straight: Function = |x, _, g| {
+        g[0] = (x[0] + 3.0) / 3.0 - x[0] / 3.0;
+        x[0]
+    };
+    for start in [1.0, 0.7, 1.9] {
+        let outcome = solve(&mut Given::new(straight, vec![Interval::new(0.0, 2.0)], vec![]), &[start]);
+        assert_eq!(outcome.reason, Reason::Stationary, "{outcome:?}");
+        assert!(outcome.x[0] < 1e-6, "{outcome:?}");
+    }
+}
+
 /// Slopes were small beside those of what is fixed.
 #[test]
 fn what_cannot_move_makes_no_slope_small() {

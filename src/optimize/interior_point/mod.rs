@@ -60,7 +60,7 @@ fn iterate<P: Problem + ?Sized>(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Reason, Error> {
-    let (mut radius, mut allowed) = (method.first_radius(options), options.violation);
+    let (mut radius, mut allowed, unit) = (method.first_radius(options), options.violation, method.barrier.unit);
     loop {
         let last = iterations.last();
         if watch(&last, method.x().as_slice()).is_break() {
@@ -69,6 +69,10 @@ fn iterate<P: Problem + ?Sized>(
         let feasible = last.violation <= allowed;
         if feasible && options.target.is_some_and(|target| last.value <= target) {
             return Ok(Reason::Target);
+        }
+        let is_without_end = iterations.falls() && method.is_far(unit);
+        if is_without_end && (feasible || counted.holds_to_rounding(method.x().as_slice())?) {
+            return Ok(Reason::Unbounded);
         }
         let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
         if feasible && is_stationary(method, counted, iterations, asked)? {
@@ -160,6 +164,12 @@ impl Iterations {
     fn begin_again(&mut self, at: Iterate, apart: usize) {
         (self.idle, self.begin, self.apart) = (0, self.history.len(), self.apart + apart);
         self.history.push(at);
+    }
+
+    /// Whether the last step led to a lower value, lower than that of the start.
+    fn falls(&self) -> bool {
+        let before = self.history.iter().rev().nth(1);
+        before.is_some_and(|before| self.last().value < before.value.min(self.history[0].value))
     }
 
     /// Whether the last step changed the value by rounding alone.

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::super::super::Problem;
 use super::super::super::counted::Counted;
+use super::super::super::outcome::largest_change;
 use super::super::step::product;
 use super::Method;
 use crate::Error;
@@ -15,10 +16,11 @@ const GAP: f64 = 0.1;
 const FARTHEST: f64 = 1e3;
 /// The share of the terms of a gradient that may be rounding.
 const ROUNDED: f64 = 1e-13;
+/// A gradient that changes by less than this share of it where variables change by their size may change by rounding alone, as of differences.
+const STRAIGHT: f64 = 1e-10;
 
 impl Method {
-    /// Takes as the unit of variables their size at the start or, if larger, the step against the gradient, asked for last, to where f is least; 1 if both
-    /// are nothing.
+    /// Takes as the unit of variables the step against the gradient, asked for last, to where f is least; where f is straight, their size at the start, or 1.
     pub(super) fn take_unit<P: Problem + ?Sized>(
         &mut self,
         problem: &mut Counted<P>,
@@ -28,9 +30,11 @@ impl Method {
         problem.product(&downhill, &mut product)?;
         let square = dot(&downhill, &downhill);
         let step = square / dot(&downhill, &product).abs();
-        let step = if step.is_finite() { step } else { 0.0 };
-        let sizes = [step * largest(&downhill), largest(&self.moving(&self.start)), 1.0];
-        self.barrier.unit = sizes.into_iter().find(|size| *size > 0.0).unwrap_or(1.0);
+        let size = largest(&self.moving(&self.start));
+        let size = if size > 0.0 { size } else { 1.0 };
+        let is_straight = !step.is_finite() || STRAIGHT * step * largest(&downhill) > size;
+        let step = if is_straight { 0.0 } else { step };
+        self.barrier.unit = if step > 0.0 { step * largest(&downhill) } else { size };
         (self.first_slope, self.first_fall) = (largest(&downhill), 0.5 * step * square);
         Ok(())
     }
@@ -62,6 +66,11 @@ impl Method {
     /// The μ that is small where such a gradient is: f may be above its least by μ for each bound that holds something.
     pub(in super::super) fn small_mu(&self, gradient: f64) -> f64 {
         GAP * gradient * self.length()
+    }
+
+    /// Whether x is so far from the start that such a length there is rounding.
+    pub(in super::super) fn is_far(&self, length: f64) -> bool {
+        f64::EPSILON * largest_change(self.x().as_slice(), &self.start) > length
     }
 
     /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
