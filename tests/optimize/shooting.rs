@@ -64,10 +64,10 @@ fn push() -> (System, Control, Output, Vec<EndState>) {
 
 #[test]
 fn segments_without_constraints_find_what_one_motion_finds() {
-    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+    for scheme in Scheme::ALL {
         let (system, force, energy, states) = push();
         let settings = Settings { scheme, ..Settings::default() };
-        let inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.05));
+        let inputs = Inputs::at_rest(&system, Grid::new(0.0, (0..30).map(|i| 0.05 + 0.02 * (i as f64).sin()).collect()));
         let free = vec![Free::control(force)];
         let options = Options { stationarity: 1e-9, ..Options::default() };
         let variables = Variables::new(&system, &inputs, free.clone()).expect("free");
@@ -146,14 +146,15 @@ fn the_start_is_the_point_that_was_evaluated_last() {
     assert!(start.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-15), "{start:?} {x:?}");
 }
 
-/// Everything free that may be, cuts at macro steps of a composition, with constraints.
+/// Everything free that may be, cuts at macro steps, with constraints.
 fn everything<'s>(
     system: &'s System,
+    (settings, grid): (Settings, Grid),
     (force, length): (Control, Design),
     states: &[EndState],
     rail: Coordinate,
 ) -> MultipleShooting<'s> {
-    let mut inputs = Inputs::at_rest(system, Grid::composed(7, 0.04, Composition::Suzuki4));
+    let mut inputs = Inputs::at_rest(system, grid);
     inputs.start = Start::assembled(system);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 3.0 * (0.9 * i as f64).sin());
     let free = vec![
@@ -162,7 +163,7 @@ fn everything<'s>(
         Free::design(length).logarithmic(),
         Free::duration().scaled(0.5).within(0.1, 3.0),
     ];
-    let mut problem = MultipleShooting::new(system, Settings::default(), inputs, free, states, 3).expect("a problem");
+    let mut problem = MultipleShooting::new(system, settings, inputs, free, states, 3).expect("a problem");
     problem
         .guess(|node, q, v| {
             let [rail, angle] = [states[0], states[1]].map(|state| state.coordinate.index());
@@ -193,6 +194,28 @@ pub fn assert_rows(problem: &mut dyn Problem, x: &[f64]) {
 
 #[test]
 fn derivatives_of_joined_segments_are_exact() {
+    let uneven = || Grid::new(0.0, vec![0.03, 0.05, 0.04, 0.02, 0.06, 0.03, 0.05]);
+    let of = |scheme| Settings { scheme, ..Settings::default() };
+    // Some cuts are where multipliers begin anew, some are not.
+    let anew = Settings { rebase_every: 2, ..Settings::default() };
+    for (settings, grid) in [
+        (Settings::default(), Grid::composed(7, 0.04, Composition::Suzuki4)),
+        (anew, Grid::composed(7, 0.04, Composition::Suzuki4)),
+        (anew, uneven()),
+        (Settings { drift_bound: 0.0, ..Settings::default() }, uneven()),
+        (of(Scheme::TR_BDF2), uneven()),
+        (of(Scheme::ESDIRK3), uneven()),
+        (Settings { rebase_every: 1, drift_bound: 0.0, ..of(Scheme::ESDIRK4) }, uneven()),
+        (of(Scheme::ESDIRK5), uneven()),
+    ] {
+        println!("{settings:?}");
+        assert_exact(settings, grid);
+    }
+}
+
+/// Gradients, rows of the Jacobian, products and push-forwards beside differences of values and of gradients.
+fn assert_exact(settings: Settings, grid: Grid) {
+    let nodes = grid.nodes();
     let mut scene = Scene::new();
     let length = scene.design("length", 0.8);
     let cart = scene.body("cart", 1.0, 0.1, [0.0, 0.0, 0.0]);
@@ -209,14 +232,18 @@ fn derivatives_of_joined_segments_are_exact() {
     let (rail, angle) = (cart.coordinates[0], bob.coordinates[2]);
     let states = [rail, angle].map(|q| scene.end_state(q));
     let system = scene.compile().expect("a system");
-    let mut problem = everything(&system, (force, length), &states, rail);
+    let mut problem = everything(&system, (settings, grid), (force, length), &states, rail);
     let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
     let (n, rows) = (problem.variables(), problem.constraints().len());
-    assert_eq!((n, rows), (1 + 36 + 1 + 1 + 8, 6 + 8));
+    assert_eq!((n, rows), (1 + nodes + 1 + 1 + 8, 6 + 8));
     let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
     let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     assert_rows(&mut problem, &x);
+    let motions = problem.segments().map(|motion| motion.solver.trajectory());
+    let found: Vec<f64> = motions.flat_map(|motion| motion.times[1..].to_vec()).collect();
+    let times = problem.inputs_at(&x).grid.times();
+    assert!(found.len() + 1 == nodes && found.iter().zip(&times[1..]).all(|(found, t)| (found - t).abs() < 1e-14));
     let mut along = |step: f64| {
         let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
         let mut c = vec![0.0; rows];
