@@ -257,6 +257,35 @@ fn what_is_asked_for_is_what_is_given() {
     }
 }
 
+/// −x.
+struct Fall;
+impl Problem for Fall {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        Ok(-x[0])
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient[0] = -f;
+        Ok(())
+    }
+    fn product(&mut self, _: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        product.fill(0.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn what_falls_without_end_is_unbounded() {
+    let found = interior_point(&mut Fall, &[1.0], &Options::default(), &mut silent).expect("an answer");
+    assert_eq!(found.reason, Reason::Unbounded, "{found:?}");
+    if HAS_IPOPT {
+        let found = ipopt(&mut Fall, &[1.0], &Options::default(), Hessian::Exact).expect("an answer");
+        assert_eq!(found.reason, Reason::Unbounded, "{found:?}");
+    }
+}
+
 /// Rosenbrock's valley in some unit with x₀ as a constraint; it is stopped, or has no gradient, behind so many values and gradients.
 struct Valley {
     at: [f64; 2],
