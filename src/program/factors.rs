@@ -14,6 +14,9 @@ use std::collections::BinaryHeap;
 use super::expression::{Expression, Node};
 use super::graph::{Graph, Map};
 
+/// Products of more factors stay as they are: their pairs are too many.
+const MOST: usize = 50;
+
 /// The nodes that some results need, in order, and how many of these and of the results are made of each node.
 struct Needed {
     nodes: Vec<Node>,
@@ -100,8 +103,43 @@ impl Graph {
 struct Products {
     /// Factors, or pairs of factors, the latter numbered after all nodes. Nothing for what is no product, or part of another one alone.
     factors: Map<Node, Vec<u32>>,
-    pairs: Vec<(u32, u32)>,
+    joined: Vec<(u32, u32)>,
     nodes: u32,
+}
+
+/// In how many products each pair of factors is.
+#[derive(Default)]
+struct Pairs {
+    /// The products that have had a pair, and how many have it.
+    holders: Map<(u32, u32), (Vec<Node>, usize)>,
+    /// Each pair with every number of products, above one, that it has been in.
+    queue: BinaryHeap<(usize, Reverse<(u32, u32)>)>,
+}
+
+impl Pairs {
+    fn add(&mut self, pair: (u32, u32), node: Node) {
+        let (holders, count) = self.holders.entry(pair).or_default();
+        holders.push(node);
+        *count += 1;
+        self.queue.extend((*count > 1).then_some((*count, Reverse(pair))));
+    }
+
+    fn remove(&mut self, pair: (u32, u32)) {
+        let (_, count) = self.holders.entry(pair).or_default();
+        *count -= 1;
+        self.queue.extend((*count > 1).then_some((*count, Reverse(pair))));
+    }
+
+    /// Takes the pair that is in most products, at least in two, and all that have had it.
+    fn most_frequent(&mut self) -> Option<((u32, u32), Vec<Node>)> {
+        while let Some((count, Reverse(pair))) = self.queue.pop() {
+            let (holders, now) = self.holders.entry(pair).or_default();
+            if *now == count && !holders.is_empty() {
+                return Some((pair, std::mem::take(holders)));
+            }
+        }
+        None
+    }
 }
 
 impl Products {
@@ -118,7 +156,8 @@ impl Products {
             own.sort_unstable();
             factors.insert(node, own);
         }
-        let mut products = Products { factors, pairs: Vec::new(), nodes: graph.len() as u32 };
+        factors.retain(|_, factors| factors.len() <= MOST);
+        let mut products = Products { factors, joined: Vec::new(), nodes: graph.len() as u32 };
         products.join_pairs();
         products.factors.retain(|_, factors| factors.iter().any(|&factor| factor >= products.nodes));
         products
@@ -126,35 +165,28 @@ impl Products {
 
     /// Replaces the most frequent pair of factors by its product, again and again, until none is there twice.
     fn join_pairs(&mut self) {
-        let mut holders = Map::<(u32, u32), Vec<Node>>::default();
+        let mut pairs = Pairs::default();
         for (&node, factors) in &self.factors {
-            pairs_of(factors).into_iter().for_each(|pair| holders.entry(pair).or_default().push(node));
+            pairs_of(factors).into_iter().for_each(|pair| pairs.add(pair, node));
         }
-        let mut queue: BinaryHeap<(usize, Reverse<(u32, u32)>)> =
-            holders.iter().map(|(pair, holders)| (holders.len(), Reverse(*pair))).collect();
-        while let Some((count, Reverse(pair))) = queue.pop() {
-            let Some(own) = holders.get(&pair).filter(|own| own.len() == count && count > 1).cloned() else { continue };
-            let joined = self.nodes + self.pairs.len() as u32;
-            self.pairs.push(pair);
-            for node in own {
-                let factors = self.factors.get_mut(&node).expect("a product");
+        while let Some((pair, holders)) = pairs.most_frequent() {
+            let joined = self.nodes + self.joined.len() as u32;
+            self.joined.push(pair);
+            for node in holders {
+                let Some(factors) = self.factors.get_mut(&node) else { continue };
                 let before = pairs_of(factors);
-                for factor in [pair.0, pair.1] {
-                    let at = factors.iter().position(|&other| other == factor).expect("of the pair");
-                    factors.remove(at);
+                if before.binary_search(&pair).is_err() {
+                    continue;
+                }
+                for factor in <[u32; 2]>::from(pair) {
+                    if let Some(at) = factors.iter().position(|other| *other == factor) {
+                        factors.remove(at);
+                    }
                 }
                 factors.push(joined);
                 let after = pairs_of(factors);
-                for gone in before.into_iter().filter(|pair| !after.contains(pair)) {
-                    let left = holders.get_mut(&gone).expect("counted");
-                    left.retain(|&other| other != node);
-                    queue.push((left.len(), Reverse(gone)));
-                }
-                for new in after.into_iter().filter(|pair| pair.1 == joined) {
-                    let with = holders.entry(new).or_default();
-                    with.push(node);
-                    queue.push((with.len(), Reverse(new)));
-                }
+                before.into_iter().filter(|pair| after.binary_search(pair).is_err()).for_each(|pair| pairs.remove(pair));
+                after.into_iter().filter(|pair| pair.1 == joined).for_each(|pair| pairs.add(pair, node));
             }
         }
     }
@@ -167,7 +199,7 @@ impl Products {
 
     fn node(&self, graph: &mut Graph, factor: u32, map: &[Node]) -> Node {
         let Some(pair) = factor.checked_sub(self.nodes) else { return map[factor as usize] };
-        let (x, y) = self.pairs[pair as usize];
+        let (x, y) = self.joined[pair as usize];
         let [x, y] = [x, y].map(|factor| self.node(graph, factor, map));
         graph.multiply(x, y)
     }

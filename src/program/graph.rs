@@ -25,7 +25,7 @@ pub(crate) struct Graph {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mixer(u64);
 
-/// By small numbers.
+/// A map by small numbers.
 pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 
 impl Hasher for Mixer {
