@@ -99,14 +99,6 @@ impl Graph {
     }
 }
 
-/// Products of factors that vary, each with all of its factors.
-struct Products {
-    /// Factors, or pairs of factors, the latter numbered after all nodes. Nothing for what is no product, or part of another one alone.
-    factors: Map<Node, Vec<u32>>,
-    joined: Vec<(u32, u32)>,
-    nodes: u32,
-}
-
 /// In how many products each pair of factors is.
 #[derive(Default)]
 struct Pairs {
@@ -140,6 +132,16 @@ impl Pairs {
         }
         None
     }
+}
+
+/// Products of factors that vary, each with all of its factors.
+struct Products {
+    /// Factors, or pairs of factors, the latter numbered after all nodes. Nothing for what is no product, or part of another one alone.
+    factors: Map<Node, Vec<u32>>,
+    /// The pairs that became factors themselves.
+    joined: Vec<(u32, u32)>,
+    /// The number of nodes, and of the first pair.
+    nodes: u32,
 }
 
 impl Products {
@@ -197,6 +199,7 @@ impl Products {
         factors.into_iter().reduce(|x, y| graph.multiply(x, y))
     }
 
+    /// The node of a factor, or of a pair of them.
     fn node(&self, graph: &mut Graph, factor: u32, map: &[Node]) -> Node {
         let Some(pair) = factor.checked_sub(self.nodes) else { return map[factor as usize] };
         let (x, y) = self.joined[pair as usize];
@@ -226,7 +229,7 @@ fn pairs_of(factors: &[u32]) -> Vec<(u32, u32)> {
 mod tests {
     use super::*;
 
-    /// How many products some nodes need, at most so many, with the same values as before.
+    /// How many multiplications some nodes take before and after, with the same values.
     fn multiplications(graph: &mut Graph, results: &[Node]) -> [usize; 2] {
         let count = |graph: &Graph, results: &[Node]| {
             let nodes = graph.reachable(results.iter().copied()).into_iter();
