@@ -101,17 +101,9 @@ impl<const S: usize> Link<S> {
         let mut d: Matrix<S> = load(next);
         for c in b..S {
             for r in b..S {
-                let mut product = 0.0;
-                for k in a..S {
-                    product += panel.l[r][k] * panel.u[c][k];
-                }
-                d[c][r] -= product;
+                d[c][r] -= product(&panel.l[r], &panel.u[c], a);
             }
-            let mut magnitude = 0.0;
-            for k in a..S {
-                magnitude += (panel.l[c][k] * panel.u[c][k]).abs();
-            }
-            scale[c] += magnitude;
+            scale[c] += product(&panel.l[c].map(f64::abs), &panel.u[c].map(f64::abs), a);
         }
         store(&d, next);
     }
@@ -200,6 +192,16 @@ impl<const S: usize> Link<S> {
     }
 }
 
+/// The scalar product from unknown `a` on, of which there is one at least: beginning with zero would take another sum.
+#[inline(always)]
+fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
+    let mut sum = x[a] * y[a];
+    for k in a + 1..S {
+        sum += x[k] * y[k];
+    }
+    sum
+}
+
 #[inline(always)]
 fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     let mut vector = [0.0; S];
@@ -213,11 +215,7 @@ fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: 
     let [next] = node.later.as_slice() else { return };
     let x = &mut later[next.first..][..S];
     for c in b..S {
-        let mut sum = 0.0;
-        for k in a..S {
-            sum += lines[c][k] * y[k];
-        }
-        x[c] -= sum;
+        x[c] -= product(&lines[c], y, a);
     }
 }
 
