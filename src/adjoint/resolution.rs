@@ -62,6 +62,8 @@ struct Bend {
     alone: f64,
     bends: bool,
     most: f64,
+    /// Its number among all elements.
+    element: usize,
     at: Place,
 }
 
@@ -74,7 +76,7 @@ struct Place {
 
 impl Resolution {
     pub(crate) fn new(system: &System) -> Self {
-        let bending = system.bending_elements().count();
+        let bending = system.bending();
         let (n, m, k) = if bending > 0 { (system.n(), system.m(), system.k()) } else { (0, 0, 0) };
         let zeros = |len| vec![0.0; len];
         Resolution {
@@ -98,8 +100,8 @@ impl Resolution {
     }
 
     fn end_event(&mut self) {
-        for (element, bend) in self.bends.iter_mut().enumerate() {
-            let Bend { missed, alone, bends, at, .. } = std::mem::take(bend);
+        for bend in &mut self.bends {
+            let Bend { missed, alone, bends, element, at, .. } = std::mem::take(bend);
             let missed = missed.abs().max(alone);
             let share = if bends && missed > 0.0 { missed / self.most } else { 0.0 };
             self.total += share * share;
@@ -115,7 +117,7 @@ impl Resolution {
         self.end_event();
         let share = self.total.sqrt();
         if share > Warning::BENT {
-            let element = system.bending_elements().nth(self.element).unwrap_or_default().into();
+            let element = system.element_name(self.element).into();
             report.warn(Warning::UnresolvedElement { element, step: self.at.step, time: self.at.time, share });
         }
     }
@@ -191,7 +193,7 @@ impl AdjointSweep {
         *most = most.max(gain);
         let place = Place { step: self.refinement.given_step(node), time: here.t };
         let mut bends = bends.iter_mut();
-        let mut judge = |Within { missed, change }: Within| {
+        let mut judge = |Within { element, missed, change }: Within| {
             let Some(bend) = bends.next().filter(|_| missed.is_finite()) else { return };
             bend.missed += missed;
             if missed.abs() > MISSED * change {
@@ -200,7 +202,7 @@ impl AdjointSweep {
             if missed.abs() > BENT * change {
                 bend.bends = true;
                 if missed.abs() > bend.most {
-                    (bend.most, bend.at) = (missed.abs(), place);
+                    (bend.most, bend.element, bend.at) = (missed.abs(), element, place);
                 }
             }
         };

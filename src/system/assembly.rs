@@ -12,6 +12,7 @@ use super::point::Layout;
 use super::products::{Products, Wanted};
 use super::view::NodeView;
 use crate::System;
+use crate::number::larger;
 use crate::program::{Lanes, Places};
 
 /// Elements of one formula whose derivatives vary along a motion.
@@ -36,8 +37,6 @@ struct InputGroup {
 #[derive(Debug)]
 struct BendingGroup {
     elements: Vec<usize>,
-    /// Where each of them stands among all that may bend.
-    places: Vec<usize>,
     along: Lanes,
 }
 
@@ -52,9 +51,9 @@ pub(crate) struct Assembly {
     dual_inputs: Vec<usize>,
     /// The number of second derivatives of the former, which are the last.
     dual_len: usize,
-    /// Elements that may bend within a step, in their order, and those of them that have programs.
-    bending: Vec<usize>,
+    /// Elements that may bend within a step: those that have programs, and all, these first.
     bending_groups: Vec<BendingGroup>,
+    bending: Vec<usize>,
     /// Elements whose second derivatives are stored, and where these stand: entry by entry, and of each entry element by element.
     varying: Vec<usize>,
     stored: Vec<(BlockRun, Range<usize>)>,
@@ -71,7 +70,7 @@ pub(crate) struct Workspace {
     inputs: Vec<Vec<f64>>,
     along: Vec<Vec<f64>>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, at both ends of a step, of every element that may bend.
-    ends: Vec<[[f64; 2]; 2]>,
+    ends: [[Vec<f64>; 2]; 2],
     point: Vec<f64>,
     /// The point at which inputs are differentiated.
     input_point: Vec<f64>,
@@ -89,7 +88,7 @@ impl Assembly {
             };
             if formula.may_bend() {
                 let (elements, along) = (alike.numbers.clone(), alike.lanes(&layout, kernels.along.clone()));
-                assembly.bending_groups.push(BendingGroup { elements, places: Vec::new(), along });
+                assembly.bending_groups.push(BendingGroup { elements, along });
             }
             if !kernels.inputs_of.is_empty() {
                 let of = kernels.inputs_of.iter().flat_map(|slot| own.iter().map(|element| Argument::of(element, *slot)));
@@ -102,11 +101,9 @@ impl Assembly {
                 assembly.groups.push(Group { elements: alike.numbers, state, sums });
             }
         }
-        assembly.bending = (0..elements.len()).filter(|&e| elements[e].formula.may_bend()).collect();
-        for group in &mut assembly.bending_groups {
-            let place = |e: &usize| assembly.bending.binary_search(e).unwrap_or_default();
-            group.places = group.elements.iter().map(place).collect();
-        }
+        let programmed = assembly.bending_groups.iter().flat_map(|group| &group.elements);
+        let others = assembly.dual.iter().filter(|&&e| elements[e].formula.may_bend());
+        assembly.bending = programmed.chain(others).copied().collect();
         let programmed = assembly.groups.iter().map(|group| group.elements.clone());
         let lists: Vec<Vec<usize>> = programmed.chain(assembly.dual.iter().map(|&e| vec![e])).collect();
         lists.into_iter().for_each(|members| assembly.store(elements, members));
@@ -157,7 +154,7 @@ impl Assembly {
             state: self.groups.iter().map(|group| group.state.registers()).collect(),
             inputs: self.input_groups.iter().map(|group| group.inputs.registers()).collect(),
             along: self.bending_groups.iter().map(|group| group.along.registers()).collect(),
-            ends: vec![[[0.0; 2]; 2]; self.bending.len()],
+            ends: [(); 2].map(|()| [(); 2].map(|()| vec![0.0; self.bending.len()])),
             point: vec![0.0; self.layout.len()],
             input_point: vec![0.0; self.layout.len()],
         }
@@ -207,9 +204,9 @@ impl Assembly {
         self.products.iter().for_each(|products| products.push_forward(blocks, along, sums));
     }
 
-    /// Whether any element may bend within a step.
-    pub(crate) fn may_bend(&self) -> bool {
-        !self.bending.is_empty()
+    /// The number of elements that may bend within a step.
+    pub(crate) fn bending(&self) -> usize {
+        self.bending.len()
     }
 
     /// Whether `pull_back_inputs` has anything to add.
@@ -290,20 +287,22 @@ impl Formulas {
         assembly.layout.load_direction(change, point);
         for (end, at) in ends.into_iter().enumerate() {
             assembly.layout.load(at, point);
+            let mut begin = 0;
             for (group, registers) in assembly.bending_groups.iter().zip(&mut *along) {
                 group.along.run(point, registers, |e, k, results| {
-                    group.places[e..].iter().zip(results).for_each(|(&place, value)| values[place][end][k] = *value);
+                    values[end][k][begin + e..][..results.len()].copy_from_slice(results);
                 });
+                begin += group.elements.len();
             }
-            for (values, &e) in values.iter_mut().zip(&assembly.bending) {
-                if elements[e].formula.kernels.is_none() {
-                    values[end] = system.item(elements[e].place).along(at, change, with);
-                }
+            for (i, &e) in assembly.bending.iter().enumerate().skip(begin) {
+                let [value, rate] = system.item(elements[e].place).along(at, change, with);
+                (values[end][0][i], values[end][1][i]) = (value, rate);
             }
         }
-        for [[begin, begin_rate], [end, end_rate]] in values {
-            let (change, told) = (*end - *begin, 0.5 * (*begin_rate + *end_rate));
-            show(Within { missed: change - told, change: change.abs().max(told.abs()) });
+        let [begin, end] = values.each_ref().map(|[value, rate]| value.iter().zip(rate));
+        for (&element, ((begin, begin_rate), (end, end_rate))) in assembly.bending.iter().zip(begin.zip(end)) {
+            let (change, told) = (end - begin, 0.5 * (begin_rate + end_rate));
+            show(Within { element, missed: change - told, change: larger(change.abs(), told.abs()) });
         }
     }
 }

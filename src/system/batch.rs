@@ -135,6 +135,8 @@ pub struct InputRows<'a> {
 /// What happens to c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element within a step.
 #[derive(Clone, Copy)]
 pub struct Within {
+    /// Its number among all elements.
+    pub element: usize,
     /// Its change, less what the derivatives at the ends of the step say.
     pub missed: f64,
     /// The larger of its change and of what these say.

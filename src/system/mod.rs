@@ -223,13 +223,18 @@ impl System {
         })
     }
 
-    /// The names of the elements that may bend within a step: whose derivatives vary, other than as sines.
-    pub(crate) fn bending_elements(&self) -> impl Iterator<Item = &str> {
-        self.formulas.elements.iter().filter(|element| element.formula.may_bend()).map(|element| element.name.as_str())
+    /// The number of elements that may bend within a step: whose derivatives vary, other than as sines.
+    pub(crate) fn bending(&self) -> usize {
+        self.formulas.assembly.bending()
     }
 
     pub(crate) fn may_bend(&self) -> bool {
-        self.formulas.assembly.may_bend()
+        self.bending() > 0
+    }
+
+    /// The name of an element by its number.
+    pub(crate) fn element_name(&self, element: usize) -> &str {
+        &self.formulas.elements[element].name
     }
 
     /// Where the unknowns of a step stand in the solver's order.

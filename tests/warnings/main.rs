@@ -179,6 +179,32 @@ fn friction_that_turns_within_a_step_is_named_and_its_gradient_is_as_wrong_as_to
     assert!((right - expected).abs() < 0.02 * expected && warnings.is_empty());
 }
 
+/// Four blocks, each with drag and friction that is resolved but for one of them.
+#[test]
+fn the_element_at_fault_is_named_among_others_of_its_kind() {
+    for (culprit, programs) in (0..4).flat_map(|culprit| [(culprit, true), (culprit, false)]) {
+        let mut scene = Scene::new();
+        for k in 0..4 {
+            let x = elements::mass(&mut scene, &format!("block {k}"), 1.0.into(), 0.0);
+            if k == culprit {
+                let u = scene.control("pull");
+                elements::drive(&mut scene, x, u);
+            }
+            Element::Drag { linear: 0.1, cubic: 0.1 }.add(&mut scene, &format!("drag {k}"), &[x], 0.0);
+            let speed = if k == culprit { 3e-6 } else { 0.05 };
+            Element::Friction { force: 1.0, speed }.add(&mut scene, &format!("friction {k}"), &[x], 0.0);
+            elements::aim(&mut scene, &format!("end {k}"), Sum::Terminal, x, -10.0);
+        }
+        let system = if programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(1000, 1e-3));
+        inputs.controls.fill(-3.0);
+        inputs.start.rate_mut().fill(1.3337);
+        let warnings = gradient(&system, &inputs, Settings::default()).expect("a gradient").warnings;
+        let [Warning::UnresolvedElement { element, .. }] = &warnings[..] else { panic!("{culprit}: {warnings:?}") };
+        assert_eq!(*element, format!("friction {culprit}"));
+    }
+}
+
 #[test]
 fn warnings_are_the_same_whatever_computes_the_gradient() {
     for (number, element) in [(0, sharp()[0]), (6, sharp()[6]), (17, sharp()[17])] {
