@@ -9,6 +9,9 @@
 //! it is as large as 1/θ. So corrections that have stopped shrinking are rounding, whatever their size, if they come from Φ more than from 𝓛_v,
 //! and of Φ nothing is left but rounding. The positions are then off by u ≈ ε/θ along a motion that the constraints hardly resist there, and
 //! Φ = 0 holds as well as numbers allow. A projection that fails leaves more of Φ, or is held up by 𝓛_v.
+//!
+//! **Dependent constraints.** With Φ_qᵀz = 0, rounding ε of zᵀΦ makes ν move by ε/μ along z, 1e-5 N s, and 𝓛_v by (Φ_q(q) − Φ_q(q⁻))ᵀz times that if
+//! corrections are those at q⁻. So K(0) is that at q, where Φ_qᵀz = 0, as soon as q is known.
 
 use super::Motion;
 use super::monitor::Monitor;
@@ -21,6 +24,8 @@ use crate::system::NodeView;
 /// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then. Those of its
 /// derivatives shrink alike.
 pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
+/// Where constraints depend on each other so many corrections have a K(0) of their own: q is known to rounding before the last.
+const REFACTORED: std::ops::RangeInclusive<usize> = 1..=2;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
 /// A correction below this fraction of the largest coordinate, both in units of their masses, is rounding …
@@ -34,7 +39,7 @@ const ROUNDING_OF_PHI: f64 = 8.0 * f64::EPSILON;
 pub(super) struct Projection<'a> {
     pub(super) system: &'a System,
     pub(super) motion: &'a Motion,
-    /// With the factors of K(0) at q⁻.
+    /// With the factors of K(0) at q⁻, before the projection.
     pub(super) newton: &'a mut Newton,
     pub(super) monitor: &'a mut Monitor,
     pub(super) node: usize,
@@ -53,6 +58,9 @@ impl Projection<'_> {
                 self.check_quadratic(&at.left.v, momentum)?;
             }
             self.violation(at);
+            if REFACTORED.contains(&corrections) && !self.motion.trajectory.compliance.is_empty() {
+                self.factor()?;
+            }
             self.newton.solve(self.system, &mut at.left);
             let (correction, size) = (self.newton.size_of(&at.left.v), self.newton.size_of(&at.q));
             moved = largest(&at.left.v);
@@ -76,6 +84,14 @@ impl Projection<'_> {
             at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
         Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: moved })
+    }
+
+    /// Factors K(0) where the evaluation stands.
+    fn factor(&mut self) -> Result<(), StepFailure> {
+        let blocks = std::mem::take(&mut self.newton.evaluation.blocks);
+        let factored = self.newton.factor(self.system, 0.0, &blocks, &mut self.monitor.report);
+        self.newton.evaluation.blocks = blocks;
+        factored.map(|_| ()).map_err(StepFailure::Singular)
     }
 
     /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.

@@ -138,12 +138,14 @@ fn corrected(system: &System, at: &NodeView<f64>, mut q: DVector<f64>, count: us
     Some((q, last?))
 }
 
-/// What a step that failed can have met: Φ_q of nearly deficient rank.
+/// What a step that failed can have met: Φ_q of nearly deficient rank, where nearby it has a larger one.
 pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, time: f64) -> Option<Error> {
-    let null = null_space(&Scaled::at(system, at)?.phi_q.transpose(), NEARLY_SINGULAR);
+    let here = Scaled::at(system, at)?;
+    let null = null_space(&here.phi_q.transpose(), NEARLY_SINGULAR);
     let (rows, equations) = (system.m(), names_of_rows(&null, system));
     let rank = rows - null.ncols();
-    (rank < rows).then_some(Error::SingularConfiguration { step, time, rank, rows, equations })
+    let usual = || corrected(system, at, here.aside(at), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
+    (rank < rows && rank < rows - usual()).then_some(Error::SingularConfiguration { step, time, rank, rows, equations })
 }
 
 fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
