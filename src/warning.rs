@@ -15,6 +15,18 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// Positions have drifted from constraints that depend on each other, so that what each allows another forbids: their compliance resists the motion.
+    ///
+    /// A drift of Φ_q by δ takes δ²/1e-11 of the velocity in each step, while what is left of dΦ/dt = 0 is small. A doubled hinge, or parallel cranks, drift
+    /// alike and take nothing.
+    Braked {
+        /// The step in which most was taken, counted from 1.
+        step: usize,
+        /// When it ends, s.
+        time: f64,
+        /// What the compliances took there, times the number of steps, relative to the largest kinetic energy; at least [`BRAKED`](Warning::BRAKED).
+        share: f64,
+    },
     /// A pivot of a tangent matrix lost at least [`LOST_DIGITS`](Warning::LOST_DIGITS) of the numbers it is a difference of: masses far apart, a
     /// configuration that is nearly singular, or a step that is too long.
     LostDigits {
@@ -104,6 +116,8 @@ pub enum Warning {
 impl Warning {
     /// Pivots below this fraction of their terms are worth a warning: half of the digits are gone.
     pub const LOST_DIGITS: f64 = 1e-8;
+    /// Kinetic energy that dependent constraints take is worth a warning from this share on.
+    pub const BRAKED: f64 = 1e-4;
     /// Growth beyond this is worth a warning: half of the gradient's digits are gone.
     pub const GROWTH: f64 = 1e8;
     /// What elements do within steps unseen is worth a warning from this share on.
@@ -123,6 +137,13 @@ impl fmt::Display for Warning {
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
                 equations.join(", ")
+            ),
+            Warning::Braked { step, time, share } => write!(
+                f,
+                "constraints that depend on each other brake the motion: positions have drifted from them, and their compliance takes so much in step \
+                 {step} (t = {} s) that in all steps it would be {share:.1e} of the kinetic energy; remove those that follow from others, set \
+                 `Settings::drift_bound` to 0.0, or take shorter steps or a scheme of higher order",
+                seconds(*time)
             ),
             Warning::LostDigits { step, time, unknown, pivot } => write!(
                 f,

@@ -490,6 +490,40 @@ fn pantograph(across: bool) -> (System, [usize; 2]) {
 }
 
 #[test]
+fn dependent_constraints_that_drift_apart_brake_the_motion_and_say_so() {
+    let run_both = |steps: usize, settings: Settings| {
+        let [free, again] = [false, true].map(|across| {
+            let (system, angles) = pantograph(across);
+            let mut solver = Solver::new(&system, settings);
+            let given = Inputs::at_rest(&system, Grid::uniform(steps, 0.25 / steps as f64));
+            let motion = solver.simulate(&given).expect("motion");
+            (angles.map(|i| motion.q[(i, steps)]), solver.report().warnings.clone())
+        });
+        let error = largest_difference(&free.0, &again.0);
+        let share = again.1.iter().find_map(|warning| match warning {
+            Warning::Braked { share, .. } => Some(*share),
+            _ => None,
+        });
+        println!("pantograph, {steps} steps: arms off by {error:.1e}, {share:?} of the energy");
+        (error, share.is_some_and(|share| share > Warning::BRAKED))
+    };
+    let esdirk = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
+    for (steps, settings) in [(50, Settings::default()), (200, Settings::default()), (50, esdirk)] {
+        let (error, braked) = run_both(steps, settings);
+        assert!(error > 1e-3 && braked, "{steps}");
+    }
+    for (steps, settings) in [(3200, Settings::default()), (800, esdirk)] {
+        let (error, braked) = run_both(steps, settings);
+        assert!(error < 1e-4 && !braked, "{steps}");
+    }
+    // Neither are parallel cranks braked, nor what stands still under a load.
+    for system in [parallelogram(3, 0.9, true), pendulum(2, 2), overclosed(true)] {
+        let (.., warnings) = run(&system, &inputs(&system, 100, 0.01));
+        assert!(matches!(warnings[..], [Warning::DependentConstraints { .. }]), "{warnings:?}");
+    }
+}
+
+#[test]
 fn projections_of_dependent_constraints_converge_and_their_failures_are_no_singular_configurations() {
     let (system, _) = pantograph(true);
     let given = Inputs::at_rest(&system, Grid::uniform(60, 0.0025));

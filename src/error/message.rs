@@ -84,7 +84,8 @@ impl fmt::Display for Error {
             ),
             Error::ContradictoryConstraints { equations, violation, time } => write!(
                 f,
-                "at t = {} s these constraints contradict each other by {violation:.3e}: {}; remove or correct one of them",
+                "at t = {} s these constraints contradict each other by {violation:.3e}: {}; remove or correct one of them, or, if they agree at the \
+                 start, let them drift less: set `Settings::drift_bound` to 0.0, or take shorter steps",
                 seconds(*time),
                 equations.join(", ")
             ),

@@ -33,6 +33,7 @@ use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
 use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
 use crate::node::{Predictor, StepFailure, Unknowns};
+use crate::number::larger;
 use crate::system::{Given, KnownPart, NodeView};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use restart::Restarting;
@@ -86,6 +87,7 @@ impl ForwardSweep {
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
         self.monitor.most_turn = Warning::TURN;
+        (self.monitor.most_braked, self.monitor.most_kinetic) = (Warning::BRAKED, 0.0);
         self.stepper.continuation.counted = 0;
         self.begin_again(system, settings)
     }
@@ -171,7 +173,10 @@ impl ForwardSweep {
             }
             self.motion.keep(node);
             self.check_energies(system, node)?;
-            self.check_compliant(system, node, settings)?;
+            if !self.motion.trajectory.compliance.is_empty() {
+                self.compare_gaps(system, node, settings)?;
+                self.watch_brake(system, node, settings);
+            }
             self.watch_turns(system, node);
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
@@ -353,5 +358,28 @@ impl ForwardSweep {
         let equations = rank::dependent(system, &at)
             .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
         Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
+    }
+
+    /// Warns where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
+    fn watch_brake(&mut self, system: &System, node: usize, settings: &Settings) {
+        let (motion, start) = (&self.motion, &self.stepper.start_sigma);
+        let of_stage = |stage: usize| {
+            let at = motion.at_stage(node, stage);
+            let gaps = motion.trajectory.compliance.iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
+            // Below, it is the load that is shared.
+            gaps.filter(|(gap, _)| gap.abs() > settings.velocity_tolerance).map(|(gap, mu)| gap * gap / mu).sum()
+        };
+        let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);
+        let all = taken * (motion.nodes() - 1) as f64;
+        if all <= Warning::BRAKED * self.monitor.most_kinetic {
+            return;
+        }
+        self.monitor.most_kinetic = larger(self.monitor.most_kinetic, system.energies(&motion.at(node))[0]);
+        let share = all / self.monitor.most_kinetic;
+        if share > self.monitor.most_braked {
+            self.monitor.most_braked = share;
+            let (step, time) = (motion.given_step(node), motion.time(node));
+            self.monitor.report.replace(Warning::Braked { step, time, share });
+        }
     }
 }

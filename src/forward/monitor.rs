@@ -8,6 +8,9 @@ pub(crate) struct Monitor {
     pub(crate) report: Report,
     /// The most that an angle turned in a step, if it is worth a warning.
     pub(crate) most_turn: f64,
+    /// The most that the compliances of dependent constraints took of the kinetic energy, if it is worth a warning, and the largest one looked at.
+    pub(crate) most_braked: f64,
+    pub(crate) most_kinetic: f64,
     /// Φ of a node, and what its entries are compared with.
     pub(crate) phi: Vec<f64>,
     pub(crate) lengths: Vec<f64>,
@@ -20,6 +23,8 @@ impl Monitor {
         Monitor {
             report: Report::default(),
             most_turn: Warning::TURN,
+            most_braked: Warning::BRAKED,
+            most_kinetic: 0.0,
             phi: vec![0.0; m],
             lengths: vec![0.0; m],
             reach: Vec::with_capacity(n),
