@@ -204,6 +204,10 @@ impl fmt::Display for Error {
             Error::NoSecondDerivatives { of } => {
                 write!(f, "there are no exact second derivatives of {of}; use a method that needs gradients alone")
             }
+            Error::NoHyperDual => f.write_str(
+                "hyper-dual numbers do not go through costs that depend on accelerations or reactions; `Solver::hessian_product` has their exact \
+                 products, which differences of gradients can be compared with",
+            ),
             Error::Incomplete { computed: 0, .. } => {
                 write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")
             }

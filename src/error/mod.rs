@@ -313,6 +313,8 @@ pub enum Error {
         /// The scheme of the motion.
         found: &'static str,
     },
+    /// Numbers with derivatives along two directions met a cost on accelerations or reactions.
+    NoHyperDual,
     /// Second derivatives were asked for of a motion that has something without.
     NoSecondDerivatives {
         /// What it is.

@@ -190,7 +190,7 @@ impl Accelerations {
     /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which nothing here knows.
     pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
         if R::PARTS > 2 {
-            return Err(Error::NoSecondDerivatives { of: "costs that depend on accelerations or reactions".into() });
+            return Err(Error::NoHyperDual);
         }
         let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
         let real = part(0);

@@ -198,7 +198,7 @@ fn hyper_dual_numbers_say_that_they_know_none_of_them() {
     scene.cost("looking", Looking, Sum::Trapezoidal, [x, y], [], [], []);
     let system = scene.compile().expect("a scene");
     let refused = check::hessian(&system, &lively(&system), Settings::default()).run().expect_err("no such numbers");
-    assert_says(&refused, &["accelerations or reactions"]);
+    assert_says(&refused, &["hyper-dual", "accelerations or reactions", "`Solver::hessian_product`"]);
 }
 
 #[test]
