@@ -352,3 +352,40 @@ fn an_error_in_the_last_digits_is_called_that_and_nothing_else() {
         }
     }
 }
+
+/// A spring whose force is a table, linear between its entries: x + x³ at every tenth of a metre.
+struct Tabled;
+impl hamiltonian_adjoint::Force<1, 0, 1> for Tabled {
+    fn force<S: Scalar>(&self, at: &hamiltonian_adjoint::ForcePoint<S, 1, 0>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        let entry = |i: f64| 0.1 * i + (0.1 * i).powi(3);
+        let (x, first) = (at.q[0] * 10.0, (10.0 * at.q[0].re()).floor());
+        let force = (x - first) * (entry(first + 1.0) - entry(first)) + entry(first);
+        SVector::from([-(b[0] * force)])
+    }
+}
+/// q² + q̇²/10.
+struct Swing;
+impl hamiltonian_adjoint::Cost<1> for Swing {
+    fn cost<S: Scalar>(&self, at: &hamiltonian_adjoint::CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0].powi(2) + at.v[0].powi(2) * 0.1
+    }
+}
+
+#[test]
+fn a_motion_over_kinks_has_no_taylor_remainder_of_second_order_and_a_right_gradient() {
+    let mut scene = Scene::new();
+    let cart = scene.particle("cart", 1.0, [0.93, 0.0]);
+    let stiffness = scene.design("stiffness", 3.0);
+    scene.force("table", Tabled, [cart.coordinates[0]], [], [stiffness.into()]);
+    scene.cost("swing", Swing, Sum::Integral, [cart.coordinates[0]], [], [], []);
+    let system = scene.compile().expect("scene");
+    let (mut bent, mut wrong) = (0, 0);
+    for steps in 60..90 {
+        let inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
+        let report = check::gradient(&system, &inputs, Settings::default()).run().expect("check");
+        bent += usize::from(report.taylor.slope.is_some_and(|slope| slope <= 1.5) && report.passed());
+        wrong += usize::from(report.verdict() == Verdict::Wrong);
+    }
+    println!("of 30 gradients over kinks {bent} have remainders of lower order, and {wrong} are called wrong");
+    assert!(bent > 0 && wrong == 0);
+}

@@ -125,6 +125,8 @@ impl DirectionReport {
 
 /// Where dJ is smaller than this part of J, errors are relative to that.
 const HIDDEN: f64 = super::ways::OF_VALUE;
+/// Differences as near to the adjoint as this leave nothing for a Taylor remainder of the first order but kinks.
+const BENDS: f64 = 1e-9;
 /// The least observed order that a right gradient has: half-way between 1 and 2.
 const ENOUGH: f64 = 1.5;
 
@@ -159,7 +161,17 @@ impl GradientReport {
     }
 
     fn taylor_holds(&self) -> bool {
-        self.taylor.slope.is_none_or(|slope| slope > ENOUGH)
+        self.taylor.slope.is_none_or(|slope| slope > ENOUGH) || self.bends()
+    }
+
+    /// Whether differences along the direction of the Taylor remainder, the last, have all digits that a remainder can tell of, and the motion is no rounding:
+    /// then it is J that bends.
+    fn bends(&self) -> bool {
+        let along = self.directions.last().filter(|_| self.rounding <= ROUGH[0]);
+        along.is_some_and(|row| {
+            let exact = BENDS * row.scale();
+            near(row.differences, row.adjoint, exact) && row.differences_error <= exact
+        })
     }
 
     /// Whether all is right.
@@ -204,6 +216,10 @@ impl fmt::Display for GradientReport {
         }
         self.own.iter().try_for_each(|own| own_line(own, f, width))?;
         match self.taylor.slope {
+            Some(slope) if slope <= ENOUGH && self.bends() => writeln!(
+                f,
+                "  Taylor remainder: observed order {slope:.3}; J bends within its steps, for differences agree with the gradient"
+            )?,
             Some(slope) => {
                 let word = if self.taylor_holds() { "enough" } else { "TOO LOW" };
                 writeln!(
