@@ -1,8 +1,18 @@
 //! What a simulation or an adjoint sweep cost to compute, and what it has to say.
 
+use std::fmt;
+
 use crate::Warning;
 
 /// The work of a simulation or an adjoint sweep, and how well it went.
+///
+/// It prints as a table, what was not done left out:
+///
+/// ```
+/// let report = hamiltonian_adjoint::Report { newton_iterations: 231, most_iterations: 3, restarts: 2, ..Default::default() };
+/// let lines = ["       231  Newton iterations, at most 3 in one step", "         2  restarts"];
+/// assert_eq!(report.to_string().lines().take(2).collect::<Vec<_>>(), lines);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// Newton iterations of all steps.
@@ -97,5 +107,36 @@ impl Report {
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
         }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let counts = [
+            (self.factorisations, "factorisations of tangent matrices"),
+            (self.reused_factors, "corrections with factors of the iteration before"),
+            (self.refined_solutions, "refined solutions of adjoint equations"),
+            (self.element_evaluations, "evaluations of elements"),
+            (self.second_derivatives, "evaluations of second derivatives of elements"),
+            (self.sine_evaluations, "sines and cosines of coordinates"),
+            (self.input_evaluations, "derivatives of elements with respect to inputs"),
+            (self.chord_evaluations, "evaluations of elements along steps"),
+            (self.cost_evaluations, "evaluations of costs"),
+            (self.restarts, "restarts"),
+        ];
+        if self.newton_iterations > 0 {
+            writeln!(f, "{:>10}  Newton iterations, at most {} in one step", self.newton_iterations, self.most_iterations)?;
+        }
+        let mut done = counts.iter().filter(|(count, _)| *count > 0);
+        done.try_for_each(|(count, what)| writeln!(f, "{count:>10}  {what}"))?;
+        write!(f, "{:>10.1e}  of its terms is left of the smallest pivot", self.worst_pivot)?;
+        if self.adjoint_growth > 1.0 {
+            write!(
+                f,
+                "\n{:>10.1e}  times what costs put into them is the most that adjoint variables are",
+                self.adjoint_growth
+            )?;
+        }
+        self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
     }
 }
