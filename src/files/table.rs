@@ -129,7 +129,9 @@ impl Table {
             nearest.filter(|node| distance(node) <= tolerance).map(|node| (node, value)).ok_or_else(|| Error::File {
                 kind: "a table",
                 place: format!("column `{}`", self.names[column]),
-                problem: format!("it has a value at {t} s, where the grid has no node"),
+                problem: format!(
+                    "it has a value at {t} s, where the grid has no node; `Grid::through` has nodes at given times"
+                ),
             })
         };
         known.map(at).collect()

@@ -28,6 +28,38 @@ impl Grid {
         Grid::new(0.0, vec![dt; steps])
     }
 
+    /// Nodes at all of these times, in their order, and between them as many equal steps as none is longer than `longest`, s: for readings between steps, and
+    /// for controls that bend.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::Grid;
+    ///
+    /// let grid = Grid::through(&[0.0, 0.137, 0.25], 0.05)?;
+    /// assert_eq!(grid.nodes(), 1 + 3 + 3);
+    /// assert_eq!(grid.times()[3], 0.137);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// No time at all, or one that is not finite; a length that is not positive, or so short that the steps cannot be held in memory.
+    pub fn through(times: &[f64], longest: f64) -> Result<Self, Error> {
+        if let Some(&value) = times.iter().find(|t| !t.is_finite()) {
+            return Err(Error::NotFinite { what: "a time of `Grid::through`".into(), value });
+        }
+        if longest.is_nan() || longest <= 0.0 {
+            let (what, must_be) = ("the longest step of `Grid::through`".into(), "positive");
+            return Err(Error::Parameter { what, value: longest, must_be });
+        }
+        let Some(&start) = times.first() else {
+            return Err(Error::Size { what: "the times of `Grid::through`", expected: 1, found: 0 });
+        };
+        // A length that divides an interval but for rounding does.
+        let count = |pair: &[f64]| ((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil() as usize;
+        memory::check("the steps of a grid", times.windows(2).map(count).fold(0, usize::saturating_add), size_of::<f64>())?;
+        let steps = times.windows(2).flat_map(|pair| vec![(pair[1] - pair[0]) / count(pair) as f64; count(pair)]);
+        Ok(Grid::new(start, steps.collect()))
+    }
+
     /// The time since the start at each node, to rounding, whenever the start.
     pub(crate) fn passed(&self) -> Vec<f64> {
         clocks(0.0, &self.steps).map(Clock::time).collect()
