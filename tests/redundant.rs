@@ -11,8 +11,8 @@ use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
 use hamiltonian_adjoint::{
-    Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Scheme,
-    Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
+    Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, LongSolver, Multiplier, Param, Scalar, Scene,
+    Scheme, Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -497,7 +497,11 @@ fn dependent_constraints_that_drift_apart_brake_the_motion_and_say_so() {
             let mut solver = Solver::new(&system, settings);
             let given = Inputs::at_rest(&system, Grid::uniform(steps, 0.25 / steps as f64));
             let motion = solver.simulate(&given).expect("motion");
-            (angles.map(|i| motion.q[(i, steps)]), solver.report().warnings.clone())
+            let mut long = LongSolver::new(&system, settings, 200_000);
+            long.gradient(&given).expect("motion");
+            let arms = angles.map(|i| motion.q[(i, steps)]);
+            assert_eq!(long.report().warnings, solver.report().warnings);
+            (arms, solver.report().warnings.clone())
         });
         let error = largest_difference(&free.0, &again.0);
         let share = again.1.iter().find_map(|warning| match warning {

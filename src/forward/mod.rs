@@ -29,17 +29,13 @@ pub(crate) use window::HISTORY;
 
 use nalgebra::DMatrix;
 
-use crate::forward::redundancy::Relaxed;
 use crate::linear::Breakdown;
 use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
 use crate::node::{Predictor, StepFailure, Unknowns};
-use crate::number::larger;
 use crate::system::{Given, KnownPart, NodeView};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
+use redundancy::Relaxed;
 use restart::Restarting;
-
-/// What a compliance may take of the largest velocity; more says that constraints contradict each other.
-const CONTRADICTION: f64 = 1e-6;
 
 /// The forward sweep: the motion so far, what takes its steps, and what watches them.
 pub(crate) struct ForwardSweep {
@@ -173,10 +169,8 @@ impl ForwardSweep {
             }
             self.motion.keep(node);
             self.check_energies(system, node)?;
-            if !self.motion.trajectory.compliance.is_empty() {
-                self.compare_gaps(system, node, settings)?;
-                self.watch_brake(system, node, settings);
-            }
+            self.check_compliant(system, node, settings)?;
+            self.watch_brake(system, node, settings);
             self.watch_turns(system, node);
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
@@ -333,53 +327,5 @@ impl ForwardSweep {
             return Ok(());
         }
         system.find_undefined_energy(&self.motion.at(node), self.motion.given_step(node)).map_or(Ok(()), Err)
-    }
-
-    /// Dependent constraints that cannot be satisfied together pull their compliances apart.
-    pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        if self.motion.trajectory.compliance.is_empty() { Ok(()) } else { self.compare_gaps(system, node, settings) }
-    }
-
-    #[cold]
-    fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        let at = self.motion.at(node);
-        let size = self.stepper.newton.size_of(at.v);
-        // In the unit of the equation.
-        let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * redundancy::root_flexibility(mu);
-        let gap = |&(j, mu): &(usize, f64)| {
-            let gap = (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs();
-            (gap > tolerance(mu)).then_some((j, gap))
-        };
-        let gaps = || self.motion.trajectory.compliance.iter().filter_map(gap);
-        if gaps().next().is_none() {
-            return Ok(());
-        }
-        let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
-        let equations = rank::dependent(system, &at)
-            .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
-        Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
-    }
-
-    /// Warns where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
-    fn watch_brake(&mut self, system: &System, node: usize, settings: &Settings) {
-        let (motion, start) = (&self.motion, &self.stepper.start_sigma);
-        let of_stage = |stage: usize| {
-            let at = motion.at_stage(node, stage);
-            let gaps = motion.trajectory.compliance.iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
-            // Below, it is the load that is shared.
-            gaps.filter(|(gap, _)| gap.abs() > settings.velocity_tolerance).map(|(gap, mu)| gap * gap / mu).sum()
-        };
-        let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);
-        let all = taken * (motion.nodes() - 1) as f64;
-        if all <= Warning::BRAKED * self.monitor.most_kinetic {
-            return;
-        }
-        self.monitor.most_kinetic = larger(self.monitor.most_kinetic, system.energies(&motion.at(node))[0]);
-        let share = all / self.monitor.most_kinetic;
-        if share > self.monitor.most_braked {
-            self.monitor.most_braked = share;
-            let (step, time) = (motion.given_step(node), motion.time(node));
-            self.monitor.report.replace(Warning::Braked { step, time, share });
-        }
     }
 }

@@ -59,7 +59,8 @@ impl Projection<'_> {
             }
             self.violation(at);
             if REFACTORED.contains(&corrections) && !self.motion.trajectory.compliance.is_empty() {
-                self.factor()?;
+                let factored = self.newton.factor_here(self.system, 0.0, &mut self.monitor.report);
+                factored.map_err(StepFailure::Singular)?;
             }
             self.newton.solve(self.system, &mut at.left);
             let (correction, size) = (self.newton.size_of(&at.left.v), self.newton.size_of(&at.q));
@@ -84,14 +85,6 @@ impl Projection<'_> {
             at.x.sigma.iter_mut().zip(&at.left.sigma).for_each(|(nu, delta)| *nu -= delta);
         }
         Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: moved })
-    }
-
-    /// Factors K(0) where the evaluation stands.
-    fn factor(&mut self) -> Result<(), StepFailure> {
-        let blocks = std::mem::take(&mut self.newton.evaluation.blocks);
-        let factored = self.newton.factor(self.system, 0.0, &blocks, &mut self.monitor.report);
-        self.newton.evaluation.blocks = blocks;
-        factored.map(|_| ()).map_err(StepFailure::Singular)
     }
 
     /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.

@@ -12,15 +12,19 @@
 //! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen. Scenes whose
 //! constraints are independent have none of this.
 
+use super::rank;
 use crate::forward::ForwardSweep;
 use crate::node::Newton;
+use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
-use crate::{System, Warning};
+use crate::{Error, Settings, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
 const COMPLIANCE: f64 = 1e-11;
 /// A dependency is there if the softest combination of constraints is about as soft as its compliance.
 const SOFT: f64 = 0.1;
+/// What a compliance may take of the largest velocity; more says that constraints contradict each other.
+const CONTRADICTION: f64 = 1e-6;
 /// An equation takes part if its share in that combination is above this.
 const SHARE: f64 = 1e-5;
 
@@ -133,4 +137,57 @@ fn softest(forward: &mut ForwardSweep, system: &System, flexibility: &[f64]) -> 
     }
     let is_soft = growth * COMPLIANCE > SOFT;
     (0..system.m()).filter(|&j| is_soft && shares[j].abs() > SHARE).collect()
+}
+
+impl ForwardSweep {
+    /// Dependent constraints that cannot be satisfied together pull their compliances apart.
+    pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+        if self.motion.trajectory.compliance.is_empty() { Ok(()) } else { self.compare_gaps(system, node, settings) }
+    }
+
+    #[cold]
+    fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
+        let at = self.motion.at(node);
+        let size = self.stepper.newton.size_of(at.v);
+        // In the unit of the equation.
+        let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * root_flexibility(mu);
+        let gap = |&(j, mu): &(usize, f64)| {
+            let gap = (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs();
+            (gap > tolerance(mu)).then_some((j, gap))
+        };
+        let gaps = || self.motion.trajectory.compliance.iter().filter_map(gap);
+        if gaps().next().is_none() {
+            return Ok(());
+        }
+        let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
+        let equations = rank::dependent(system, &at)
+            .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
+        Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
+    }
+
+    /// Warns where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
+    pub(super) fn watch_brake(&mut self, system: &System, node: usize, settings: &Settings) {
+        let (motion, start) = (&self.motion, &self.stepper.start_sigma);
+        if motion.trajectory.compliance.is_empty() {
+            return;
+        }
+        let of_stage = |stage: usize| {
+            let at = motion.at_stage(node, stage);
+            let gaps = motion.trajectory.compliance.iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
+            // Below, it is the load that is shared.
+            gaps.filter(|(gap, _)| gap.abs() > settings.velocity_tolerance).map(|(gap, mu)| gap * gap / mu).sum()
+        };
+        let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);
+        let all = taken * (motion.nodes() - 1) as f64;
+        if all <= Warning::BRAKED * self.monitor.most_kinetic {
+            return;
+        }
+        self.monitor.most_kinetic = larger(self.monitor.most_kinetic, system.energies(&motion.at(node))[0]);
+        let share = all / self.monitor.most_kinetic;
+        if share > self.monitor.most_braked {
+            self.monitor.most_braked = share;
+            let (step, time) = (motion.given_step(node), motion.time(node));
+            self.monitor.report.replace(Warning::Braked { step, time, share });
+        }
+    }
 }

@@ -106,8 +106,13 @@ impl<F: Factorization> Newton<F> {
         self.load(system, v, sigma);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         self.evaluation.second(system, report);
-        self.evaluation.set_step(system, from.h, &mut self.matrix)?;
-        self.evaluation.assemble(system, from.h, &self.evaluation.blocks, &mut self.matrix);
+        self.factor_here(system, from.h, report)
+    }
+
+    /// Factors K(h) at the point that was evaluated last, second derivatives included.
+    pub(crate) fn factor_here(&mut self, system: &System, h: f64, report: &mut Report) -> Result<(), Breakdown> {
+        self.evaluation.set_step(system, h, &mut self.matrix)?;
+        self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
         report.factorisations += 1;
         self.matrix.factor(system.symbolic())?;
         self.watch_pivots(report);
