@@ -251,6 +251,46 @@ fn quadratic_forms_of_many_arguments_are_what_dual_numbers_make_of_them() {
     }
 }
 
+/// Angles of points on an axis and on a diagonal, which step, and of which no derivative shows anything.
+struct Steps;
+
+impl Force<2, 1> for Steps {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 1>, _b: &SVector<S, 0>) -> SVector<S, 2> {
+        SVector::from([at.u[0].atan2(at.u[0]), at.q[0].atan2(S::zero())])
+    }
+}
+
+impl PotentialEnergy<2> for Steps {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 2>, _b: &SVector<S, 0>, _t: S) -> S {
+        S::zero().atan2(q[0]) * q[1]
+    }
+}
+
+impl Cost<7> for Steps {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 7, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q.dot(&at.q) + at.q[6].atan2(at.q[6])
+    }
+}
+
+#[test]
+fn angles_that_step_are_not_taken_for_constants() {
+    let scene = || {
+        let mut scene = Scene::new();
+        let q = scene.coordinates("seven", ["a", "b", "c", "d", "e", "f", "g"]);
+        for (k, q) in q.into_iter().enumerate() {
+            scene.place(q, 0.3 - 0.1 * k as f64);
+            scene.kinetic_energy(&format!("mass {k}"), Heavy, [q], []);
+        }
+        let u = scene.control("u");
+        scene.force("diagonal", Steps, [q[0], q[1]], [u], []);
+        scene.potential_energy("axis", Steps, [q[5], q[2]], []);
+        scene.cost("squares", Steps, Sum::Trapezoidal, q, [], [], []);
+        scene
+    };
+    against_plain("steps", scene());
+    against_dual_numbers("steps", [scene(), scene()], 0.01);
+}
+
 /// Programs run for several elements side by side, whose places in the scene they know as lists or as equal distances.
 #[test]
 fn like_elements_may_be_any_number_and_stand_anywhere() {

@@ -99,9 +99,11 @@ impl Graph {
         (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
     }
 
-    /// Whether any of these depends on inputs by a sign or a comparison, of which derivatives show nothing.
+    /// Whether any of these depends on inputs by a sign, a comparison or an angle, of which derivatives may show nothing: that of (x, x) steps.
     pub(crate) fn is_piecewise(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
-        let is_step = |node| matches!(self.expression(node), Expression::Of(Function::Sign, _) | Expression::Less(..));
+        let is_step = |node| {
+            matches!(self.expression(node), Expression::Of(Function::Sign, _) | Expression::Less(..) | Expression::Atan2(..))
+        };
         self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
     }
 

@@ -66,7 +66,7 @@ impl CostFormula {
         let (partials, slopes) = gradient(&mut graph, values[0], Partial::all(&depends, bound));
         let results = [&values[..1], &slopes].concat();
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
-        let quadratic = quadratic(&mut graph, &partials, &slopes, template.parameters);
+        let quadratic = quadratic(&mut graph, &partials, &results, template.parameters);
         Ok(CostFormula { depends, template, numbers, kernel, partials, quadratic, offset })
     }
 
@@ -145,17 +145,17 @@ impl CostFormula {
     }
 }
 
-/// The second derivatives of a polynomial of degree two by columns, if it is one of many arguments.
-fn quadratic(graph: &mut Graph, partials: &[Partial], slopes: &[Node], parameters: usize) -> Option<Kernel> {
+/// The second derivatives of a polynomial of degree two by columns, if it is one of many arguments; of its value and slopes.
+fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Kernel> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
     for of in partials.iter().filter(|_| partials.len() >= FEW) {
         let Partial::Argument(which) = of else { return None };
         let x = graph.input(*which);
-        second.extend(graph.forward(slopes, &[(x, one)]));
+        second.extend(graph.forward(&results[1..], &[(x, one)]));
     }
     let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
-    let is_quadratic = is_quadratic && !graph.is_piecewise(slopes.iter().copied());
+    let is_quadratic = is_quadratic && !graph.is_piecewise(results.iter().copied());
     is_quadratic.then(|| Kernel::new(graph, parameters, &second)).flatten()
 }
 
