@@ -135,6 +135,10 @@ impl Slopes<'_> {
     pub fn add(&mut self, (of, place): (Of, usize), x: f64) {
         self.lists[of as usize][place] += x;
     }
+
+    pub fn clear(&mut self, (of, place): (Of, usize)) {
+        self.lists[of as usize][place] = 0.0;
+    }
 }
 
 /// Costs on numbers of type R.

@@ -148,7 +148,10 @@ impl<C: ListCost> AnyCosts for Costs<C> {
 
     fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
         let costs = self.items.iter().map(|item| (item.name.as_str(), item));
-        Suspect::first(costs, rows, |item, rows| item.gradient(at, weights, rows))
+        Suspect::first(costs, rows, |item, rows| {
+            item.gradient(at, weights, rows);
+            item.clear_others(at, rows);
+        })
     }
 
     fn find_not_finite_along(
@@ -159,7 +162,10 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         rows: &mut CostRows,
     ) -> Option<Suspect<'_>> {
         let costs = self.items.iter().zip(programs).map(|(item, program)| (item.name.as_str(), (item, program)));
-        Suspect::first(costs, rows, |(item, program), rows| item.gradient_along(program, at, weights, rows))
+        Suspect::first(costs, rows, |(item, program), rows| {
+            item.gradient_along(program, at, weights, rows);
+            item.clear_others(at.0, rows);
+        })
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

@@ -14,7 +14,7 @@ use super::weights::Weights;
 use crate::model::Param;
 use crate::model::element::{CostPoint, ListCost, ListPoint, Sum};
 use crate::number::{Fingerprint, Real, hyper, hyper_parts};
-use crate::program::{Obstacle, Symbol, Template, record};
+use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 use crate::{Cost, Scalar};
 
 /// How many derivatives dual numbers carry at once.
@@ -79,11 +79,26 @@ impl<C: ListCost> PlacedCost<C> {
 
     /// Its formula, and the numbers in it; the values are for one that looks at them.
     pub(super) fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let (graph, results) = record(|put| {
-            let argument = |i: usize| Symbol::input(i, self.argument(at, i));
-            put(self.evaluate(argument, |p| Symbol::parameter(p, self.b[p].value(at.design))));
-        })?;
+        let (graph, results) = record(|put| put(self.symbol(at)))?;
         Ok(Template::new(&graph, &results, self.b.len()))
+    }
+
+    fn symbol(&self, at: &NodeView<f64>) -> Symbol {
+        let argument = |i: usize| Symbol::input(i, self.argument(at, i));
+        self.evaluate(argument, |p| Symbol::parameter(p, self.b[p].value(at.design)))
+    }
+
+    /// Clears derivatives by arguments that it does not depend on there, if others are not finite: dual numbers make 0 · NaN of them.
+    pub(super) fn clear_others(&self, at: &NodeView<f64>, rows: &mut CostRows) {
+        let Some((graph, results)) = record_branch(|put| put(self.symbol(at))) else { return };
+        let depends = Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len());
+        let all = rows.clone();
+        let (_, mut slopes) = rows.memory_and_slopes();
+        let others = self.shape.places.iter().zip(depends).filter(|(_, depends)| !depends);
+        others.for_each(|(place, _)| slopes.clear(*place));
+        if rows.is_finite() {
+            *rows = all;
+        }
     }
 
     pub(super) fn find_uses(&self, template: Option<&Template>) -> CostUse {
