@@ -107,15 +107,25 @@ impl Graph {
         self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
     }
 
-    /// Whether any of these may be undefined where its derivatives by inputs are not: logarithms, and what is made of parameters alone.
-    pub(crate) fn is_partly_defined(&self, nodes: &[Node]) -> bool {
-        let is_partial = |node| match self.expression(node) {
-            Expression::Of(Function::Ln | Function::Ln1p, _) => true,
-            Expression::Of(Function::Sqrt | Function::Asin | Function::Acos | Function::Reciprocal, x) => self.is_fixed(x),
-            Expression::Power(x, _) => self.is_fixed(x),
-            _ => false,
+    /// Whether any of these may be undefined where its derivatives by the first inputs are not: logarithms, and what does not depend on these.
+    pub(crate) fn is_partly_defined(&self, nodes: &[Node], inputs: usize) -> bool {
+        let mut moves = vec![false; self.len()];
+        let mut is_partial = |node: Node| {
+            let expression = self.expression(node);
+            let is_first = matches!(expression, Expression::Input(which) if (which as usize) < inputs);
+            moves[node.index()] = is_first || expression.arguments().any(|x| moves[x.index()]);
+            match expression {
+                Expression::Constant(bits) => !f64::from_bits(bits).is_finite(),
+                Expression::Of(Function::Ln | Function::Ln1p, _) => true,
+                Expression::Of(Function::Sqrt | Function::Asin | Function::Acos | Function::Reciprocal, x) => {
+                    !moves[x.index()]
+                }
+                Expression::IntegerPower(x, n) => n < 0 && !moves[x.index()],
+                Expression::Power(..) | Expression::Divide(..) => !moves[node.index()],
+                _ => false,
+            }
         };
-        self.reachable(nodes.iter().copied()).into_iter().any(is_partial)
+        self.reachable(nodes.iter().copied()).into_iter().any(&mut is_partial)
     }
 
     /// The inputs that a node depends on.

@@ -12,9 +12,9 @@ pub(crate) struct Template {
     pub(crate) parameters: usize,
 }
 
-/// Whether a number is part of the shape of a formula, which is simpler with it: a multiple of ½ up to 4.
+/// Whether a number is part of the shape of a formula, which is simpler with it: a multiple of ½ up to 4; or not defined with it, if it is not finite.
 fn is_structural(value: f64) -> bool {
-    value.abs() <= 4.0 && (2.0 * value).fract() == 0.0
+    value.abs() <= 4.0 && (2.0 * value).fract() == 0.0 || !value.is_finite()
 }
 
 impl Template {

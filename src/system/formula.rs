@@ -118,7 +118,7 @@ impl Formula {
         let (mut graph, derivatives) = Derivatives::new(kind, shape, &template);
         let depends = template.depends(shape.sigma());
         let (timed, parameters) = (depends[shape.t()], template.parameters);
-        let partly_defined = is_energy(kind) && graph.is_partly_defined(&derivatives.values);
+        let partly_defined = is_energy(kind) && graph.is_partly_defined(&derivatives.values, shape.u());
         let is_control = |i: usize| (shape.u()..shape.t()).contains(&i);
         let controls = derivatives.by_controls(&mut graph);
         let linear_in_controls = controls.iter().all(|slope| graph.is_fixed(*slope));
