@@ -235,6 +235,10 @@ impl Graph {
         if let Some(x) = self.negated(x) {
             return self.subtract(y, x);
         }
+        if let Some((condition, [x, y])) = self.both_where(x, y) {
+            let sum = self.add(x, y);
+            return self.keep_where(condition, sum);
+        }
         self.put(Expression::Add(x.min(y), x.max(y)))
     }
 
@@ -254,6 +258,10 @@ impl Graph {
         if let Some(x) = self.negated(x) {
             let sum = self.add(x, y);
             return self.negative(sum);
+        }
+        if let Some((condition, [x, y])) = self.both_where(x, y) {
+            let difference = self.subtract(x, y);
+            return self.keep_where(condition, difference);
         }
         if let Some(&difference) = self.numbers.get(&Expression::Subtract(y, x)).filter(|_| self.merges) {
             return self.negative(difference);
@@ -394,6 +402,16 @@ impl Graph {
 
     pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
         if self.is_zero(x) { x } else { self.put(Expression::Where(condition, x)) }
+    }
+
+    /// What two nodes keep where one condition holds: also their sum is cut off behind the slopes that come.
+    fn both_where(&self, x: Node, y: Node) -> Option<(Node, [Node; 2])> {
+        match (self.expression(x), self.expression(y)) {
+            (Expression::Where(condition, x), Expression::Where(other, y)) if condition == other => {
+                Some((condition, [x, y]))
+            }
+            _ => None,
+        }
     }
 
     /// x, which leaves nothing behind infinite slopes where it vanishes, as a derivative that is not there.
