@@ -351,3 +351,118 @@ fn an_infinite_second_derivative_is_blamed_with_its_node() {
         }
     }
 }
+
+/// Both ways to compile a mass on a line with something of the user's own.
+fn both(add: impl Fn(&mut Scene, Coordinate)) -> [System; 2] {
+    [Scene::compile, Scene::compile_without_programs].map(|compile| {
+        let mut scene = Scene::new();
+        let [x] = scene.coordinates("sled", ["x"]);
+        scene.kinetic_energy("mass", Mass, [x], [1.0.into()]);
+        scene.cost("end", Own(Held), Sum::Terminal, [x], [], [], []);
+        add(&mut scene, x);
+        compile(scene).expect("scene")
+    })
+}
+
+/// (q^2.5)^0.8, whose slope at the origin is 0 · ∞.
+struct PowerOfPower;
+impl Formula for PowerOfPower {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q.powf(2.5).powf(0.8)
+    }
+}
+
+#[test]
+fn a_slope_of_zero_times_infinity_is_blamed_with_and_without_programs() {
+    let elements: [fn(&mut Scene, Coordinate); 3] = [
+        |scene, x| scene.force("pad", Own(PowerOfPower), [x], [], []),
+        |scene, x| scene.potential_energy("pad", Own(PowerOfPower), [x], []),
+        |scene, x| scene.cost("pad", Own(PowerOfPower), Sum::Rectangle, [x], [], [], []),
+    ];
+    for add in elements {
+        let errors = both(add).map(|system| {
+            let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+            gradient(&system, &inputs, Settings::default()).expect_err("no slope")
+        });
+        assert_says(&errors[0], &["`pad`", "not finite for `sled.x` = 0.0", "node "]);
+        assert_eq!(errors[0], errors[1]);
+    }
+}
+
+/// (q²)^1.5 = |q|³ and (v²)^1.5, whose second derivatives are 0 where their powers of the slopes are infinite.
+struct Cube;
+impl Formula for Cube {
+    fn at<S: Scalar>(&self, q: S, v: S, _t: S) -> S {
+        (q * q).powf(1.5) + (v * v).powf(1.5) + (q - 0.5) * (q - 0.5)
+    }
+}
+
+#[test]
+fn a_cube_of_a_distance_has_second_derivatives_where_the_distance_vanishes() {
+    let elements: [fn(&mut Scene, Coordinate); 3] = [
+        |scene, x| scene.force("pad", Own(Cube), [x], [], []),
+        |scene, x| scene.cost("pad", Own(Cube), Sum::Rectangle, [x], [], [], []),
+        // Its third derivatives jump.
+        |scene, x| scene.potential_energy("pad", Own(Cube), [x], []),
+    ];
+    for (k, add) in elements.into_iter().enumerate() {
+        let [ours, plain] = both(add).map(|system| {
+            let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+            let mut solver = Solver::new(&system, Settings::default());
+            solver.simulate(&inputs).expect("a motion");
+            let slope = solver.gradient().expect("a gradient").start.q()[0];
+            let mut direction = inputs.no_change();
+            direction.start.q_mut()[0] = 1.0;
+            let second = (k < 2).then(|| solver.hessian_product(&direction).expect("second derivatives").start.q()[0]);
+            [slope, second.unwrap_or_default()]
+        });
+        assert!(ours.iter().zip(&plain).all(|(x, y)| (x - y).abs() <= 1e-12), "{ours:?} {plain:?}");
+    }
+}
+
+/// g q + 1/t and g q + ln(−1), in which q is no argument of what is not defined.
+struct Began;
+impl Formula for Began {
+    fn at<S: Scalar>(&self, q: S, _v: S, t: S) -> S {
+        q * 9.81 + S::one() / t
+    }
+}
+struct Impossibly;
+impl Formula for Impossibly {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        q * 9.81 + S::from(-1.0).ln()
+    }
+}
+
+#[test]
+fn a_potential_that_is_not_defined_at_first_or_never_is_blamed_with_and_without_programs() {
+    let elements: [fn(&mut Scene, Coordinate); 2] = [
+        |scene, x| scene.potential_energy("pit", Own(Began), [x], []),
+        |scene, x| scene.potential_energy("pit", Own(Impossibly), [x], []),
+    ];
+    for add in elements {
+        both(add).iter().for_each(|system| assert_blames(&failure(system), "`pit`", 0));
+    }
+}
+
+/// The larger of q and √(−1 − q²), which is not defined, twice squared.
+struct Larger;
+impl Formula for Larger {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        let larger = (q + 0.3).max((-(q * q) - 1.0).sqrt());
+        larger * larger * larger
+    }
+}
+
+#[test]
+fn what_a_maximum_cuts_off_has_no_second_derivatives_either() {
+    let products = both(|scene, x| scene.potential_energy("pad", Own(Larger), [x], [])).map(|system| {
+        let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let mut direction = inputs.no_change();
+        direction.start.q_mut()[0] = 1.0;
+        solver.hessian_product(&direction).expect("second derivatives").start.q()[0]
+    });
+    assert!((products[0] - products[1]).abs() <= 1e-12 * products[1].abs(), "{products:?}");
+}

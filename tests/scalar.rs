@@ -142,6 +142,13 @@ fn second_derivatives_that_exist_at_zero_are_returned() {
 }
 
 #[test]
+fn a_power_of_zero_has_derivatives_that_vanish_and_not_none() {
+    // x² and x^1.25: no rule says what becomes of 0 · ∞.
+    assert!(at(0.0, |x| x.powf(2.5).powf(0.8)).1.is_nan() && at(0.0, |x| x.powf(2.5).sqrt()).1.is_nan());
+    assert!(at(0.0, |x| x.sqrt().powf(2.5)).1.is_nan());
+}
+
+#[test]
 fn what_does_not_depend_on_an_argument_has_no_derivative_where_functions_have_none() {
     // max picks the constant.
     let none = |f: fn(DualSVec64<1>) -> DualSVec64<1>| at(-0.5, |x| f(x.max(DualSVec64::from(0.0)))).1;

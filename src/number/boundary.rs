@@ -17,8 +17,10 @@ pub(crate) fn power_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T, n: f64) -
     if n < 1.0 {
         return sqrt_of_zero(x);
     }
-    // Of x², x³, … by numbers beyond all others those vanish exactly: x √x has 0 · ∞ for them.
-    (n.ceil() as i32..=T::NDERIV as i32).map(|k| x.powi(k) * f64::MAX * f64::MAX * f64::MAX).sum()
+    // Of x², x³, … by numbers beyond all others those vanish exactly: x √x has 0 · ∞ for them. They vanish, but are there.
+    let order = n.ceil() as i32;
+    let infinite = (order..=T::NDERIV as i32).map(|k| x.powi(k) * f64::MAX * f64::MAX * f64::MAX);
+    infinite.fold(x.powi(order), |sum, term| sum + term)
 }
 
 /// xⁿ for an integer n where xⁿ⁻³, of which num-dual makes it, is beyond the range of numbers.

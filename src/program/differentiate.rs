@@ -49,14 +49,17 @@ impl Graph {
                 self.multiply(slope, w)
             }
             (Power(x, n), 0) => {
-                let one = self.constant(1.0);
-                let less = self.subtract(n, one);
-                let power = self.power(x, less);
-                let slope = self.multiply(n, power);
+                let is_smooth = self.value(n) > Some(1.0);
+                let slope = self.slope_of_power((x, n), if is_smooth { Graph::slope_power } else { Graph::power });
                 self.multiply(slope, w)
             }
+            // x^1.5 bends without bound at 0, but not along what leaves x as it is.
+            (SlopePower(x, n), 0) => {
+                let slope = self.slope_of_power((x, n), Graph::slope_power);
+                if self.value(n) < Some(1.0) { self.vanishing(slope, w) } else { self.multiply(slope, w) }
+            }
             // The exponent is a constant of the formula.
-            (Power(..), _) => return None,
+            (Power(..) | SlopePower(..), _) => return None,
             (Atan2(above, right), _) => {
                 let (squares, x) = ([self.multiply(above, above), self.multiply(right, right)], [right, above][k]);
                 let square = self.add(squares[0], squares[1]);
@@ -68,11 +71,21 @@ impl Graph {
             (Min(x, z), _) => self.select((z, x), k, w),
             (Where(..), 0) => return None,
             (Where(condition, _), _) => self.keep_where(condition, w),
+            (Vanishing(_, y), 0) => self.vanishing(w, y),
+            (Vanishing(x, _), _) => self.vanishing(x, w),
             (Of(function, x), _) => {
                 let slope = function.derivative(self, x, y)?;
                 self.multiply(slope, w)
             }
         })
+    }
+
+    /// n xⁿ⁻¹.
+    fn slope_of_power(&mut self, (x, n): (Node, Node), power: fn(&mut Graph, Node, Node) -> Node) -> Node {
+        let one = self.constant(1.0);
+        let less = self.subtract(n, one);
+        let power = power(self, x, less);
+        self.multiply(n, power)
     }
 
     /// w for the second argument of a maximum or minimum where `low` < `high`, and for the first elsewhere.

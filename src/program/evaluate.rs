@@ -21,7 +21,7 @@ impl Graph {
                 Multiply(x, y) => at(x) * at(y),
                 Divide(x, y) => at(x) / at(y),
                 IntegerPower(x, n) => at(x).powi(n),
-                Power(x, n) => at(x).powf(at(n).re()),
+                Power(x, n) | SlopePower(x, n) => at(x).powf(at(n).re()),
                 Atan2(y, x) => at(y).atan2(at(x)),
                 Max(x, y) => at(x).max(at(y)),
                 Min(x, y) => at(x).min(at(y)),
@@ -31,6 +31,13 @@ impl Graph {
                         S::zero()
                     } else {
                         at(x)
+                    }
+                }
+                Vanishing(x, y) => {
+                    if at(y).re() == 0.0 {
+                        S::zero()
+                    } else {
+                        at(x) * at(y)
                     }
                 }
             };

@@ -31,6 +31,8 @@ pub(crate) enum Expression {
     IntegerPower(Node, i32),
     /// xⁿ for a fixed n.
     Power(Node, Node),
+    /// The same in the slope of a higher power: where its own slope is infinite, what vanishes does so beside it.
+    SlopePower(Node, Node),
     /// The angle of the point (x, y), of y and x.
     Atan2(Node, Node),
     Max(Node, Node),
@@ -39,6 +41,8 @@ pub(crate) enum Expression {
     Less(Node, Node),
     /// The second where the first is not 0, and 0 elsewhere, whatever the second is there.
     Where(Node, Node),
+    /// The product, and 0 where the second vanishes, whatever the first is there.
+    Vanishing(Node, Node),
 }
 
 impl Expression {
@@ -48,8 +52,9 @@ impl Expression {
         let (first, second) = match self {
             Constant(_) | Parameter(_) | Input(_) => (None, None),
             Of(_, x) | IntegerPower(x, _) => (Some(x), None),
-            Add(x, y) | Subtract(x, y) | Multiply(x, y) | Divide(x, y) | Power(x, y) => (Some(x), Some(y)),
-            Atan2(x, y) | Max(x, y) | Min(x, y) | Less(x, y) | Where(x, y) => (Some(x), Some(y)),
+            Add(x, y) | Subtract(x, y) | Multiply(x, y) | Divide(x, y) => (Some(x), Some(y)),
+            Power(x, y) | SlopePower(x, y) => (Some(x), Some(y)),
+            Atan2(x, y) | Max(x, y) | Min(x, y) | Less(x, y) | Where(x, y) | Vanishing(x, y) => (Some(x), Some(y)),
         };
         first.into_iter().chain(second)
     }
@@ -66,11 +71,13 @@ impl Expression {
             Multiply(x, y) => Multiply(f(x), f(y)),
             Divide(x, y) => Divide(f(x), f(y)),
             Power(x, y) => Power(f(x), f(y)),
+            SlopePower(x, y) => SlopePower(f(x), f(y)),
             Atan2(x, y) => Atan2(f(x), f(y)),
             Max(x, y) => Max(f(x), f(y)),
             Min(x, y) => Min(f(x), f(y)),
             Less(x, y) => Less(f(x), f(y)),
             Where(x, y) => Where(f(x), f(y)),
+            Vanishing(x, y) => Vanishing(f(x), f(y)),
         }
     }
 }

@@ -177,11 +177,13 @@ impl Graph {
             Divide(x, y) => self.divide(x, y),
             IntegerPower(x, n) => self.integer_power(x, n),
             Power(x, n) => self.power(x, n),
+            SlopePower(x, n) => self.slope_power(x, n),
             Atan2(y, x) => self.atan2(y, x),
             Max(x, y) => self.max(x, y),
             Min(x, y) => self.min(x, y),
             Less(x, y) => self.less(x, y),
             Where(condition, x) => self.keep_where(condition, x),
+            Vanishing(x, y) => self.vanishing(x, y),
         }
     }
 
@@ -375,6 +377,14 @@ impl Graph {
         }
     }
 
+    /// xⁿ in the slope of a higher power.
+    pub(super) fn slope_power(&mut self, x: Node, n: Node) -> Node {
+        match self.value(n) {
+            Some(0.0 | 1.0) => self.power(x, n),
+            _ => self.put(Expression::SlopePower(x, n)),
+        }
+    }
+
     pub(crate) fn atan2(&mut self, y: Node, x: Node) -> Node {
         match (self.value(y), self.value(x)) {
             (Some(y), Some(x)) => self.constant(y.atan2(x)),
@@ -402,6 +412,11 @@ impl Graph {
 
     pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
         if self.is_zero(x) { x } else { self.put(Expression::Where(condition, x)) }
+    }
+
+    /// x y, which vanishes where y does, also beside an infinite x.
+    pub(super) fn vanishing(&mut self, x: Node, y: Node) -> Node {
+        if self.value(x).or(self.value(y)).is_some() { self.multiply(x, y) } else { self.put(Expression::Vanishing(x, y)) }
     }
 
     /// What two nodes keep where one condition holds: also their sum is cut off behind the slopes that come.

@@ -31,6 +31,7 @@ pub(super) enum Operation {
     Min,
     Less,
     Where,
+    Vanishing,
     Of(Function),
 }
 
@@ -42,12 +43,13 @@ impl Operation {
             Expression::Multiply(..) => Operation::Multiply,
             Expression::Divide(..) => Operation::Divide,
             Expression::IntegerPower(_, n) => Operation::IntegerPower(n),
-            Expression::Power(..) => Operation::Power,
+            Expression::Power(..) | Expression::SlopePower(..) => Operation::Power,
             Expression::Atan2(..) => Operation::Atan2,
             Expression::Max(..) => Operation::Max,
             Expression::Min(..) => Operation::Min,
             Expression::Less(..) => Operation::Less,
             Expression::Where(..) => Operation::Where,
+            Expression::Vanishing(..) => Operation::Vanishing,
             Expression::Of(function, _) => Operation::Of(function),
             Expression::Constant(_) | Expression::Parameter(_) | Expression::Input(_) => {
                 unreachable!("constants and arguments are not computed")
@@ -131,6 +133,7 @@ impl Program {
                 Operation::Min => binary(instructions, registers, |x, y| if y < x { y } else { x }),
                 Operation::Less => binary(instructions, registers, |x, y| f64::from(x < y)),
                 Operation::Where => binary(instructions, registers, |condition, x| if condition == 0.0 { 0.0 } else { x }),
+                Operation::Vanishing => binary(instructions, registers, |x, y| if y == 0.0 { 0.0 } else { x * y }),
                 Operation::Of(Function::Sin) => lanes(instructions, registers, |x| sin_cos_lanes(x).0),
                 Operation::Of(Function::Cos) => lanes(instructions, registers, |x| sin_cos_lanes(x).1),
                 Operation::Of(Function::Exp) => lanes(instructions, registers, exp_lanes),
@@ -204,6 +207,7 @@ impl Instruction {
             Operation::Min => write!(f, "r{into} = min r{x}, r{y}"),
             Operation::Less => write!(f, "r{into} = r{x} < r{y}"),
             Operation::Where => write!(f, "r{into} = r{y} where r{x}"),
+            Operation::Vanishing => write!(f, "r{into} = r{x} * r{y} where r{y}"),
             Operation::Of(function) => write!(f, "r{into} = {}r{x}", function.name()),
         }
     }

@@ -156,8 +156,9 @@ impl Writer<'_> {
                 };
                 (format!("{name}({}, {})", self.part(x, Binding::Sum)?, self.part(y, Binding::Sum)?), Binding::Whole)
             }
-            // Of a formula that branches.
+            // Of a formula that branches, and of slopes.
             Expression::Parameter(_) | Expression::Less(..) | Expression::Where(..) => return None,
+            Expression::SlopePower(..) | Expression::Vanishing(..) => return None,
         })
     }
 
