@@ -125,12 +125,12 @@ pub trait Scalar:
         if self.re() < 0.0 { -*self } else { *self }
     }
 
-    /// The larger of two numbers, by their real values.
+    /// The larger of two numbers, by their real values; the first where they cannot be compared, as nothing can with NaN.
     fn max(&self, other: Self) -> Self {
         if other.re() > self.re() { other } else { *self }
     }
 
-    /// The smaller of two numbers, by their real values.
+    /// The smaller of two numbers, by their real values; the first where they cannot be compared, as nothing can with NaN.
     fn min(&self, other: Self) -> Self {
         if other.re() < self.re() { other } else { *self }
     }
