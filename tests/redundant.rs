@@ -520,6 +520,11 @@ fn dependent_constraints_that_drift_apart_brake_the_motion_and_say_so() {
         let (error, braked) = run_both(steps, settings);
         assert!(error < 1e-4 && !braked, "{steps}");
     }
+    let projected = Settings { drift_bound: 0.0, ..Settings::default() };
+    for (steps, most) in [(200, 1e-4), (800, 1e-6)] {
+        let (error, braked) = run_both(steps, projected);
+        assert!(error < most && !braked, "{steps}");
+    }
     // Neither are parallel cranks braked, nor what stands still under a load.
     for system in [parallelogram(3, 0.9, true), pendulum(2, 2), overclosed(true)] {
         let (.., warnings) = run(&system, &inputs(&system, 100, 0.01));
