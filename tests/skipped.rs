@@ -18,8 +18,8 @@ mod structures;
 
 use hamiltonian_adjoint::check::{Input, tangent};
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, LiftedSolver, PotentialEnergy, Scalar, Scene,
-    Settings, Sum, gradient,
+    Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, LiftedSolver, PotentialEnergy,
+    Scalar, Scene, Settings, Sum, gradient,
 };
 use nalgebra::{DMatrix, SVector};
 use num_dual::Dual64;
@@ -231,17 +231,22 @@ impl Cost<7> for Form {
     }
 }
 
+fn seven_masses() -> (Scene, [Coordinate; 7]) {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("seven", ["a", "b", "c", "d", "e", "f", "g"]);
+    for (k, q) in q.into_iter().enumerate() {
+        scene.place(q, 0.3 - 0.1 * k as f64);
+        scene.kinetic_energy(&format!("mass {k}"), Heavy, [q], []);
+    }
+    (scene, q)
+}
+
 #[test]
 fn quadratic_forms_of_many_arguments_are_what_dual_numbers_make_of_them() {
     for (cubic, sum) in [(false, Sum::Terminal), (false, Sum::Trapezoidal), (false, Sum::Integral), (true, Sum::Trapezoidal)]
     {
         let scene = || {
-            let mut scene = Scene::new();
-            let q = scene.coordinates("seven", ["a", "b", "c", "d", "e", "f", "g"]);
-            for (k, q) in q.into_iter().enumerate() {
-                scene.place(q, 0.3 - 0.1 * k as f64);
-                scene.kinetic_energy(&format!("mass {k}"), Heavy, [q], []);
-            }
+            let (mut scene, q) = seven_masses();
             scene.potential_energy("traps", Traps, [q[0], q[1], q[2]], []);
             scene.cost("form", Form(cubic), sum, q, [], [], []);
             scene
@@ -275,12 +280,7 @@ impl Cost<7> for Steps {
 #[test]
 fn angles_that_step_are_not_taken_for_constants() {
     let scene = || {
-        let mut scene = Scene::new();
-        let q = scene.coordinates("seven", ["a", "b", "c", "d", "e", "f", "g"]);
-        for (k, q) in q.into_iter().enumerate() {
-            scene.place(q, 0.3 - 0.1 * k as f64);
-            scene.kinetic_energy(&format!("mass {k}"), Heavy, [q], []);
-        }
+        let (mut scene, q) = seven_masses();
         let u = scene.control("u");
         scene.force("diagonal", Steps, [q[0], q[1]], [u], []);
         scene.potential_energy("axis", Steps, [q[5], q[2]], []);
