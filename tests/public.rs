@@ -69,9 +69,9 @@ fn indices_out_of_range_panic_where_the_documentation_says_so() {
 #[test]
 fn what_cannot_be_held_in_memory_panics_where_no_error_can_be_returned() {
     let (system, _) = cart();
-    let (inputs, composition) = (include_str!("../src/motion/inputs.rs"), include_str!("../src/motion/composition.rs"));
+    let (grid, composition) = (include_str!("../src/motion/grid.rs"), include_str!("../src/motion/composition.rs"));
     for steps in [usize::MAX, usize::MAX / 8, 1 << 61, 1 << 52] {
-        assert_panics_as_documented(inputs, "pub fn uniform(", || Grid::uniform(steps, 0.1));
+        assert_panics_as_documented(grid, "pub fn uniform(", || Grid::uniform(steps, 0.1));
         for kind in Composition::ALL {
             // 2⁶¹ macro steps have a number of stages that does not fit into a word: a shorter grid would be a wrong one.
             assert_panics_as_documented(composition, "pub fn composed(", || Grid::composed(steps, 0.1, kind));

@@ -2,6 +2,7 @@
 
 mod clock;
 mod composition;
+mod grid;
 mod inputs;
 mod progress;
 mod refinement;
@@ -11,7 +12,8 @@ mod trajectory;
 
 pub(crate) use clock::Clock;
 pub use composition::Composition;
-pub use inputs::{Grid, Held, Inputs, Start};
+pub use grid::Grid;
+pub use inputs::{Held, Inputs, Start};
 pub(crate) use progress::Watch;
 pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;

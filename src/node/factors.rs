@@ -10,7 +10,14 @@ use crate::system::{Given, KnownPart, Pair};
 impl<F: Factorization> Newton<F> {
     /// Assembles K(h) from given derivatives and factors it; returns the smallest pivot ratio.
     pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<f64, Breakdown> {
-        self.assemble(system, h, blocks, report)?;
+        self.assemble(system, h, Some(blocks), report)?;
+        self.matrix.factor(system.symbolic())?;
+        Ok(self.watch_pivots(report))
+    }
+
+    /// As `factor`, from the derivatives at the point that was evaluated last, second ones included.
+    pub(crate) fn factor_here(&mut self, system: &System, h: f64, report: &mut Report) -> Result<f64, Breakdown> {
+        self.assemble(system, h, None, report)?;
         self.matrix.factor(system.symbolic())?;
         Ok(self.watch_pivots(report))
     }
@@ -24,7 +31,7 @@ impl<F: Factorization> Newton<F> {
         x: &mut [f64],
         report: &mut Report,
     ) -> Result<f64, Breakdown> {
-        self.assemble(system, h, blocks, report)?;
+        self.assemble(system, h, Some(blocks), report)?;
         self.matrix.factor_and_solve_transposed(system.symbolic(), x)?;
         Ok(self.watch_pivots(report))
     }
@@ -69,14 +76,9 @@ impl<F: Factorization> Newton<F> {
     }
 
     #[inline]
-    pub(super) fn assemble(
-        &mut self,
-        system: &System,
-        h: f64,
-        blocks: &[f64],
-        report: &mut Report,
-    ) -> Result<(), Breakdown> {
+    fn assemble(&mut self, system: &System, h: f64, blocks: Option<&[f64]>, report: &mut Report) -> Result<(), Breakdown> {
         self.evaluation.set_step(system, h, &mut self.matrix)?;
+        let blocks = blocks.unwrap_or(&self.evaluation.blocks);
         self.evaluation.assemble(system, h, blocks, &mut self.matrix);
         report.factorisations += 1;
         Ok(())
@@ -106,17 +108,7 @@ impl<F: Factorization> Newton<F> {
         self.load(system, v, sigma);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         self.evaluation.second(system, report);
-        self.factor_here(system, from.h, report)
-    }
-
-    /// Factors K(h) at the point that was evaluated last, second derivatives included.
-    pub(crate) fn factor_here(&mut self, system: &System, h: f64, report: &mut Report) -> Result<(), Breakdown> {
-        self.evaluation.set_step(system, h, &mut self.matrix)?;
-        self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
-        report.factorisations += 1;
-        self.matrix.factor(system.symbolic())?;
-        self.watch_pivots(report);
-        Ok(())
+        self.factor_here(system, from.h, report).map(|_| ())
     }
 
     /// The unknown whose pivot lost most digits in the last factorisation.
