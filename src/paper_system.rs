@@ -294,7 +294,7 @@ impl<'a> PaperSystem<'a> {
         let design = self.system.parameters().values(at.b.as_slice());
         let point = NodeView::of_equations(state, (at.u.as_slice(), time, &design));
         self.system.plain_sums(&point, &mut sums);
-        for &(j, mu) in &self.trajectory.compliance {
+        for &(j, mu) in self.trajectory.compliance_into(i) {
             sums.parts_mut()[2][j] -= (sigma[j] - before[j]) * mu;
         }
         let third = DVector::from_column_slice(sums.l_v()) - p_star;
@@ -350,7 +350,10 @@ impl<'a> PaperSystem<'a> {
                 design: &design,
             };
             let mut sum = 0.0;
-            let added = costs.add(self.system, (&at, i), &weights, &mut |_, term: Dual64| sum += term.eps);
+            let added =
+                costs.add(self.system, (&at, (i, self.trajectory.compliance_from(i))), &weights, &mut |_, term: Dual64| {
+                    sum += term.eps
+                });
             which(&mut arguments)[k].eps = 0.0;
             added.map_or(f64::NAN, |()| sum)
         })

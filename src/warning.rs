@@ -17,8 +17,8 @@ pub enum Warning {
     },
     /// Positions have drifted from constraints that depend on each other, so that what each allows another forbids: their compliance resists the motion.
     ///
-    /// A drift of Φ_q by δ takes δ²/1e-11 of the velocity in each step, while what is left of dΦ/dt = 0 is small. A doubled hinge, or parallel cranks, drift
-    /// alike and take nothing.
+    /// A drift of Φ_q by δ takes δ²/1e-11 of the velocity in each step, while what is left of dΦ/dt = 0 is small. Otherwise it is [`LeftOut`](Warning::LeftOut);
+    /// this is for where nothing can be left out.
     Braked {
         /// The step in which most was taken, counted from 1.
         step: usize,
@@ -26,6 +26,16 @@ pub enum Warning {
         time: f64,
         /// What the compliances took there, times the number of steps, relative to the largest kinetic energy; at least [`BRAKED`](Warning::BRAKED).
         share: f64,
+    },
+    /// Positions drift apart from constraints that depend on each other, which would brake the motion: as many as follow from the others are left out, and
+    /// chosen anew before the rest comes to depend on each other. [`Trajectory::compliance`](crate::Trajectory::compliance) has all choices.
+    LeftOut {
+        /// The equations that are left out first.
+        equations: Vec<String>,
+        /// After which step, counted from 1; 0 for the start.
+        step: usize,
+        /// When, s.
+        time: f64,
     },
     /// A pivot of a tangent matrix lost at least [`LOST_DIGITS`](Warning::LOST_DIGITS) of the numbers it is a difference of: masses far apart, a
     /// configuration that is nearly singular, or a step that is too long.
@@ -140,10 +150,17 @@ impl fmt::Display for Warning {
             ),
             Warning::Braked { step, time, share } => write!(
                 f,
-                "constraints that depend on each other brake the motion: positions have drifted from them, and their compliance takes so much in step \
-                 {step} (t = {} s) that in all steps it would be {share:.1e} of the kinetic energy; remove those that follow from others, set \
-                 `Settings::drift_bound` to 0.0, or take shorter steps or a scheme of higher order",
+                "constraints that depend on each other brake the motion: positions have drifted from them where none can be left out, and their compliance takes so much in \
+                 step {step} (t = {} s) that in all steps it would be {share:.1e} of the kinetic energy; set `Settings::drift_bound` to 0.0, remove \
+                 those that follow from others, or take shorter steps or a scheme of higher order",
                 seconds(*time)
+            ),
+            Warning::LeftOut { equations, step, time } => write!(
+                f,
+                "positions drift apart from constraints that depend on each other, so after step {step} (t = {} s) these are left out, which follow from \
+                 the others and have no share in the common reaction: {}; they are chosen anew as the mechanism turns",
+                seconds(*time),
+                equations.join(", ")
             ),
             Warning::LostDigits { step, time, unknown, pivot } => write!(
                 f,

@@ -8,8 +8,8 @@ use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
 use hamiltonian_adjoint::planar::{Body, Frame};
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver, Param,
-    Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
+    Compliance, Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver,
+    Param, Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
 };
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -124,7 +124,7 @@ const CHANGES: [Change; 15] = [
     ("ṗ*", |motion| motion.p_star_dot = DMatrix::zeros(3, 3)),
     ("σ", |motion| motion.sigma = DMatrix::zeros(1, 21)),
     ("σ, columns", |motion| motion.sigma = DMatrix::zeros(4, 2)),
-    ("compliance", |motion| motion.compliance.push((usize::MAX, 1e-6))),
+    ("compliance", |motion| motion.compliance.push(Compliance { from: 0, equations: vec![(usize::MAX, 1e-6)] })),
     ("restarted", |motion| motion.restarted.push(usize::MAX)),
     ("restarted", |motion| motion.restarted.push(21)),
 ];

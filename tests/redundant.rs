@@ -11,8 +11,8 @@ use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
 use hamiltonian_adjoint::{
-    Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, LongSolver, Multiplier, Param, Scalar, Scene,
-    Scheme, Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
+    Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Settings,
+    Solver, Start, Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -461,84 +461,4 @@ fn a_mechanism_that_starts_in_a_singular_configuration_is_refused() {
         assert_says(&error, &["singular configuration at the start", "rank", "hinge"]);
         assert!(matches!(error, Error::SingularConfiguration { step: 0, .. }));
     }
-}
-
-/// A pantograph: a rhombus of two arms and two bars, with a bar across that follows from its sides or not, driven by its weight and springs; and its arms.
-fn pantograph(across: bool) -> (System, [usize; 2]) {
-    let mut scene = Scene::new();
-    scene.gravity(0.0, -9.81);
-    let (first, second) = (1.0f64, -0.6f64);
-    let ahead = |[x, y]: [f64; 2], angle: f64, length: f64| [x + length * angle.cos(), y + length * angle.sin()];
-    let mut rod = |name: &str, mass: f64, length: f64, foot: [f64; 2], angle: f64| {
-        let [x, y] = ahead(foot, angle, 0.5 * length);
-        scene.body(name, mass, mass * length * length / 12.0, [x, y, angle])
-    };
-    let (elbow, middle) = (ahead([0.0; 2], first, 1.0), ahead([0.0; 2], first, 0.5));
-    let arms = [rod("upper arm", 0.5, 1.0, [0.0; 2], first), rod("lower arm", 0.5, 1.0, elbow, second)];
-    let stylus = ahead(middle, second, 0.5);
-    let bars = [rod("bar", 0.2, 0.5, middle, second), rod("other bar", 0.2, 0.5, stylus, first)];
-    scene.revolute("foot", Body::GROUND.at(0.0, 0.0), arms[0].at(-0.5, 0.0));
-    scene.revolute("elbow", arms[0].at(0.5, 0.0), arms[1].at(-0.5, 0.0));
-    scene.revolute("middle", arms[0].at(0.0, 0.0), bars[0].at(-0.25, 0.0));
-    scene.revolute("stylus", bars[0].at(0.25, 0.0), bars[1].at(-0.25, 0.0));
-    scene.revolute("corner", bars[1].at(0.25, 0.0), arms[1].at(0.0, 0.0));
-    if across {
-        scene.distance("across", arms[0].at(0.25, 0.0), bars[1].at(0.0, 0.0), 0.5);
-    }
-    scene.torsional_spring_damper("spring", arms[0], arms[1], 4.0, -0.5, 0.1);
-    (scene.compile().expect("scene"), arms.map(|arm| arm.coordinates[2].index()))
-}
-
-#[test]
-fn dependent_constraints_that_drift_apart_brake_the_motion_and_say_so() {
-    let run_both = |steps: usize, settings: Settings| {
-        let [free, again] = [false, true].map(|across| {
-            let (system, angles) = pantograph(across);
-            let mut solver = Solver::new(&system, settings);
-            let given = Inputs::at_rest(&system, Grid::uniform(steps, 0.25 / steps as f64));
-            let motion = solver.simulate(&given).expect("motion");
-            let mut long = LongSolver::new(&system, settings, 200_000);
-            long.gradient(&given).expect("motion");
-            let arms = angles.map(|i| motion.q[(i, steps)]);
-            assert_eq!(long.report().warnings, solver.report().warnings);
-            (arms, solver.report().warnings.clone())
-        });
-        let error = largest_difference(&free.0, &again.0);
-        let share = again.1.iter().find_map(|warning| match warning {
-            Warning::Braked { share, .. } => Some(*share),
-            _ => None,
-        });
-        println!("pantograph, {steps} steps: arms off by {error:.1e}, {share:?} of the energy");
-        (error, share.is_some_and(|share| share > Warning::BRAKED))
-    };
-    let esdirk = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
-    for (steps, settings) in [(50, Settings::default()), (200, Settings::default()), (50, esdirk)] {
-        let (error, braked) = run_both(steps, settings);
-        assert!(error > 1e-3 && braked, "{steps}");
-    }
-    for (steps, settings) in [(3200, Settings::default()), (800, esdirk)] {
-        let (error, braked) = run_both(steps, settings);
-        assert!(error < 1e-4 && !braked, "{steps}");
-    }
-    let projected = Settings { drift_bound: 0.0, ..Settings::default() };
-    for (steps, most) in [(200, 1e-4), (800, 1e-6)] {
-        let (error, braked) = run_both(steps, projected);
-        assert!(error < most && !braked, "{steps}");
-    }
-    // Neither are parallel cranks braked, nor what stands still under a load.
-    for system in [parallelogram(3, 0.9, true), pendulum(2, 2), overclosed(true)] {
-        let (.., warnings) = run(&system, &inputs(&system, 100, 0.01));
-        assert!(matches!(warnings[..], [Warning::DependentConstraints { .. }]), "{warnings:?}");
-    }
-}
-
-#[test]
-fn projections_of_dependent_constraints_converge_and_their_failures_are_no_singular_configurations() {
-    let (system, _) = pantograph(true);
-    let given = Inputs::at_rest(&system, Grid::uniform(60, 0.0025));
-    let motion = simulate(&system, &given, Settings { drift_bound: 0.0, ..Settings::default() }).expect("motion");
-    assert!(largest(motion.phi(&system, &given).expect("motion").as_slice()) <= 1e-14);
-    let once = Settings { max_iterations: 1, max_halvings: 0, ..Settings::default() };
-    let error = simulate(&system, &given, once).expect_err("more iterations").error;
-    assert!(matches!(error, Error::Newton { .. }), "{error:?}");
 }

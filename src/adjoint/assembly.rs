@@ -77,7 +77,7 @@ impl AdjointSweep {
         let Back { guess: v, q } = self.through(system, newton, Which::Velocities, of, &v_bar)?;
         q_bar += q;
         let Back { guess: q, .. } = self.through(system, newton, Which::Coordinates, of, &q_bar)?;
-        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.gradient.start = Start::Assembled { q, v, held: assembly.held.clone() };
         Ok(())
     }

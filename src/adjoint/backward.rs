@@ -46,6 +46,7 @@ impl AdjointSweep {
         newton: &mut Newton,
         (nodes, watch): (Range<usize>, &mut Watch),
     ) -> Result<(), Error> {
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(nodes.end - 1));
         for node in nodes.rev() {
             visit(sweeps, system, motion, newton, node)?;
             watch.tell(Task::Gradient, motion.nodes() - node, motion.nodes())?;

@@ -90,7 +90,8 @@ impl AdjointSweep {
             control_rates(&motion.inputs, node, &mut self.cost_node.u_dot);
         }
         let given = self.refinement.given_step(node);
-        self.cost_node.evaluate(system, (at, given), weights, &mut self.cost)?;
+        let place = (given, motion.trajectory.compliance_from(node));
+        self.cost_node.evaluate(system, (at, place), weights, &mut self.cost)?;
         self.report.cost_evaluations += self.cost.evaluations;
         if node == 0 {
             self.cost.time = 0.0;
@@ -158,14 +159,14 @@ impl CostNode {
     fn evaluate(
         &mut self,
         system: &System,
-        (at, node): (&NodeView<f64>, usize),
+        (at, place): (&NodeView<f64>, (usize, &[(usize, f64)])),
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
         self.accelerations.missing = None;
         let uses = system.use_of_accelerations(weights, &rows.factors);
         if uses > Depends::Never {
-            self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, node))?;
+            self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, place))?;
         }
         let here = self.view(at);
         system.costs().iter().for_each(|costs| costs.gradient(&here, weights, rows));

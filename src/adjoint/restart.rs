@@ -28,7 +28,9 @@ impl AdjointSweep {
     ) -> Result<(), Breakdown> {
         self.begin_crossing();
         self.cross_momentum(system, motion, newton, restart, node);
+        newton.evaluation.set_compliance(&motion.shared);
         self.cross_projection(system, motion, newton, (restart, None), node)?;
+        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         if let Some(record) = &mut self.record {
             record.end_crossing(&self.step[self.stage]);
         }
@@ -63,7 +65,7 @@ impl AdjointSweep {
         // dJ/ds in the place of what goes to σ₋.
         self.sigma_before.copy_from_slice(&self.rows.sigma);
         self.sigma_before_at = Some(restart.before);
-        for &(j, mu) in &motion.trajectory.compliance {
+        for &(j, mu) in motion.trajectory.compliance_from(node) {
             self.sigma_before[j] += mu * e[j];
         }
         let [now, before] = restart.weights;

@@ -29,13 +29,13 @@ impl AdjointSweep {
         self.stage = s - 1;
         let at = motion.block_column(i - motion.first, s);
         let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
-        self.right_side(system, motion, newton, h, blocks);
+        self.right_side(system, newton, h, blocks);
         let solved = match std::mem::replace(is_factored, true) {
             true => Ok(newton.solve_transposed(system, &mut self.right, &mut self.report)),
             false => newton.factor_and_solve_transposed(system, h, blocks, &mut self.right, &mut self.report),
         };
         match solved {
-            Ok(pivot) if self.accuracy.is_in_doubt(pivot) => self.refine(system, motion, newton, (h, blocks), pivot),
+            Ok(pivot) if self.accuracy.is_in_doubt(pivot) => self.refine(system, newton, (h, blocks), pivot),
             Ok(_) => {}
             Err(breakdown) => return Err(self.singular(system, motion, i, &breakdown)),
         }
@@ -48,7 +48,7 @@ impl AdjointSweep {
 
     /// D, and the right-hand side r.
     #[inline(always)]
-    fn right_side(&mut self, system: &System, motion: &Motion, newton: &mut Newton, h: f64, blocks: &[f64]) {
+    fn right_side(&mut self, system: &System, newton: &mut Newton, h: f64, blocks: &[f64]) {
         let n = system.n();
         let (node, carried) = (&mut self.step[self.stage], &self.carried);
         let positions = system.positions();
@@ -70,7 +70,7 @@ impl AdjointSweep {
             }
             positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
         }
-        for &(j, mu) in &motion.trajectory.compliance {
+        for &(j, mu) in newton.evaluation.compliance() {
             right[positions.sigma[j]] -= mu * carried.e[j];
         }
         newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
@@ -78,9 +78,9 @@ impl AdjointSweep {
 
     /// One step of iterative refinement of (c, e).
     #[cold]
-    fn refine(&mut self, system: &System, motion: &Motion, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
+    fn refine(&mut self, system: &System, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
         self.solution.copy_from_slice(&self.right);
-        self.right_side(system, motion, newton, h, blocks);
+        self.right_side(system, newton, h, blocks);
         let correction = newton.refine_transposed(system, h, blocks, &self.solution, &mut self.right);
         self.accuracy.note(correction, pivot);
         self.report.refined_solutions += 1;

@@ -6,10 +6,10 @@ use serde_json::json;
 
 use super::inputs::{controls, coordinates};
 use super::names::Named;
-use crate::{Error, Report, Scheme, Stages, System, Trajectory};
+use crate::{Compliance, Error, Report, Scheme, Stages, System, Trajectory};
 
 const FORMAT: &str = "hamiltonian-adjoint trajectory";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const KIND: &str = "trajectory";
 
 impl Report {
@@ -48,8 +48,8 @@ struct File {
     nodes: States,
     /// The states between nodes, of schemes that have some.
     stages: States,
-    /// Equations that close loops, and their compliances.
-    compliance: Vec<(usize, f64)>,
+    /// Nodes, and from there on the equations that have compliances, with them.
+    compliance: Vec<(usize, Vec<(usize, f64)>)>,
     inserted: Vec<usize>,
     restarted: Vec<usize>,
 }
@@ -123,7 +123,7 @@ impl Trajectory {
                 [&stages.q, &stages.v, &stages.p_star, &stages.p_star_dot, &stages.sigma],
                 Some(&stages.u),
             ),
-            compliance: self.compliance.clone(),
+            compliance: self.compliance.iter().map(|part| (part.from, part.equations.clone())).collect(),
             inserted: written(&self.inserted),
             restarted: written(&self.restarted),
         };
@@ -156,12 +156,14 @@ impl Trajectory {
                 Stages { times, q, v, p_star, p_star_dot, sigma, u }
             }
         };
-        let last = file.inserted.iter().chain(&file.restarted).max().copied();
-        if last.is_some_and(|last| last >= nodes) || file.compliance.iter().any(|(j, _)| *j >= system.m()) {
+        let of_nodes = file.inserted.iter().chain(&file.restarted).chain(file.compliance.iter().map(|(from, _)| from));
+        let mut of_equations = file.compliance.iter().flat_map(|(_, equations)| equations);
+        if of_nodes.max().is_some_and(|last| *last >= nodes) || of_equations.any(|(j, _)| *j >= system.m()) {
             return Err(wrong("`inserted`, `restarted`, `compliance`", "a number beyond the last one"));
         }
         let (times, [q, v, p_star, p_star_dot, sigma, _]) = node;
-        let (compliance, inserted, restarted) = (file.compliance, file.inserted, file.restarted);
+        let (inserted, restarted) = (file.inserted, file.restarted);
+        let compliance = file.compliance.into_iter().map(|(from, equations)| Compliance { from, equations }).collect();
         Ok(Trajectory {
             computed: nodes,
             times,

@@ -7,23 +7,16 @@
 //!
 //! with f and g of `system/acceleration.rs`, r their values where v̇ = 0 and λ = 0.
 
-use super::assembly::factor_state;
-use super::redundancy;
-use crate::motion::Report;
-use crate::node::Newton;
+mod state;
+
+use state::State;
+
 use crate::number::{Real, all_finite};
 use crate::system::{
     AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, Depends, NodeValues, NodeView, Pair,
-    SecondOrderEquations, StateRows, acceleration_tangent,
+    SecondOrderEquations, acceleration_tangent,
 };
 use crate::{Error, System};
-
-/// Solutions with a K(0) that has compliances are corrected so often, and once …
-const CORRECTIONS: usize = 3;
-/// … where a pivot lost more than this share of its digits' worth.
-const DOUBTFUL: f64 = 1e-3;
-/// What is left of a right-hand side beyond this part of it asks for reactions that are not determined.
-const UNDETERMINED: f64 = 1e-6;
 
 /// What accelerations and reactions are computed with.
 pub(crate) struct Accelerations {
@@ -73,11 +66,16 @@ impl Accelerations {
         Ok(())
     }
 
-    /// Finds v̇ and λ at a node, or at a stage of the step into it.
+    /// Finds v̇ and λ at a node, or at a stage of the step into it, with the compliances of the motion from there on.
     ///
     /// # Errors
     /// A singular mass matrix or configuration; forces that are not finite.
-    pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, node: usize) -> Result<(), Error> {
+    pub(crate) fn evaluate(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        (node, compliance): (usize, &[(usize, f64)]),
+    ) -> Result<(), Error> {
         if !self.is_ready {
             self.prepare(system, at)?;
         }
@@ -87,7 +85,7 @@ impl Accelerations {
             let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
             return Err(system.find_not_finite(&at.without_momenta(), node).unwrap_or(unknown));
         }
-        state.factor(system, at, node)?;
+        state.factor(system, at, (node, compliance))?;
         state.solve(system, x);
         Ok(())
     }
@@ -188,13 +186,18 @@ impl Accelerations {
     ///
     /// # Errors
     /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which nothing here knows.
-    pub(crate) fn lift<R: Real>(&mut self, system: &System, at: &NodeView<R>, node: usize) -> Result<[Vec<R>; 2], Error> {
+    pub(crate) fn lift<R: Real>(
+        &mut self,
+        system: &System,
+        at: &NodeView<R>,
+        place: (usize, &[(usize, f64)]),
+    ) -> Result<[Vec<R>; 2], Error> {
         if R::PARTS > 2 {
             return Err(Error::NoHyperDual);
         }
         let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
         let real = part(0);
-        self.evaluate(system, &real.view(), node)?;
+        self.evaluate(system, &real.view(), place)?;
         let Accelerations { state, x, adjoint, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
@@ -235,66 +238,6 @@ impl AccelerationsOfCosts {
             }
             Err(error) => Err(error),
         }
-    }
-}
-
-/// K(0) of a state, factored, and memory for solutions.
-struct State {
-    newton: Newton,
-    corrections: usize,
-    right: Pair,
-    /// What a solution left of the right-hand side, where it was corrected.
-    left: Pair,
-    rows: StateRows,
-    zeros: Pair,
-}
-
-impl State {
-    fn new(system: &System) -> Self {
-        let (n, m) = (system.n(), system.m());
-        let pair = || Pair::new(n, m);
-        let (newton, rows) = (Newton::new(system), StateRows::new(n, m));
-        State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
-    }
-
-    fn factor(&mut self, system: &System, at: &NodeView<f64>, node: usize) -> Result<(), Error> {
-        let at = without_sigma(at, &self.zeros);
-        let pivot = factor_state(system, &mut self.newton, (&at, node), &mut Report::default())?;
-        let is_compliant = self.newton.evaluation.has_compliance();
-        self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
-        Ok(())
-    }
-
-    /// Solves K(0) x = r.
-    fn solve(&mut self, system: &System, x: &mut Pair) {
-        let State { newton, right, left, rows, zeros, .. } = self;
-        x.v.copy_from_slice(&right.v);
-        x.sigma.copy_from_slice(&right.sigma);
-        newton.solve(system, x);
-        for _ in 0..self.corrections {
-            let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
-            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
-            left.v.copy_from_slice(&rows.v);
-            left.sigma.copy_from_slice(&rows.sigma);
-            left.subtract_from(right);
-            let mut correction = left.clone();
-            newton.solve(system, &mut correction);
-            x.add(&correction);
-        }
-    }
-
-    /// The equation of whose right-hand side most is left, if it cannot be satisfied.
-    fn find_undetermined(&self, system: &System, at: &NodeView<f64>) -> Option<usize> {
-        if !self.newton.evaluation.has_compliance() {
-            return None;
-        }
-        let flexibilities = redundancy::flexibilities(&self.newton, system, at);
-        // Derivatives with respect to reactions have units of their own.
-        let size = |x: &[f64], j: usize| if flexibilities[j] > 0.0 { x[j].abs() / flexibilities[j].sqrt() } else { 0.0 };
-        let most = |x: &[f64]| (0..x.len()).max_by(|&a, &b| size(x, a).total_cmp(&size(x, b)));
-        let (lost, asked) = (most(&self.left.sigma)?, most(&self.right.sigma)?);
-        let (left, right) = (size(&self.left.sigma, lost), size(&self.right.sigma, asked));
-        (right > 0.0 && left > UNDETERMINED * right).then_some(lost)
     }
 }
 

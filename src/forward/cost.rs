@@ -28,7 +28,7 @@ impl<'a> CostSum<'a> {
     pub(crate) fn add<R: Real>(
         &mut self,
         system: &System,
-        (at, node): (&NodeView<R>, usize),
+        (at, (node, compliance)): (&NodeView<R>, (usize, &[(usize, f64)])),
         weights: &Weights<R>,
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
@@ -37,8 +37,8 @@ impl<'a> CostSum<'a> {
             system.add_costs(at, weights, &self.factors, add);
             return Ok(());
         }
-        let node = self.refinement.given_step(node);
-        let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, node))?;
+        let place = (self.refinement.given_step(node), compliance);
+        let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, place))?;
         let unknown = || [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]);
         let [v_dot, lambda] = lifted.unwrap_or_else(unknown);
         system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, add);
@@ -108,7 +108,7 @@ impl<R: Real> Trajectory<R> {
         (costs, i): (&mut CostSum, usize),
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
-        let mut u_dot = Vec::new();
+        let (mut u_dot, place) = (Vec::new(), (i, self.compliance_from(i)));
         costs.accelerations.missing = None;
         if system.has_control_rates() {
             u_dot.resize(system.k(), R::zero());
@@ -118,12 +118,12 @@ impl<R: Real> Trajectory<R> {
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
-                costs.add(system, (&at, i), &weights, add)?;
+                costs.add(system, (&at, place), &weights, add)?;
             }
         }
         let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
         let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
-        costs.add(system, (&at, i), &weights, add)
+        costs.add(system, (&at, place), &weights, add)
     }
 
     /// Which cost of a node is not finite.
@@ -134,7 +134,7 @@ impl<R: Real> Trajectory<R> {
         let real = NodeValues::of_costs(&at, |x| x.part(0));
         let at = real.view();
         let mut accelerations = Accelerations::new(system);
-        if accelerations.evaluate(system, &at, node).is_err() {
+        if accelerations.evaluate(system, &at, (node, self.compliance_from(node))).is_err() {
             accelerations.forget();
         }
         let at = accelerations.with(at);

@@ -95,6 +95,17 @@ impl Motion {
         }
     }
 
+    /// Whether the motion has come to this node before.
+    pub(crate) fn has_been_at(&self, node: usize) -> bool {
+        node <= self.ahead.known
+    }
+
+    /// The compliances that were chosen on the way are taken again as far as it is known.
+    pub(crate) fn forget_compliance(&mut self) {
+        let known = self.ahead.known;
+        self.trajectory.compliance.retain(|part| 0 < part.from && part.from <= known);
+    }
+
     /// The motion has come before this node.
     pub(crate) fn know(&mut self, node: usize) {
         self.ahead.known = self.ahead.known.max(node - 1);

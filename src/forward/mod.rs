@@ -14,6 +14,7 @@ pub(crate) mod projection;
 pub(crate) mod rank;
 pub(crate) mod redundancy;
 pub(crate) mod restart;
+mod selection;
 mod start;
 mod stepper;
 mod surprise;
@@ -83,7 +84,7 @@ impl ForwardSweep {
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
         self.monitor.most_turn = Warning::TURN;
-        (self.monitor.most_braked, self.monitor.most_kinetic) = (Warning::BRAKED, 0.0);
+        self.monitor.forget_brakes();
         self.stepper.continuation.counted = 0;
         self.begin_again(system, settings)
     }
@@ -125,7 +126,7 @@ impl ForwardSweep {
         self.motion.ahead.again();
         self.motion.trajectory.computed = 0;
         self.motion.trajectory.restarted.clear();
-        self.motion.trajectory.compliance.clear();
+        self.motion.forget_compliance();
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
         self.stepper.newton.evaluation.set_compliance(&[]);
         self.stepper.set_clock(0, Clock::new(self.motion.inputs.grid.start));
@@ -170,7 +171,8 @@ impl ForwardSweep {
             self.motion.keep(node);
             self.check_energies(system, node)?;
             self.check_compliant(system, node, settings)?;
-            self.watch_brake(system, node, settings);
+            self.watch_brake(system, node);
+            selection::watch(self, system, node);
             self.watch_turns(system, node);
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;

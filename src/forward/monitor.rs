@@ -11,6 +11,10 @@ pub(crate) struct Monitor {
     /// The most that the compliances of dependent constraints took of the kinetic energy, if it is worth a warning, and the largest one looked at.
     pub(crate) most_braked: f64,
     pub(crate) most_kinetic: f64,
+    /// What they took since equations were chosen to be left out, if it is worth choosing anew.
+    pub(crate) brake: f64,
+    /// Whether what is left out is to be chosen anew, or positions projected, as soon as possible.
+    pub(crate) is_urgent: bool,
     /// Φ of a node, and what its entries are compared with.
     pub(crate) phi: Vec<f64>,
     pub(crate) lengths: Vec<f64>,
@@ -25,9 +29,17 @@ impl Monitor {
             most_turn: Warning::TURN,
             most_braked: Warning::BRAKED,
             most_kinetic: 0.0,
+            brake: 0.0,
+            is_urgent: false,
             phi: vec![0.0; m],
             lengths: vec![0.0; m],
             reach: Vec::with_capacity(n),
         }
+    }
+
+    /// Nothing is known of what compliances take.
+    pub(crate) fn forget_brakes(&mut self) {
+        (self.most_braked, self.most_kinetic, self.brake) = (Warning::BRAKED, 0.0, 0.0);
+        self.is_urgent = false;
     }
 }

@@ -7,7 +7,7 @@ use super::halving::Ahead;
 use super::restart::Restarts;
 use crate::motion::column;
 use crate::system::NodeView;
-use crate::{Grid, Inputs, Scheme, Start, System, Trajectory};
+use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory};
 
 /// A motion, or a window over it.
 pub(crate) struct Motion {
@@ -27,6 +27,8 @@ pub(crate) struct Motion {
     pub(crate) start_blocks: Vec<f64>,
     pub(crate) no_sigma: Vec<f64>,
     pub(crate) restarts: Restarts,
+    /// The small compliances of all equations that close loops, if some depend on each other: nothing is left out.
+    pub(crate) shared: Vec<(usize, f64)>,
     /// Whether the step into a column is worth a look, if elements may bend within it.
     pub(crate) surprising: Vec<bool>,
 }
@@ -50,6 +52,7 @@ impl Motion {
             start_blocks: Vec::new(),
             no_sigma: vec![0.0; system.m()],
             restarts: Restarts::default(),
+            shared: Vec::new(),
             surprising: Vec::new(),
         }
     }
@@ -57,6 +60,16 @@ impl Motion {
     /// What equations and costs of a node depend on.
     pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
         self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
+    }
+
+    /// Takes these compliances from a node on.
+    pub(crate) fn set_compliance(&mut self, from: usize, equations: Vec<(usize, f64)>) {
+        let parts = &mut self.trajectory.compliance;
+        let at = parts.partition_point(|part| part.from < from);
+        if parts.get(at).is_some_and(|part| part.from == from) {
+            parts.remove(at);
+        }
+        parts.insert(at, Compliance { from, equations });
     }
 
     /// (q₀, v₀, σ = 0) as given, which p*₀ = T_v was taken from, and the second derivatives there; v₀ may violate dΦ/dt = 0 within a tolerance.

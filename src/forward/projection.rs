@@ -58,7 +58,7 @@ impl Projection<'_> {
                 self.check_quadratic(&at.left.v, momentum)?;
             }
             self.violation(at);
-            if REFACTORED.contains(&corrections) && !self.motion.trajectory.compliance.is_empty() {
+            if REFACTORED.contains(&corrections) && !self.newton.evaluation.compliance().is_empty() {
                 let factored = self.newton.factor_here(self.system, 0.0, &mut self.monitor.report);
                 factored.map_err(StepFailure::Singular)?;
             }
@@ -103,7 +103,7 @@ impl Projection<'_> {
     fn violation(&mut self, at: &mut Point) {
         let point = NodeView { q: &at.q, ..self.motion.at(self.node) };
         self.newton.evaluation.phi(self.system, &point, &mut at.left.sigma);
-        for &(j, mu) in &self.motion.trajectory.compliance {
+        for &(j, mu) in self.newton.evaluation.compliance() {
             at.left.sigma[j] -= mu * at.x.sigma[j];
         }
     }

@@ -10,6 +10,8 @@ use crate::{Error, System};
 const RANK: f64 = 1e-7;
 /// Close to a singular configuration the smallest singular value is below this.
 const NEARLY_SINGULAR: f64 = 1e-3;
+/// What lies so far aside is nearby.
+const ASIDE: f64 = 1e-3;
 /// Beyond this number of coordinates the decompositions here would take longer than anybody wants to wait.
 const MOST_COORDINATES: usize = 400;
 
@@ -43,14 +45,14 @@ impl Scaled {
         finite.then_some(Scaled { phi_q, mass, row, column })
     }
 
-    /// Coordinates a little aside, where the constraints leave room.
-    fn aside(&self, at: &NodeView<f64>) -> DVector<f64> {
+    /// Coordinates aside by a share of the largest, where the constraints leave room.
+    pub(super) fn aside(&self, at: &NodeView<f64>, share: f64) -> DVector<f64> {
         let free = null_space(&self.phi_q, RANK);
         // Any direction: that of every coordinate counts.
         let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
         let direction = (free * weights).component_mul(&self.column);
         let largest = at.q.iter().fold(0.0f64, |largest, q| largest.max(q.abs()));
-        let length = 1e-3 * if largest > 0.0 { largest } else { 1.0 };
+        let length = share * if largest > 0.0 { largest } else { 1.0 };
         DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE))
     }
 
@@ -104,7 +106,7 @@ pub(crate) fn dependent(system: &System, at: &NodeView<f64>) -> Option<Vec<Strin
 /// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
 pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
-    let (_, nearby) = corrected(system, at, here.aside(at), 20)?;
+    let (_, nearby) = corrected(system, at, here.aside(at, ASIDE), 20)?;
     let dependencies = nearby.dependencies().ncols();
     let (rows, time) = (system.m(), at.t);
     (rows - dependencies > rank).then_some(Error::SingularConfiguration { step: 0, time, rank, rows, equations })
@@ -118,7 +120,7 @@ pub(crate) fn can_be_met(here: &Scaled, system: &System, at: &NodeView<f64>) -> 
         system.phi(&NodeView { q, ..*at }, &mut phi);
         phi.iter().fold(0.0, |most: f64, phi| if phi.is_nan() { f64::INFINITY } else { most.max(phi.abs()) })
     };
-    let found = corrected(system, at, here.aside(at), 30);
+    let found = corrected(system, at, here.aside(at, ASIDE), 30);
     found.is_some_and(|(q, _)| size(q.as_slice()) <= 1e-6 * size(at.q))
 }
 
@@ -144,7 +146,7 @@ pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, ti
     let null = null_space(&here.phi_q.transpose(), NEARLY_SINGULAR);
     let (rows, equations) = (system.m(), names_of_rows(&null, system));
     let rank = rows - null.ncols();
-    let usual = || corrected(system, at, here.aside(at), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
+    let usual = || corrected(system, at, here.aside(at, ASIDE), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
     (rank < rows && rank < rows - usual()).then_some(Error::SingularConfiguration { step, time, rank, rows, equations })
 }
 

@@ -9,10 +9,10 @@
 //! ```
 //!
 //! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion: its
-//! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen. Scenes whose
-//! constraints are independent have none of this.
+//! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen, as long as
+//! positions drift alike; where they do not, see `forward/selection.rs`. Scenes whose constraints are independent have none of this.
 
-use super::rank;
+use super::{rank, selection};
 use crate::forward::ForwardSweep;
 use crate::node::Newton;
 use crate::number::larger;
@@ -24,35 +24,42 @@ const COMPLIANCE: f64 = 1e-11;
 /// A dependency is there if the softest combination of constraints is about as soft as its compliance.
 const SOFT: f64 = 0.1;
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.
-const CONTRADICTION: f64 = 1e-6;
+pub(super) const CONTRADICTION: f64 = 1e-6;
+/// What is left of dΦ/dt = 0 below this is the load that is shared, m/s or rad/s.
+const LOAD: f64 = 1e-9;
+/// What compliances may take of the kinetic energy, in all steps, before equations are left out.
+const BRAKE: f64 = 1e-9;
 /// An equation takes part if its share in that combination is above this.
 const SHARE: f64 = 1e-5;
 
-/// Gives the loops a compliance if that makes K(0) at the start regular, and says which equations depend on each other.
+/// Gives the loops a compliance if that makes K(0) at the start regular, leaves out what would drift apart, and says which equations depend on each other.
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
-pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>) -> Option<Warning> {
+pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>) -> bool {
     let flexibility = flexibilities(&forward.stepper.newton, system, at);
-    let compliance = of_loops(system, &flexibility);
-    if compliance.is_empty() {
-        return None;
+    let shared = of_loops(system, &flexibility);
+    if shared.is_empty() {
+        return false;
     }
-    forward.stepper.newton.evaluation.set_compliance(&compliance);
-    let dependent = forward.factor_start(system).ok().map(|()| softest(forward, system, &flexibility));
-    match dependent.filter(|equations| !equations.is_empty()) {
-        Some(equations) => {
-            let equations = equations.into_iter().map(|j| system.equation_name(j).to_string()).collect();
-            let warning = Warning::DependentConstraints { equations, time: at.t };
-            forward.motion.trajectory.compliance.clone_from(&compliance);
-            let (q, design) = (at.q.to_vec(), at.design.to_vec());
-            forward.relaxed = Some(Relaxed { q, design, time: at.t, compliance, warning: warning.clone() });
-            Some(warning)
-        }
-        None => {
-            forward.stepper.newton.evaluation.set_compliance(&[]);
-            None
-        }
+    forward.stepper.newton.evaluation.set_compliance(&shared);
+    let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
+    let soft = forward.factor_start(system).ok().and_then(|()| softest(&mut forward.stepper.newton, system, &roots));
+    let Some(shares) = soft else {
+        forward.stepper.newton.evaluation.set_compliance(&[]);
+        return false;
+    };
+    let takes_part = |j: &usize| shares[*j].abs() > SHARE;
+    let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
+    let mut warnings = vec![Warning::DependentConstraints { equations, time: at.t }];
+    let chosen = selection::at_start(forward, system, at, &shared);
+    if let Some(chosen) = &chosen {
+        let equations = selection::names(system, chosen, &shared);
+        warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });
     }
+    let (q, design) = (at.q.to_vec(), at.design.to_vec());
+    let compliance = chosen.unwrap_or_else(|| shared.clone());
+    forward.relaxed = Some(Relaxed { q, design, time: at.t, shared, compliance, warnings });
+    relax_again(forward, system, at.q)
 }
 
 /// What was found at a start, for the next motion from there: an optimiser changes the controls.
@@ -60,11 +67,12 @@ pub(crate) struct Relaxed {
     q: Vec<f64>,
     design: Vec<f64>,
     time: f64,
+    shared: Vec<(usize, f64)>,
     compliance: Vec<(usize, f64)>,
-    warning: Warning,
+    warnings: Vec<Warning>,
 }
 
-/// Does what `relax` did at the same start before; false if there was none.
+/// Takes what `relax` found at the same start, now or before; false if there was nothing.
 pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> bool {
     let time = forward.motion.trajectory.times[0];
     let design = &forward.motion.design;
@@ -73,13 +81,27 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
     forward.stepper.newton.evaluation.set_compliance(&known.compliance);
     let regular = forward.factor_start(system).is_ok();
     if regular {
-        forward.motion.trajectory.compliance.clone_from(&known.compliance);
-        forward.monitor.report.warn(known.warning.clone());
+        forward.motion.shared.clone_from(&known.shared);
+        forward.motion.set_compliance(0, known.compliance.clone());
+        known.warnings.iter().for_each(|warning| forward.monitor.report.warn(warning.clone()));
         forward.relaxed = Some(known);
     } else {
         forward.stepper.newton.evaluation.set_compliance(&[]);
     }
     regular
+}
+
+/// Takes the sizes of unknowns and equations from K(0) at the start, with nothing left out.
+pub(crate) fn weigh(forward: &mut ForwardSweep, system: &System) {
+    if !forward.motion.leaves_out() {
+        return forward.stepper.newton.weigh(system);
+    }
+    let chosen = forward.motion.trajectory.compliance_from(0).to_vec();
+    forward.stepper.newton.evaluation.set_compliance(&forward.motion.shared);
+    if forward.factor_start(system).is_ok() {
+        forward.stepper.newton.weigh(system);
+    }
+    forward.stepper.newton.evaluation.set_compliance(&chosen);
 }
 
 fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
@@ -120,23 +142,38 @@ pub(crate) fn flexibilities(newton: &Newton, system: &System, at: &NodeView<f64>
     sums
 }
 
-/// The equations of the softest combination of constraints, by inverse iteration; none if it is as stiff as any.
-fn softest(forward: &mut ForwardSweep, system: &System, flexibility: &[f64]) -> Vec<usize> {
+/// Shares of equations in the softest combination of constraints, the largest 1, by inverse iteration with the factors of K(0) at hand; none if it is as
+/// stiff as any.
+pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
     let mut x = Pair::new(system.n(), system.m());
-    let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
     // Any combination of all of them.
     let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
     let mut growth = 0.0;
     for _ in 0..3 {
         x.v.fill(0.0);
-        x.sigma.iter_mut().zip(shares.iter().zip(&roots)).for_each(|(r, (share, root))| *r = share * root);
-        forward.stepper.newton.solve(system, &mut x);
-        shares.iter_mut().zip(x.sigma.iter().zip(&roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
+        x.sigma.iter_mut().zip(shares.iter().zip(roots)).for_each(|(r, (share, root))| *r = share * root);
+        newton.solve(system, &mut x);
+        shares.iter_mut().zip(x.sigma.iter().zip(roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
         growth = shares.iter().fold(0.0f64, |largest, share| largest.max(share.abs()));
         shares.iter_mut().for_each(|share| *share /= growth);
     }
-    let is_soft = growth * COMPLIANCE > SOFT;
-    (0..system.m()).filter(|&j| is_soft && shares[j].abs() > SHARE).collect()
+    (growth * COMPLIANCE > SOFT).then_some(shares)
+}
+
+/// Refuses dependent equations that are violated by gaps beyond their tolerances, since they cannot be satisfied together.
+pub(super) fn refuse_gaps(
+    system: &System,
+    at: &NodeView<f64>,
+    gaps: impl Iterator<Item = (usize, f64, f64)>,
+) -> Result<(), Error> {
+    let gaps: Vec<(usize, f64)> = gaps.filter(|(_, gap, tolerance)| gap > tolerance).map(|(j, gap, _)| (j, gap)).collect();
+    if gaps.is_empty() {
+        return Ok(());
+    }
+    let violation = gaps.iter().fold(0.0f64, |largest, (_, gap)| largest.max(*gap));
+    let names = || gaps.iter().map(|(j, _)| system.equation_name(*j).to_string()).collect();
+    let equations = rank::dependent(system, at).unwrap_or_else(names);
+    Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
 }
 
 impl ForwardSweep {
@@ -152,41 +189,39 @@ impl ForwardSweep {
         // In the unit of the equation.
         let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * root_flexibility(mu);
         let gap = |&(j, mu): &(usize, f64)| {
-            let gap = (mu * (at.sigma[j] - self.stepper.start_sigma[j])).abs();
-            (gap > tolerance(mu)).then_some((j, gap))
+            let gap = mu * (at.sigma[j] - self.stepper.start_sigma[j]);
+            (j, gap.abs(), tolerance(mu))
         };
-        let gaps = || self.motion.trajectory.compliance.iter().filter_map(gap);
-        if gaps().next().is_none() {
-            return Ok(());
-        }
-        let violation = gaps().fold(0.0f64, |largest, (_, gap)| largest.max(gap));
-        let equations = rank::dependent(system, &at)
-            .unwrap_or_else(|| gaps().map(|(j, _)| system.equation_name(j).to_string()).collect());
-        Err(Error::ContradictoryConstraints { equations, violation, time: at.t })
+        refuse_gaps(system, &at, self.stepper.newton.evaluation.compliance().iter().map(gap))
     }
 
-    /// Warns where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
-    pub(super) fn watch_brake(&mut self, system: &System, node: usize, settings: &Settings) {
+    /// Sees where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
+    pub(super) fn watch_brake(&mut self, system: &System, node: usize) {
         let (motion, start) = (&self.motion, &self.stepper.start_sigma);
         if motion.trajectory.compliance.is_empty() {
             return;
         }
         let of_stage = |stage: usize| {
             let at = motion.at_stage(node, stage);
-            let gaps = motion.trajectory.compliance.iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
-            // Below, it is the load that is shared.
-            gaps.filter(|(gap, _)| gap.abs() > settings.velocity_tolerance).map(|(gap, mu)| gap * gap / mu).sum()
+            let gaps =
+                self.stepper.newton.evaluation.compliance().iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
+            gaps.filter(|(gap, _)| gap.abs() > LOAD).map(|(gap, mu)| gap * gap / mu).sum()
         };
         let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);
         let all = taken * (motion.nodes() - 1) as f64;
-        if all <= Warning::BRAKED * self.monitor.most_kinetic {
+        if all <= BRAKE * self.monitor.most_kinetic {
             return;
         }
         self.monitor.most_kinetic = larger(self.monitor.most_kinetic, system.energies(&motion.at(node))[0]);
-        let share = all / self.monitor.most_kinetic;
+        self.monitor.brake = larger(self.monitor.brake, all / self.monitor.most_kinetic);
+    }
+
+    /// Warns of what the compliances took up to a node, since nothing can be left out there.
+    pub(super) fn warn_of_brake(&mut self, node: usize) {
+        let share = std::mem::take(&mut self.monitor.brake);
         if share > self.monitor.most_braked {
             self.monitor.most_braked = share;
-            let (step, time) = (motion.given_step(node), motion.time(node));
+            let (step, time) = (self.motion.given_step(node), self.motion.time(node));
             self.monitor.report.replace(Warning::Braked { step, time, share });
         }
     }

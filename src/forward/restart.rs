@@ -4,7 +4,7 @@
 //! digits in the long run. At a restart the state (q⁻, v⁻) at the end of a macro step (of any step, on grids that are not composed) is replaced by
 //!
 //! ```text
-//!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied)
+//!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied, and then all of it)
 //!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c)
 //! ```
 //!
@@ -38,8 +38,8 @@
 //!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
-use super::Motion;
 use super::projection::Projection;
+use super::{Motion, selection};
 use crate::forward::ForwardSweep;
 use crate::motion::{Report, column, column_mut};
 use crate::node::{Newton, StepFailure};
@@ -50,7 +50,7 @@ use crate::{Error, Settings, System};
 /// So many times the largest range away from zero, σ is put in the middle of its range again.
 const WANDERED: f64 = 2.0;
 /// 1/θ from which on nothing is started: ε/θ² = 2e-4.
-const UNDETERMINED: f64 = 1e6;
+pub(super) const UNDETERMINED: f64 = 1e6;
 
 /// The nodes at which a motion was restarted, and what was there before; one run of numbers after the other.
 #[derive(Default)]
@@ -146,7 +146,7 @@ pub(crate) struct Restarting {
     /// The largest range of σ between two restarts, as estimated so far.
     pub(crate) most_range: f64,
     pub(crate) last_end: LastEnd,
-    point: Point,
+    pub(super) point: Point,
 }
 
 impl Restarting {
@@ -164,7 +164,7 @@ impl Settings {
 
 /// Restarts the motion at a node that ends a macro step, if it is due there.
 pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-    if !settings.may_restart() {
+    if !settings.may_restart() && forward.motion.trajectory.compliance.is_empty() {
         return Ok(());
     }
     let Some(steps) = macro_steps(forward, node) else { return Ok(()) };
@@ -172,8 +172,16 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     // With a bound of 0.0 at every one, also where rounding happens to leave Φ = 0.
     let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
     let project = may_drift && drift(forward, system, node) >= settings.drift_bound;
-    if (rebase || project) && is_regular(forward, system, node) {
-        let result = restart(forward, system, node, project, settings);
+    let may_leave_out = selection::is_due(forward, node, steps);
+    if !(rebase || project || may_leave_out) {
+        keep_end(forward, node);
+        return Ok(());
+    }
+    let closeness = closeness(forward, system, node);
+    let is_regular = closeness <= UNDETERMINED;
+    let leaves_out = may_leave_out && selection::choose(forward, system, node, settings, closeness)?;
+    if is_regular && (rebase || project || leaves_out) {
+        let result = restart(forward, system, node, project || leaves_out, settings);
         result.map_err(|failure| forward.explain(system, node, failure))?;
         forward.check_compliant(system, node, settings)?;
     }
@@ -181,27 +189,31 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     Ok(())
 }
 
-/// Factors K(0) at the end of a step, and says whether v follows from p* there in the digits that numbers have.
+/// Factors K(0) at the end of a step: 1/θ, which tells whether v follows from p* there in the digits that numbers have.
 ///
 /// At a distance θ from a configuration where branches of Φ = 0 cross, as of a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
 /// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
 /// in which they are about one at the start.
-fn is_regular(forward: &mut ForwardSweep, system: &System, node: usize) -> bool {
+fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let worst = forward.monitor.report.worst_pivot;
     let blocks = forward.motion.node_blocks(node);
     if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
         // What is not finite becomes the restart's error.
-        return !breakdown.pivot.is_finite();
+        return if breakdown.pivot.is_finite() { f64::INFINITY } else { 0.0 };
     }
     forward.warn_of_lost_digits(system, node, worst);
-    let (weights, left) = (forward.stepper.newton.weights.multipliers(), &mut forward.restarting.point.left);
+    closeness_here(&mut forward.stepper.newton, system, &mut forward.restarting.point.left)
+}
+
+/// 1/θ by the factors at hand.
+pub(super) fn closeness_here(newton: &mut Newton, system: &System, left: &mut Pair) -> f64 {
     left.v.fill(0.0);
-    for (j, (violation, weight)) in left.sigma.iter_mut().zip(weights).enumerate() {
+    for (j, (violation, weight)) in left.sigma.iter_mut().zip(newton.weights.multipliers()).enumerate() {
         // Any combination of all of them.
         *violation = weight * (1.0 + 0.3 * (j as f64).sin());
     }
-    forward.stepper.newton.solve(system, left);
-    forward.stepper.newton.size_of(&left.v) <= UNDETERMINED
+    newton.solve(system, left);
+    newton.size_of(&left.v)
 }
 
 /// The number of macro steps before a node, if it ends one.
@@ -238,9 +250,17 @@ fn restart(
     at.x.v.copy_from_slice(y.v);
     at.x.sigma.fill(0.0);
     if project {
+        if stepper.newton.evaluation.compliance() != motion.shared {
+            // What is left out is projected with the others.
+            stepper.newton.evaluation.set_compliance(&motion.shared);
+            let blocks = motion.node_blocks(node);
+            stepper.newton.factor(system, 0.0, blocks, &mut monitor.report).map_err(StepFailure::Singular)?;
+        }
         Projection { system, motion, newton: &mut stepper.newton, monitor, node }.apply(at)?;
     }
     record(forward, node, project, settings);
+    let anew = forward.motion.trajectory.compliance_from(node);
+    forward.stepper.newton.evaluation.set_compliance(anew);
     begin_anew(forward, system, node, settings)
 }
 
@@ -286,6 +306,9 @@ fn begin_anew(forward: &mut ForwardSweep, system: &System, node: usize, settings
 
 /// α and β of the restart at column k.
 fn weights(forward: &mut ForwardSweep, k: usize, settings: &Settings) -> [f64; 2] {
+    if !settings.may_restart() {
+        return [0.0, 0.0];
+    }
     let every = settings.rebase_every.max(1) as f64;
     let [before, now] = [&forward.restarting.last_end.sigma, column(&forward.motion.trajectory.sigma, k)];
     let weights = &forward.stepper.newton.weights;

@@ -52,7 +52,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, worst);
     forward.monitor.report.worst_pivot = worst.min(forward.monitor.report.worst_pivot);
-    forward.stepper.newton.weigh(system);
+    redundancy::weigh(forward, system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     // K(0) does not show derivatives of forces, which the first step begins with.
@@ -145,8 +145,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     forward.monitor.report.worst_pivot = 1.0;
     // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
     let may_depend = scaled.is_none() || explained.is_some();
-    if let Some(warning) = may_depend.then(|| redundancy::relax(forward, system, &at)).flatten() {
-        forward.monitor.report.warn(warning);
+    if may_depend && redundancy::relax(forward, system, &at) {
         return Ok(());
     }
     match (explained, result) {

@@ -19,5 +19,5 @@ pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use stages::Stages;
-pub use trajectory::Trajectory;
+pub use trajectory::{Compliance, Trajectory};
 pub(crate) use trajectory::{column, column_mut};

@@ -25,9 +25,9 @@ pub struct Trajectory<R = f64> {
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
     pub sigma: DMatrix<R>,
-    /// Equations that close loops and their compliances μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s): empty unless constraints
-    /// depend on each other (see `docs/long-and-hard-motions.md`).
-    pub compliance: Vec<(usize, f64)>,
+    /// Compliances of equations that close loops, in the order of the nodes from which they hold: empty unless constraints depend on each other
+    /// (see `docs/long-and-hard-motions.md`).
+    pub compliance: Vec<Compliance>,
     /// Nodes that are not of the given grid: steps without a solution were halved there.
     pub inserted: Vec<usize>,
     /// The scheme that the motion was computed with, and its stages between the nodes.
@@ -36,6 +36,15 @@ pub struct Trajectory<R = f64> {
     pub stages: Stages<R>,
     /// Nodes at which the motion was started anew ([`Settings::drift_bound`](crate::Settings::drift_bound)).
     pub restarted: Vec<usize>,
+}
+
+/// Compliances of constraints that depend on each other, from a node on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compliance {
+    /// The node at which the motion begins or is started anew with them.
+    pub from: usize,
+    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large one leaves an equation out.
+    pub equations: Vec<(usize, f64)>,
 }
 
 impl<R: Real> Trajectory<R> {
@@ -143,6 +152,17 @@ impl<R: Real> Trajectory<R> {
         self.columns(i).with_inputs((inputs.controls_at(i), design))
     }
 
+    /// The compliances with which the motion starts at a node, or goes on there.
+    pub(crate) fn compliance_from(&self, node: usize) -> &[(usize, f64)] {
+        let parts = self.compliance.iter().rev();
+        parts.into_iter().find(|part| part.from <= node).map_or(&[], |part| &part.equations)
+    }
+
+    /// The compliances of the step into a node; of node 0, those of the start.
+    pub(crate) fn compliance_into(&self, node: usize) -> &[(usize, f64)] {
+        self.compliance_from(node.saturating_sub(1))
+    }
+
     /// Refuses a motion that does not reach the end of its grid.
     pub(crate) fn check_complete(&self, inputs: &Inputs<R>) -> Result<(), Error> {
         let (expected, computed) = (inputs.grid.nodes(), self.computed);
@@ -183,7 +203,8 @@ impl<R: Real> Trajectory<R> {
     pub(crate) fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
         let (n, m, nodes) = (system.n(), system.m(), self.times.len());
         let restarted = self.restarted.iter().max().map_or(0, |node| node.saturating_add(1));
-        let compliant = self.compliance.iter().map(|(j, _)| j.saturating_add(1)).max().unwrap_or(0);
+        let compliant = self.compliance.iter().flat_map(|part| &part.equations).map(|(j, _)| j.saturating_add(1)).max();
+        let compliant = compliant.unwrap_or(0);
         let sizes = [
             ("the trajectory's coordinates", n, self.q.nrows()),
             ("the trajectory's velocities", n, self.v.nrows()),

@@ -120,9 +120,9 @@ impl Evaluation {
         }
     }
 
-    /// Whether any equation has a compliance.
-    pub(crate) fn has_compliance(&self) -> bool {
-        !self.compliance.is_empty()
+    /// Equations that have a compliance, and their μ.
+    pub(crate) fn compliance(&self) -> &[(usize, f64)] {
+        &self.compliance
     }
 
     /// Prepares L in the matrix for steps of half length h.

@@ -164,7 +164,7 @@ impl<'s> Mechanics<'s> {
     /// A singular mass matrix or configuration; forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
         let (mut accelerations, none) = (Accelerations::new(self.system), vec![0.0; self.system.m()]);
-        accelerations.evaluate(self.system, &self.view(&none), 0)?;
+        accelerations.evaluate(self.system, &self.view(&none), (0, &[]))?;
         let Pair { v, sigma } = accelerations.found();
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }

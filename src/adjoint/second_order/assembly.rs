@@ -50,7 +50,7 @@ impl SecondOrderSweep {
         let mut velocity = side.tangent.solve(system, newton, &right)?;
         v += DVector::from_column_slice(&velocity.v);
         velocity.v.copy_from_slice(v.as_slice());
-        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.change.inputs.start = Start::Velocity { q, v };
         self.of_assembly = Some(AssemblyChange { moved, velocity });
         Ok(())
@@ -96,7 +96,7 @@ impl SecondOrderSweep {
         self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
         // The time of a start is no guess.
         self.sweep.time = time;
-        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         let held = assembly.held.clone();
         self.sweep.gradient.start = Start::Assembled { q: of_coordinates.guess, v: of_velocities.guess, held };
         Ok(())

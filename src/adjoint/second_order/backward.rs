@@ -22,6 +22,7 @@ impl SecondOrderSweep {
         self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
         self.sweep.cost.factors.copy_from_slice(first.factors);
         self.suspect = None;
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
         for node in (0..motion.nodes()).rev() {
             self.visit(system, motion, (newton, first), node)?;
         }

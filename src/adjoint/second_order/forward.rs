@@ -18,6 +18,7 @@ impl SecondOrderSweep {
         self.unused_restarts.extend(self.ended.take());
         self.begin_motion(system, motion, newton);
         self.sigma_before.fill(0.0);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
         for node in 1..motion.nodes() {
             let restart = motion.restarts.at(node);
@@ -89,7 +90,7 @@ impl SecondOrderSweep {
             *right = self.known_p[i] - l_v[i] + h * force[i];
         }
         self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
-        let compliance = motion.trajectory.compliance.iter();
+        let compliance = newton.evaluation.compliance().iter();
         compliance.for_each(|&(j, mu)| self.right.sigma[j] -= mu * self.sigma_before[j]);
         let place = Place { column: motion.block_column(node, s), is_end };
         let factored = match self.kept.lend(system, newton, (place, h)) {
@@ -102,7 +103,7 @@ impl SecondOrderSweep {
         self.x.sigma.copy_from_slice(&self.right.sigma);
         newton.solve(system, &mut self.x);
         if self.accuracy.is_in_doubt(pivot) {
-            self.refine(system, motion, newton, (h, blocks), pivot);
+            self.refine(system, newton, (h, blocks), pivot);
         }
         self.kept.take_back(newton, place);
         let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
@@ -114,13 +115,13 @@ impl SecondOrderSweep {
 
     /// One step of iterative refinement.
     #[cold]
-    fn refine(&mut self, system: &System, motion: &Motion, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
+    fn refine(&mut self, system: &System, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
         let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
         newton.evaluation.push_forward(system, blocks, &along_solution((x, h), x_q, no_controls), of_state);
         let (l_v, force) = (of_state.l_v(), of_state.force());
         self.left.v.iter_mut().enumerate().for_each(|(i, left)| *left = l_v[i] - h * force[i]);
         self.left.sigma.copy_from_slice(self.of_state.phi_dot());
-        let compliance = motion.trajectory.compliance.iter();
+        let compliance = newton.evaluation.compliance().iter();
         compliance.for_each(|&(j, mu)| self.left.sigma[j] -= mu * self.x.sigma[j]);
         self.left.subtract_from(&self.right);
         newton.solve(system, &mut self.left);

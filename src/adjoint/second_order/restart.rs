@@ -83,6 +83,7 @@ impl SecondOrderSweep {
         self.known_q.copy_from_slice(&of.q_behind);
         self.sigma_before.copy_from_slice(&of.begin);
         self.restarts.push(of);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(node));
         Ok(())
     }
 
@@ -106,6 +107,7 @@ impl SecondOrderSweep {
         right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
 
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
+        newton.evaluation.set_compliance(&motion.shared);
         newton.factor(system, 0.0, blocks, report).map_err(singular)?;
         let (x, mut last) = (&mut of.projection, f64::INFINITY);
         left.v.copy_from_slice(&right.v);
@@ -125,7 +127,7 @@ impl SecondOrderSweep {
             let of_w = NodeView::of_equations([&zeros.v, &x.v, &zeros.sigma], (no_controls, 0.0, &[]));
             newton.evaluation.push_forward(system, blocks, &of_w, sums);
             left.sigma.copy_from_slice(sums.phi_dot());
-            motion.trajectory.compliance.iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
+            newton.evaluation.compliance().iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
             left.subtract_from(right);
         }
         add(&mut of.q_behind, &of.projection.v);
@@ -144,7 +146,9 @@ impl SecondOrderSweep {
         let of = Crossing { node, restart, crossed, change: &change };
         self.sweep.begin_crossing();
         self.momentum_back(system, motion, newton, &of);
+        newton.evaluation.set_compliance(&motion.shared);
         self.projection_back(system, motion, newton, &of)?;
+        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         self.sweep.carried.clear();
         self.add_end(system, motion, (newton, first.record), &of);
         self.ended = Some(change);

@@ -132,7 +132,7 @@ impl SecondOrderSweep {
     ) -> Result<bool, Error> {
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
         let found = self.accelerations.find(system, uses, |accelerations| {
-            accelerations.evaluate(system, &at, motion.given_step(node))?;
+            accelerations.evaluate(system, &at, (motion.given_step(node), motion.trajectory.compliance_from(node)))?;
             let change = accelerations.along(system, &at, &along);
             let with = accelerations.with(at);
             Ok([Pair { v: with.v_dot.to_vec(), sigma: with.lambda.to_vec() }, change])

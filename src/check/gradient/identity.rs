@@ -73,7 +73,7 @@ pub(super) fn identity(
             |&node: &usize| refinement.given_node(node).is_some_and(|given| given.is_multiple_of(taken.grid.stages));
         let end = (0..i).rev().find(is_end).unwrap_or(0);
         let (s, sigma) = (adjoint.s.column(i), motion.sigma.column(i - 1));
-        let compliant = motion.compliance.iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();
+        let compliant = motion.compliance_into(i).iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();
         let terms =
             [dot(a, q), dot(alpha, v), dot(b, p), dot(beta, g), of_controls, dot(s, motion.sigma.column(end)) + compliant];
         let by_adjoint = terms[4] + terms[5] - terms[..4].iter().sum::<f64>();

@@ -166,7 +166,7 @@ impl Assembler<'_> {
     /// Factors K(0) at a point.
     pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], given: Given) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
-        factor_state(self.system, self.newton, (&given.at(q, v, &zeros), 0), self.report)?;
+        factor_state(self.system, self.newton, (&given.at(q, v, &zeros), (0, &[])), self.report)?;
         Bordered::new(self.system, self.newton, held)
     }
 
@@ -277,19 +277,19 @@ fn weighted(phi: &[f64], units: &[f64]) -> f64 {
     sizes.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// Factors K(0) at a state with σ = 0, with compliances if constraints depend on each other; returns the smallest pivot ratio.
+/// Factors K(0) at a state with σ = 0, with these compliances or, if constraints depend on each other, with others; returns the smallest pivot ratio.
 pub(crate) fn factor_state(
     system: &System,
     newton: &mut Newton,
-    (at, node): (&NodeView<f64>, usize),
+    (at, (node, compliance)): (&NodeView<f64>, (usize, &[(usize, f64)])),
     report: &mut Report,
 ) -> Result<f64, Error> {
     let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
     let given = Given::from(*at);
     let mut own = Report { worst_pivot: 1.0, ..Report::default() };
-    newton.evaluation.set_compliance(&[]);
+    newton.evaluation.set_compliance(compliance);
     let mut factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
-    if factored.is_err() || own.worst_pivot < SUSPICIOUS {
+    if compliance.is_empty() && (factored.is_err() || own.worst_pivot < SUSPICIOUS) {
         let compliances = redundancy::compliances(newton, system, at);
         newton.evaluation.set_compliance(&compliances);
         factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);

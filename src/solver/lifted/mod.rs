@@ -191,7 +191,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design };
         let mut assembler = Assembler { system, newton, report, tolerance: 0.0 };
         let start = assembler.lift((q.as_slice(), v.as_slice()), near, given)?;
-        newton.evaluation.set_compliance(&motion.trajectory.compliance);
+        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         Ok(Some(Inputs { start, ..inputs.clone() }))
     }
 
@@ -265,6 +265,7 @@ impl<R: Real> Lifted<R> {
         self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
         self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
         self.start_sigma.fill(R::zero());
+        near.newton.evaluation.set_compliance(near.motion.trajectory.compliance_from(0));
         if let Start::Velocity { q, v } = &self.inputs.start {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
             let (u, design) = (self.inputs.controls_at(0), self.design.as_slice());
@@ -334,7 +335,7 @@ impl<R: Real> Lifted<R> {
         let sigma = now.sigma;
         let u = if s == self.trajectory.last_stage() { self.inputs.controls_at(i) } else { now.u };
         near.system.plain_sums(&now.with_inputs((u, &self.design)), &mut self.sums);
-        for &(j, mu) in &self.trajectory.compliance {
+        for &(j, mu) in near.newton.evaluation.compliance() {
             self.sums.parts_mut()[2][j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
     }

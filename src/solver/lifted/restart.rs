@@ -26,6 +26,7 @@ impl<R: Real> Lifted<R> {
         near.system.plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(self.sums.l_v());
         self.start_sigma.copy_from_slice(&s);
+        near.newton.evaluation.set_compliance(near.motion.trajectory.compliance_from(i));
         self.solve_node(near, i)
     }
 
@@ -38,13 +39,14 @@ impl<R: Real> Lifted<R> {
         let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
         let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
         let mut phi = vec![R::zero(); nu.len()];
+        near.newton.evaluation.set_compliance(&motion.shared);
         near.factor(i, 0.0, motion.node_blocks(i))?;
         let mut sizes = vec![Shrinking::new(); R::PARTS];
         for correction in 0..MOST_CORRECTIONS_OF_PROJECTION {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
             system.phi(&at, &mut phi);
-            for &(j, mu) in &self.trajectory.compliance {
+            for &(j, mu) in near.newton.evaluation.compliance() {
                 phi[j] -= nu[j] * mu;
             }
             let mut done = true;

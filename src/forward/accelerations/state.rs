@@ -1,0 +1,120 @@
+//! K(0) at a state, for accelerations and reactions.
+
+use super::without_sigma;
+use crate::forward::assembly::factor_state;
+use crate::forward::redundancy;
+use crate::motion::Report;
+use crate::node::Newton;
+use crate::number::larger;
+use crate::system::{Covector, NodeView, Pair, StateRows};
+use crate::{Error, System};
+
+/// Solutions with a K(0) that has compliances are corrected so often, and once …
+const CORRECTIONS: usize = 3;
+/// … where a pivot lost more than this share of its digits' worth.
+const DOUBTFUL: f64 = 1e-3;
+/// What is left of a right-hand side beyond this part of it asks for reactions that are not determined.
+const UNDETERMINED: f64 = 1e-6;
+/// The same for what is left out, where positions have drifted.
+const SHARED: f64 = 1e-3;
+
+/// K(0) of a state, factored, and memory for solutions.
+pub(super) struct State {
+    pub(super) newton: Newton,
+    corrections: usize,
+    pub(super) right: Pair,
+    /// What a solution left of the right-hand side, where it was corrected.
+    left: Pair,
+    rows: StateRows,
+    pub(super) zeros: Pair,
+}
+
+impl State {
+    pub(super) fn new(system: &System) -> Self {
+        let (n, m) = (system.n(), system.m());
+        let pair = || Pair::new(n, m);
+        let (newton, rows) = (Newton::new(system), StateRows::new(n, m));
+        State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
+    }
+
+    pub(super) fn factor(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        place: (usize, &[(usize, f64)]),
+    ) -> Result<(), Error> {
+        let at = without_sigma(at, &self.zeros);
+        let pivot = factor_state(system, &mut self.newton, (&at, place), &mut Report::default())?;
+        let is_compliant = !self.newton.evaluation.compliance().is_empty();
+        self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
+        Ok(())
+    }
+
+    /// Solves K(0) x = r.
+    pub(super) fn solve(&mut self, system: &System, x: &mut Pair) {
+        let State { newton, right, left, rows, zeros, .. } = self;
+        x.v.copy_from_slice(&right.v);
+        x.sigma.copy_from_slice(&right.sigma);
+        newton.solve(system, x);
+        for _ in 0..self.corrections {
+            let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
+            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
+            left.v.copy_from_slice(&rows.v);
+            left.sigma.copy_from_slice(&rows.sigma);
+            left.subtract_from(right);
+            let mut correction = left.clone();
+            newton.solve(system, &mut correction);
+            x.add(&correction);
+        }
+    }
+
+    /// An equation whose reaction is asked for, though others may take it over: zᵀr_σ ≠ 0 for a z with Φ_qᵀz = 0.
+    pub(super) fn find_undetermined(&mut self, system: &System, at: &NodeView<f64>) -> Option<usize> {
+        if self.newton.evaluation.compliance().is_empty() {
+            return None;
+        }
+        let mut flexibilities = redundancy::flexibilities(&self.newton, system, at);
+        let asked = self.right.sigma.clone();
+        let left_out: Vec<usize> = {
+            let compliance = self.newton.evaluation.compliance().iter();
+            compliance.filter(|&&(j, mu)| mu > flexibilities[j]).map(|&(j, _)| j).collect()
+        };
+        if let Some(found) = left_out.iter().find_map(|&j| self.find_shared(system, j, &asked, &flexibilities)) {
+            return Some(found);
+        }
+        // What is left out is satisfied as far as positions have drifted.
+        left_out.iter().for_each(|&j| flexibilities[j] = 0.0);
+        let most =
+            |x: &[f64]| (0..x.len()).max_by(|&a, &b| size(&flexibilities, x, a).total_cmp(&size(&flexibilities, x, b)));
+        let (lost, most_asked) = (most(&self.left.sigma)?, most(&asked)?);
+        let [left, right] = [(&self.left.sigma, lost), (&asked, most_asked)].map(|(x, j)| size(&flexibilities, x, j));
+        (right > 0.0 && left > UNDETERMINED * right).then_some(lost)
+    }
+
+    /// An equation whose reaction is asked for, if what is left out may take it over: zᵀr_σ ≠ 0 with z_j = 1, and the others from K(0) (v, −z) = (Φ_qᵀ, 0)_j.
+    fn find_shared(&mut self, system: &System, j: usize, asked: &[f64], flexibilities: &[f64]) -> Option<usize> {
+        let State { newton, right, rows, zeros, .. } = self;
+        if asked.iter().all(|x| *x == 0.0) {
+            return None;
+        }
+        right.sigma.fill(0.0);
+        right.sigma[j] = 1.0;
+        let with = Covector { c: &zeros.v, d: &zeros.v, e: &right.sigma };
+        newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
+        let mut x = Pair { v: rows.v.clone(), sigma: zeros.sigma.clone() };
+        newton.solve(system, &mut x);
+        let z: Vec<f64> = x.sigma.iter().zip(&right.sigma).map(|(sigma, unit)| unit - sigma).collect();
+        right.sigma.copy_from_slice(asked);
+        let share = |j: usize| z[j].abs() * flexibilities[j].sqrt();
+        let of_z = (0..z.len()).map(share).fold(0.0, larger);
+        let of_asked = (0..z.len()).map(|j| size(flexibilities, asked, j)).fold(0.0, larger);
+        let sum: f64 = z.iter().zip(asked).map(|(z, asked)| z * asked).sum();
+        let most = (0..z.len()).max_by(|&a, &b| (z[a] * asked[a]).abs().total_cmp(&(z[b] * asked[b]).abs()));
+        most.filter(|_| sum.abs() > SHARED * of_z * of_asked)
+    }
+}
+
+/// A number of an equation, of a reaction's derivative, in units of the masses: derivatives with respect to reactions have units of their own.
+fn size(flexibilities: &[f64], x: &[f64], j: usize) -> f64 {
+    if flexibilities[j] > 0.0 { x[j].abs() / flexibilities[j].sqrt() } else { 0.0 }
+}

@@ -1,0 +1,215 @@
+//! Which of the constraints that depend on each other are left out, where their positions have drifted apart.
+//!
+//! The compliances of `forward/redundancy.rs` share a reaction, but where a drift of Φ by δ has made the rows of Φ_q independent they brake the motion: by δ²/μ of
+//! its velocity in each step. The remedy is to leave out as many equations as follow from the others. Which ones is decided at the projection of a node onto
+//! Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency z, one after the other:
+//!
+//! ```text
+//!   leave out the j with the largest share |z_j| √(Φ_q M⁻¹ Φ_qᵀ)_jj:     μ_j = 1e6 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj
+//! ```
+//!
+//! As the mechanism turns, what is left out loses its share in z, and the others come to depend on each other, as an abscissa does at some angle of a bar. Before they
+//! do, equations are chosen anew. Each choice is a restart (`forward/restart.rs`), and so the gradient is exact through it.
+//!
+//! Between choices positions are projected now and then: what is left out would drift farther than the others. Equations that begin to contradict the others are found
+//! then, since they violate Φ = 0 at the projection by μ ν.
+
+use super::projection::Projection;
+use super::rank::Scaled;
+use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
+use super::restart::{UNDETERMINED, closeness_here};
+use super::{ForwardSweep, Motion};
+use crate::motion::Report;
+use crate::node::{Newton, StepFailure};
+use crate::number::larger;
+use crate::system::{Given, KnownPart, NodeView};
+use crate::{Error, Settings, System, Warning};
+
+/// μ of an equation that is left out, in units of what it was.
+const LEFT_OUT: f64 = 1e17;
+/// What is left out stays so while its share is at least this part of the largest.
+const AS_BEFORE: f64 = 0.6;
+/// Close to configurations where the others lose rank too, where 1/θ is above this, positions are projected after every step.
+const NEARLY_SINGULAR: f64 = 10.0;
+/// Above this the drift, divided by θ, would be worse for v than it is.
+const SINGULAR: f64 = 1e3;
+/// By this share of the largest coordinate: some dependencies are broken by its third power only.
+const STRAIGHT_ON: f64 = 0.3;
+/// While equations are left out, positions are projected after every so many steps, or every one of a composition: Φ drifts by O(Δt³) in between.
+const EVERY: usize = 8;
+
+/// Whether equations are to be chosen at a node after so many macro steps, or were when the motion came to it before.
+pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool {
+    let motion = &forward.motion;
+    if motion.has_been_at(node) {
+        return motion.trajectory.compliance.iter().any(|part| part.from == node);
+    }
+    let is_last = node + 1 == motion.nodes();
+    let is_composed = motion.inputs.grid.stages > 1;
+    let is_watched = motion.leaves_out() && (is_last || is_composed || steps.is_multiple_of(EVERY));
+    forward.monitor.brake > 0.0 || forward.monitor.is_urgent || is_watched
+}
+
+impl Motion {
+    /// Whether anything is left out where the motion has come to.
+    pub(super) fn leaves_out(&self) -> bool {
+        self.trajectory.compliance.last().is_some_and(|part| part.equations != self.shared)
+    }
+}
+
+/// Sees whether what is left out has lost its share in the dependency, after a step into a node:
+///
+/// ```text
+///   K (v, −z) = (Φ_qᵀ, 0)_j,  z_j = 1      by the factors of the step
+/// ```
+pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
+    let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
+    if !motion.leaves_out() || motion.has_been_at(node) {
+        return;
+    }
+    let (shared, now) = (&motion.shared, motion.trajectory.compliance_into(node));
+    let (newton, at) = (&mut stepper.newton, &mut restarting.point);
+    monitor.is_urgent = closeness_here(newton, system, &mut at.left) > NEARLY_SINGULAR;
+    for (&(j, _), _) in now.iter().zip(shared).filter(|(now, shared)| now != shared) {
+        at.q.copy_from_slice(motion.at(node).q);
+        at.x.v.fill(0.0);
+        at.x.sigma.fill(0.0);
+        at.x.sigma[j] = 1.0;
+        at.evaluate(system, motion, newton, node, &mut monitor.report);
+        at.left.sigma.fill(0.0);
+        newton.solve(system, &mut at.left);
+        let share = |&(k, mu): &(usize, f64)| (at.x.sigma[k] - at.left.sigma[k]).abs() * root_flexibility(mu);
+        let most = shared.iter().map(share).fold(0.0, larger);
+        let own = shared.iter().find(|(k, _)| *k == j).map_or(0.0, share);
+        monitor.is_urgent |= own < AS_BEFORE * most;
+    }
+}
+
+/// Chooses what is left out from a node on, so close to where branches cross; false if the motion is to go on as before.
+///
+/// Leaves the factors of K(0) at the node as they were.
+#[cold]
+pub(super) fn choose(
+    forward: &mut ForwardSweep,
+    system: &System,
+    node: usize,
+    settings: &Settings,
+    closeness: f64,
+) -> Result<bool, Error> {
+    if forward.motion.has_been_at(node) {
+        return Ok(true);
+    }
+    // Before anything is left out, it is dependencies that are close.
+    let most = if forward.motion.leaves_out() { SINGULAR } else { UNDETERMINED };
+    let Some(chosen) = (if closeness <= most { look(forward, system, node, settings)? } else { None }) else {
+        forward.warn_of_brake(node);
+        return Ok(false);
+    };
+    (forward.monitor.brake, forward.monitor.is_urgent) = (0.0, false);
+    if node + 1 == forward.motion.nodes() {
+        return Ok(false);
+    }
+    if !forward.motion.leaves_out() {
+        let (step, time) = (forward.motion.given_step(node), forward.motion.time(node));
+        let equations = names(system, &chosen, &forward.motion.shared);
+        forward.monitor.report.warn(Warning::LeftOut { equations, step, time });
+    }
+    forward.motion.set_compliance(node, chosen);
+    Ok(true)
+}
+
+/// What is left out from the start on, if dependencies do not persist where the mechanism goes straight on from it, off its constraints: parallel cranks stay
+/// parallel, and drift alike, and so do doubled hinges.
+pub(super) fn at_start(
+    forward: &mut ForwardSweep,
+    system: &System,
+    at: &NodeView<f64>,
+    shared: &[(usize, f64)],
+) -> Option<Vec<(usize, f64)>> {
+    let q = Scaled::at(system, at)?.aside(at, STRAIGHT_ON);
+    let newton = &mut forward.stepper.newton;
+    let mut select_at = |q: &[f64]| {
+        let from = KnownPart { h: 0.0, q, p_star: &[], sigma: at.sigma };
+        newton.evaluation.set_compliance(shared);
+        newton.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
+        select(newton, system, (shared, shared), &mut Report::default())
+    };
+    let count = |chosen: &[(usize, f64)]| chosen.iter().zip(shared).filter(|(now, shared)| now != shared).count();
+    let (aside, here) = (select_at(q.as_slice())?, select_at(at.q)?);
+    (count(&aside) < count(&here)).then_some(here)
+}
+
+/// The names of what is left out.
+pub(super) fn names(system: &System, chosen: &[(usize, f64)], shared: &[(usize, f64)]) -> Vec<String> {
+    let left_out = chosen.iter().zip(shared).filter(|(now, shared)| now != shared);
+    left_out.map(|((j, _), _)| system.equation_name(*j).to_string()).collect()
+}
+
+/// What is best left out from a node on, if it is anything.
+fn look(
+    forward: &mut ForwardSweep,
+    system: &System,
+    node: usize,
+    settings: &Settings,
+) -> Result<Option<Vec<(usize, f64)>>, Error> {
+    let now = forward.motion.trajectory.compliance_into(node).to_vec();
+    let chosen = match project(forward, system, node, settings)? {
+        true => select(&mut forward.stepper.newton, system, (&forward.motion.shared, &now), &mut forward.monitor.report),
+        false => None,
+    };
+    let (newton, blocks) = (&mut forward.stepper.newton, forward.motion.node_blocks(node));
+    newton.evaluation.set_compliance(&now);
+    let restored = newton.factor(system, 0.0, blocks, &mut forward.monitor.report);
+    Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != forward.motion.shared))
+}
+
+/// Evaluates everything at the projection of a node onto all equations; false if it cannot be found.
+fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
+    let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
+    let (newton, at, y) = (&mut stepper.newton, &mut restarting.point, motion.at(node));
+    newton.evaluation.set_compliance(&motion.shared);
+    if newton.factor(system, 0.0, motion.node_blocks(node), &mut monitor.report).is_err() {
+        return Ok(false);
+    }
+    at.q.copy_from_slice(y.q);
+    at.x.v.copy_from_slice(y.v);
+    at.x.sigma.fill(0.0);
+    let projected = Projection { system, motion, newton, monitor, node }.apply(at);
+    let size = newton.size_of(&at.q);
+    // Where equations contradict each other ν is so large that its rounding moves q, but little.
+    let is_close = match projected {
+        Ok(()) => true,
+        Err(StepFailure::Projection { .. }) => newton.size_of(&at.left.v) <= CONTRADICTION * size,
+        Err(_) => false,
+    };
+    if is_close {
+        let tolerance = |mu: f64| settings.position_tolerance + CONTRADICTION * size * root_flexibility(mu);
+        let gap = |&(j, mu): &(usize, f64)| (j, (mu * at.x.sigma[j]).abs(), tolerance(mu));
+        refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, motion.shared.iter().map(gap))?;
+    }
+    Ok(projected.is_ok())
+}
+
+/// Leaves out one equation for each dependency at the point of the evaluation.
+pub(super) fn select(
+    newton: &mut Newton,
+    system: &System,
+    (shared, now): (&[(usize, f64)], &[(usize, f64)]),
+    report: &mut Report,
+) -> Option<Vec<(usize, f64)>> {
+    let mut roots = vec![0.0; system.m()];
+    shared.iter().for_each(|&(j, mu)| roots[j] = root_flexibility(mu));
+    let mut chosen = shared.to_vec();
+    loop {
+        newton.evaluation.set_compliance(&chosen);
+        newton.factor_here(system, 0.0, report).ok()?;
+        let Some(shares) = softest(newton, system, &roots) else { return Some(chosen) };
+        let share = |k: usize| if chosen[k] == shared[k] { shares[shared[k].0].abs() } else { 0.0 };
+        let before = (0..shared.len()).find(|&k| now[k] != shared[k] && share(k) >= AS_BEFORE);
+        let most = before.or_else(|| (0..shared.len()).max_by(|&a, &b| share(a).total_cmp(&share(b))))?;
+        if share(most) == 0.0 {
+            return None;
+        }
+        chosen[most].1 *= LEFT_OUT;
+    }
+}
