@@ -52,7 +52,7 @@ pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool 
 
 impl Motion {
     /// Whether anything is left out where the motion has come to.
-    pub(super) fn leaves_out(&self) -> bool {
+    pub(crate) fn leaves_out(&self) -> bool {
         self.trajectory.compliance.last().is_some_and(|part| part.equations != self.shared)
     }
 }

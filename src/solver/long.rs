@@ -55,6 +55,8 @@ pub struct LongSolver<'s> {
     /// Of all of them.
     adjoint_report: Report,
     plan: Plan,
+    /// Whether the plan has room for restarts that nobody asked for: dependent constraints are left out.
+    leaves_out: bool,
     checkpoints: Vec<Checkpoint>,
 }
 
@@ -114,6 +116,7 @@ impl<'s> LongSolver<'s> {
             sweeps: vec![AdjointSweep::new(system, settings.scheme)],
             adjoint_report: Report::default(),
             plan: Plan::NONE,
+            leaves_out: false,
             checkpoints: Vec::new(),
         }
     }
@@ -209,6 +212,16 @@ impl<'s> LongSolver<'s> {
     }
 
     fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
+        self.leaves_out = false;
+        self.begin_planned(inputs)?;
+        if self.forward.motion.leaves_out() {
+            self.leaves_out = true;
+            self.begin_planned(inputs)?;
+        }
+        Ok(())
+    }
+
+    fn begin_planned(&mut self, inputs: &Inputs) -> Result<(), Error> {
         self.checkpoints = Vec::new();
         self.settings.check()?;
         inputs.check(self.system)?;
@@ -220,6 +233,11 @@ impl<'s> LongSolver<'s> {
         self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
         self.forward.motion.ahead.most_nodes = self.plan.nodes;
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
+    }
+
+    fn bytes_per_node(&self) -> usize {
+        let every = if self.leaves_out { 1 } else { self.settings.rebase_every };
+        self.system.bytes_per_node(&Settings { rebase_every: every, ..self.settings })
     }
 
     /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
@@ -248,7 +266,7 @@ impl<'s> LongSolver<'s> {
 
     /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
     fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
-        let stored = self.system.bytes_per_node(&self.settings);
+        let stored = self.bytes_per_node();
         let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
         let behind = self.system.m() + self.system.n();
         let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
@@ -297,7 +315,7 @@ impl<'s> LongSolver<'s> {
         self.plan.window = SHORTEST;
         self.forward.motion.make_room(SHORTEST + HISTORY);
         let nodes = self.forward.motion.nodes();
-        let window = (SHORTEST + HISTORY) * self.system.bytes_per_node(&self.settings);
+        let window = (SHORTEST + HISTORY) * self.bytes_per_node();
         let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
         let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
         if free < of_one_more {
