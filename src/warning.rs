@@ -15,6 +15,16 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// At the start the kinetic energy is negative for velocities that the constraints allow: what is pushed there moves against the push. A negative mass in
+    /// a direction that constraints forbid does no harm.
+    NegativeMass {
+        /// The coordinates: those with a negative M_ii or, where there are none, all that such velocities move.
+        coordinates: Vec<String>,
+        /// The smallest M_ii of these coordinates, kg or kg m².
+        mass: f64,
+        /// When, s.
+        time: f64,
+    },
     /// Positions have drifted from constraints that depend on each other, so that what each allows another forbids: their compliance resists the motion.
     ///
     /// A drift of Φ_q by δ takes δ²/1e-11 of the velocity in each step, while what is left of dΦ/dt = 0 is small. Otherwise it is [`LeftOut`](Warning::LeftOut);
@@ -147,6 +157,13 @@ impl fmt::Display for Warning {
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
                 equations.join(", ")
+            ),
+            Warning::NegativeMass { coordinates, mass, time } => write!(
+                f,
+                "at t = {} s the kinetic energy is negative for velocities that the constraints allow, those of {} (smallest M_ii: {mass:.3e}): what is \
+                 pushed there moves against the push, as nothing does; correct masses and inertias, or give design variables bounds that keep them above zero",
+                seconds(*time),
+                coordinates.join(", ")
             ),
             Warning::Braked { step, time, share } => write!(
                 f,

@@ -7,11 +7,12 @@ mod sled;
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum,
-    System, gradient, simulate,
+    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings,
+    Solver, Sum, System, Warning, gradient, simulate,
 };
 use nalgebra::SVector;
 use sled::{Formula, Mass, Own, sled};
+use std::f64::consts::FRAC_PI_2;
 
 fn failure(system: &System) -> Error {
     let inputs = Inputs::at_rest(system, Grid::uniform(20, 0.1));
@@ -51,6 +52,79 @@ fn a_mass_of_zero_that_a_constraint_holds_does_no_harm() {
     let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
     let motion = simulate(&system, &inputs, Settings::default()).expect("motion");
     assert_eq!(motion.q.amax(), 0.0);
+}
+
+fn warnings(system: &System, inputs: &Inputs) -> Vec<Warning> {
+    let mut solver = Solver::new(system, Settings::default());
+    solver.simulate(inputs).expect("motion");
+    solver.report().warnings.clone()
+}
+
+fn negative(coordinates: &[&str], mass: f64) -> Vec<Warning> {
+    let coordinates = coordinates.iter().map(|name| format!("`{name}`")).collect();
+    vec![Warning::NegativeMass { coordinates, mass, time: 0.0 }]
+}
+
+#[test]
+fn a_mass_that_a_design_variable_makes_negative_is_named() {
+    let mut scene = Scene::new();
+    let [x] = scene.coordinates("sled", ["x"]);
+    let mass = scene.design("mass", 1.0);
+    scene.kinetic_energy("mass", Mass, [x], [mass.into()]);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.1));
+    assert_eq!(warnings(&system, &inputs), []);
+    inputs.design[0] = -2.0;
+    let found = warnings(&system, &inputs);
+    assert_eq!(found, negative(&["sled.x"], -2.0));
+    let message = found[0].to_string();
+    println!("{message}");
+    assert!(["t = 0.0 s", "`sled.x`", "-2.000e0", "design variables bounds"].iter().all(|word| message.contains(word)));
+}
+
+/// ½ m (v₀² + v₁²) + c v₀ v₁, b = [m, c].
+struct Coupled;
+impl KineticEnergy<2, 2> for Coupled {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 2>, v: &SVector<S, 2>, b: &SVector<S, 2>) -> S {
+        b[0] * v.dot(v) * 0.5 + b[1] * v[0] * v[1]
+    }
+}
+
+#[test]
+fn masses_that_are_negative_together_are_named() {
+    for (coupling, expected) in [(-1.5, negative(&["pair.x", "pair.y"], 1.0)), (0.5, Vec::new())] {
+        let mut scene = Scene::new();
+        let pair = scene.coordinates("pair", ["x", "y"]);
+        scene.kinetic_energy("masses", Coupled, pair, [1.0.into(), coupling.into()]);
+        let system = scene.compile().expect("scene");
+        assert_eq!(warnings(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.1))), expected);
+    }
+}
+
+/// The hinge lets a rod of 1 kg less 2 kg along x turn: what stands upright moves along x, and what lies does not.
+#[test]
+fn a_negative_mass_that_constraints_hold_does_no_harm() {
+    let lying = sled(-1.0, |scene, x| _ = scene.constraint("stop", Own(Held), [x], []));
+    assert_eq!(warnings(&lying, &Inputs::at_rest(&lying, Grid::uniform(3, 0.1))), []);
+    for (angle, expected) in [(0.0, Vec::new()), (FRAC_PI_2, negative(&["rod.x"], -1.0))] {
+        let mut scene = Scene::new();
+        let rod = scene.body("rod", 1.0, 0.1, [0.5 * f64::cos(angle), 0.5 * f64::sin(angle), angle]);
+        scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+        scene.kinetic_energy("wrong", Mass, [rod.coordinates[0]], [(-2.0).into()]);
+        let system = scene.compile().expect("scene");
+        assert_eq!(warnings(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.001))), expected);
+    }
+}
+
+#[test]
+fn a_negative_mass_among_many_is_named() {
+    let mut scene = Scene::new();
+    for i in 0..450 {
+        let x = scene.coordinates(&format!("sled {i}"), ["x"]);
+        scene.kinetic_energy(&format!("mass {i}"), Mass, x, [if i == 77 { -1.0 } else { 1.0 }.into()]);
+    }
+    let system = scene.compile().expect("scene");
+    assert_eq!(warnings(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.1))), negative(&["sled 77.x"], -1.0));
 }
 
 /// √(−1 − q²).

@@ -8,6 +8,8 @@ use crate::{Error, System};
 
 /// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
 const RANK: f64 = 1e-7;
+/// Eigenvalues of M̂ below this are negative, and not rounding.
+const NEGATIVE: f64 = -1e-10;
 /// Close to a singular configuration the smallest singular value is below this.
 const NEARLY_SINGULAR: f64 = 1e-3;
 /// What lies so far aside is nearby.
@@ -15,7 +17,7 @@ const ASIDE: f64 = 1e-3;
 /// Beyond this number of coordinates the decompositions here would take longer than anybody wants to wait.
 const MOST_COORDINATES: usize = 400;
 
-/// Φ̂ = R Φ_q D with rows of length one, and M̂ = D M D with D = diag(M)^(−1/2).
+/// Φ̂ = R Φ_q D with rows of length one, and M̂ = D M D with D = |diag(M)|^(−1/2).
 pub(crate) struct Scaled {
     phi_q: DMatrix<f64>,
     mass: DMatrix<f64>,
@@ -32,7 +34,7 @@ impl Scaled {
             return None;
         }
         let mut mass = mass_matrix(system, at);
-        let column = DVector::from_fn(n, |i, _| if mass[(i, i)] > 0.0 { mass[(i, i)].sqrt().recip() } else { 1.0 });
+        let column = DVector::from_fn(n, |i, _| if mass[(i, i)] != 0.0 { mass[(i, i)].abs().sqrt().recip() } else { 1.0 });
         mass = DMatrix::from_fn(n, n, |i, j| mass[(i, j)] * column[i] * column[j]);
         let mut phi_q = DMatrix::zeros(m, n);
         system.phi_q(at).iter().for_each(|e| phi_q[(e.row, e.col)] += e.value * column[e.col]);
@@ -81,6 +83,19 @@ impl Scaled {
         let moves = |i: &usize| motion.row(*i).norm() > 1e-6;
         let coordinates = (0..system.n()).filter(moves).map(|i| format!("`{}`", system.coordinate_name(i))).collect();
         Some(Error::SingularMass { coordinates, time })
+    }
+
+    /// The coordinates that take part in motions of negative kinetic energy which the constraints allow.
+    pub(crate) fn negative(&self) -> Vec<usize> {
+        let free = null_space(&self.phi_q, RANK);
+        if free.ncols() == 0 {
+            return Vec::new();
+        }
+        let energies = (free.transpose() * &self.mass * &free).symmetric_eigen();
+        let picked = (0..free.ncols()).filter(|&k| energies.eigenvalues[k] < NEGATIVE);
+        let motions: Vec<_> = picked.map(|k| &free * energies.eigenvectors.column(k)).collect();
+        let moves = |i: &usize| motions.iter().any(|motion| motion[*i].abs() > 1e-6);
+        (0..free.nrows()).filter(moves).collect()
     }
 
     /// Dependent equations that the values `phi` (Φ or dΦ/dt) do not satisfy together, as an error.

@@ -1,12 +1,13 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
 
 use super::redundancy;
+use crate::error::quoted;
 use crate::forward::ForwardSweep;
 use crate::forward::rank::{self, Scaled};
 use crate::motion::{column, column_mut};
 use crate::number::all_finite;
 use crate::system::{NodeView, Pair};
-use crate::{Error, Settings, Start, System};
+use crate::{Error, Settings, Start, System, Warning};
 
 /// A pivot ratio below this makes it worth looking at Φ_q and M in full.
 const SUSPICIOUS: f64 = 1e-10;
@@ -52,6 +53,9 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, worst);
     forward.monitor.report.worst_pivot = worst.min(forward.monitor.report.worst_pivot);
+    if forward.stepper.newton.has_negative_mass(system) {
+        note_negative_mass(forward, system, &q);
+    }
     redundancy::weigh(forward, system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
@@ -153,4 +157,21 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
         (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
         (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),
     }
+}
+
+/// Warns of velocities that the constraints allow and whose kinetic energy is negative, by the coordinates with M_ii < 0 if there are such.
+#[cold]
+fn note_negative_mass(forward: &mut ForwardSweep, system: &System, q: &[f64]) {
+    let (masses, at) = (redundancy::masses(&forward.stepper.newton, system), point(forward, q));
+    let is_negative = |i: &usize| masses[*i] < 0.0;
+    let known = Scaled::at(system, &at).map(|scaled| scaled.negative());
+    let mut found: Vec<usize> = known.clone().unwrap_or_else(|| (0..system.n()).collect());
+    found.retain(is_negative);
+    if found.is_empty() {
+        found = known.unwrap_or_default();
+    }
+    let Some(mass) = found.iter().map(|&i| masses[i]).reduce(f64::min) else { return };
+    let coordinates = found.iter().map(|&i| quoted(system.coordinate_name(i))).collect();
+    let time = at.t;
+    forward.monitor.report.replace(Warning::NegativeMass { coordinates, mass, time });
 }

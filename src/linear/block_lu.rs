@@ -2,7 +2,7 @@
 
 use super::factorization::{Breakdown, Factorization, RightSide};
 use super::kernel::State;
-use super::lu::Cancelled;
+use super::lu::{self, Cancelled};
 use super::node::Node;
 use super::symbolic::Symbolic;
 
@@ -75,6 +75,15 @@ impl Factorization for BlockLu {
 }
 
 impl BlockLu {
+    /// The number of negative eigenvalues, by Sylvester's law of inertia: those of D of every node, if the values were symmetric.
+    pub(super) fn negative_eigenvalues(&self, symbolic: &Symbolic) -> usize {
+        let of_node = |node: &Node| {
+            let factors = &self.values[node.start..][..node.size * node.size];
+            lu::negative_eigenvalues(factors, &self.swaps[node.first..node.end()])
+        };
+        symbolic.runs().flat_map(|(_, nodes)| nodes).map(of_node).sum()
+    }
+
     fn backward(&self, symbolic: &Symbolic, x: &mut [f64]) {
         for (kernel, nodes) in symbolic.runs().rev() {
             kernel.backward(nodes, &self.values, &self.swaps, x);

@@ -11,7 +11,7 @@
 #![expect(clippy::needless_range_loop)]
 
 use super::kernel::{NodeKernel, State};
-use super::lu::{Cancelled, MOST_LOSS};
+use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
 use super::node::{Node, Shape};
 use super::size::Fixed;
 use crate::number::larger;
@@ -240,9 +240,6 @@ fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
         }
     }
 }
-
-/// In the place of a node's first interchange: there are none.
-const IN_ORDER: usize = usize::MAX;
 
 impl<const S: usize> NodeKernel for Link<S> {
     #[inline(always)]

@@ -9,11 +9,14 @@
 //! for them products with a zero are left out.
 
 use super::size::{Fixed, Free, Size};
+use nalgebra::DMatrix;
 
 /// A pivot must exceed this fraction of the magnitudes that were added up in it.
 const SMALLEST_PIVOT: f64 = 1e-13;
 /// The largest loss of digits (magnitudes added up in a pivot against the pivot) that is accepted without interchanging rows.
 pub(super) const MOST_LOSS: f64 = 1e4;
+/// In the place of a node's first interchange: there are none.
+pub(super) const IN_ORDER: usize = usize::MAX;
 
 /// A pivot that cancelled: its column in the node, its value and the magnitude of its summands.
 #[derive(Debug, Clone, Copy)]
@@ -184,6 +187,22 @@ fn swap_rows(s: usize, columns: &mut [f64], k: usize, row: usize) {
             }
         }
     }
+}
+
+/// The number of negative eigenvalues of a symmetric D, by its factors.
+pub(super) fn negative_eigenvalues(factors: &[f64], swaps: &[usize]) -> usize {
+    let s = swaps.len();
+    if swaps.first() == Some(&IN_ORDER) || swaps.iter().enumerate().all(|(k, &row)| row == k) {
+        // D = L diag(pivots) Lᵀ.
+        return (0..s).filter(|k| factors[k * (s + 1)] < 0.0).count();
+    }
+    let lu = DMatrix::from_column_slice(s, s, factors);
+    let (mut lower, mut upper) = (lu.lower_triangle(), lu.upper_triangle());
+    lower.fill_diagonal(1.0);
+    upper.set_diagonal(&lu.diagonal().map(f64::recip));
+    let mut d = lower * upper;
+    d.column_iter_mut().for_each(|mut column| permute_back(swaps, column.as_mut_slice()));
+    d.symmetric_eigenvalues().iter().filter(|x| **x < 0.0).count()
 }
 
 /// y := P y.

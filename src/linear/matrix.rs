@@ -151,3 +151,11 @@ impl<F: Factorization> Matrix<F> {
         self.constant().backward_transposed(x);
     }
 }
+
+impl Matrix {
+    /// The number of negative eigenvalues of the matrix that was factored, which is symmetric.
+    pub(crate) fn negative_eigenvalues(&self, symbolic: &Symbolic) -> usize {
+        let condensed = self.constant().reciprocal_pivots().filter(|pivot| *pivot < 0.0).count();
+        condensed + self.factors.negative_eigenvalues(symbolic)
+    }
+}

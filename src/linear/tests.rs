@@ -144,6 +144,33 @@ fn interchanges_of_rows_do_not_depend_on_units() {
     }
 }
 
+/// By factors with and without interchanges, of single nodes, chains, stars and bodies with condensed coordinates.
+#[test]
+fn negative_eigenvalues_are_counted() {
+    let star: Vec<_> = (1..5).map(|b| (0, b)).collect();
+    let chain: Vec<_> = (1..6).map(|b| (b - 1, b)).collect();
+    let (mut counts, mut interchanged) = (0, 0);
+    for seed in 0..40 {
+        let size = 1 + seed as usize % 9;
+        let parents: Vec<usize> = (0..6_usize).map(|b| b.wrapping_sub(1)).collect();
+        for pattern in [blocks(&[size; 5], &star), blocks(&[size; 6], &chain), bodies(&parents)] {
+            let (s, random) = (Symbolic::analyse(&pattern), &mut Random(seed));
+            let mut matrix = fill(&pattern, 0.0, random);
+            matrix += matrix.transpose();
+            (0..pattern.size).filter(|_| random.below(3) == 0).for_each(|i| matrix[(i, i)] *= 1e-6);
+            let mut lu = Matrix::<BlockLu>::new(&s);
+            set_constant(&mut lu, &s, &pattern, &matrix);
+            assemble(&mut lu, &s, &pattern, &matrix);
+            lu.factor(&s).expect("regular");
+            let expected = matrix.symmetric_eigenvalues().iter().filter(|x| **x < 0.0).count();
+            assert_eq!(lu.negative_eigenvalues(&s), expected, "{seed}");
+            counts += expected;
+            interchanged += usize::from(lu.reciprocal_pivots(&s).filter(|x| *x < 0.0).count() != expected);
+        }
+    }
+    assert!(counts > 500 && interchanged > 20, "{counts}, {interchanged}");
+}
+
 #[test]
 fn trees_have_no_fill() {
     for seed in 0..20 {

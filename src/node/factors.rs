@@ -128,3 +128,10 @@ impl<F: Factorization> Newton<F> {
         x.load(system.positions(), &self.delta);
     }
 }
+
+impl Newton {
+    /// Whether the K(0) that was factored has more negative eigenvalues than there are constraints: then vᵀM v < 0 for some velocities that these allow.
+    pub(crate) fn has_negative_mass(&self, system: &System) -> bool {
+        self.matrix.negative_eigenvalues(system.symbolic()) > system.m()
+    }
+}
