@@ -9,7 +9,7 @@ use common::bench::number;
 use common::{assert_says, largest, largest_difference, relative_error};
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::paper_system::PaperSystem;
-use hamiltonian_adjoint::planar::{Body, Frame, Harmonic};
+use hamiltonian_adjoint::planar::{Body, Frame, Harmonic, Motion};
 use hamiltonian_adjoint::{
     Composition, Constraint, Control, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, Scalar, Scene, Settings,
     Solver, Start, Sum, System, Trajectory, Warning, simulate,
@@ -22,6 +22,14 @@ struct Place;
 impl Cost<3, 0, 1> for Place {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 1>, _b: &SVector<S, 0>) -> S {
         at.q[0].sin() + at.q[1] * at.q[1] + at.q[2].cos() * 0.3 + at.v[2] * at.v[2] * 0.1 + at.u[0] * at.u[0] * 0.05
+    }
+}
+
+/// b₀ + b₁ t.
+struct Ramp;
+impl Motion<2> for Ramp {
+    fn value<S: Scalar>(&self, t: S, b: &SVector<S, 2>) -> S {
+        b[0] + b[1] * t
     }
 }
 
@@ -430,6 +438,26 @@ fn a_step_that_fails_close_to_a_singular_configuration_says_so() {
         let error = simulate(&system, &inputs(&system, 10, 0.01), once).expect_err("more iterations").error;
         println!("{error}");
         assert_eq!(matches!(error, Error::SingularConfiguration { step: 1, .. }), is_close, "{error:?}");
+    }
+}
+
+/// A cylinder that is to become longer than an arm can follow, until 0.5858 s: steps that are halved often enough find the dead centre, others do not.
+#[test]
+fn a_drive_beyond_what_a_mechanism_can_reach_is_named() {
+    let mut scene = Scene::new();
+    let arm = scene.body("arm", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), arm.at(-0.5, 0.0));
+    let length = [2f64.sqrt().into(), 1.0.into()];
+    scene.driven_distance("cylinder", Body::GROUND.at(0.0, -1.0), arm.at(0.5, 0.0), Ramp, length);
+    let system = scene.compile().expect("scene");
+    for max_halvings in [0, 10, 20] {
+        let mut given = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+        given.start = Start::assembled(&system);
+        let settings = Settings { max_halvings, ..Settings::default() };
+        let error = simulate(&system, &given, settings).expect_err("out of reach").error;
+        assert_says(&error, &["step 59 (t = 0.5", "`cylinder` depends on time", "dead centre", "the lengths"]);
+        let is_close = matches!(error, Error::SingularConfiguration { step: 59, .. });
+        assert!(is_close && max_halvings > 10 || matches!(error, Error::Newton { step: 59, .. }), "{error:?}");
     }
 }
 

@@ -4,6 +4,18 @@ use std::fmt;
 
 use super::{Error, seconds};
 
+/// What a motion that depends on time may have come to.
+fn out_of_reach(driven: &[String]) -> String {
+    if driven.is_empty() {
+        return String::new();
+    }
+    let (names, depends) = (driven.join(", "), if driven.len() == 1 { "depends" } else { "depend" });
+    format!(
+        "{names} {depends} on time: a driven mechanism may have come to a position that it cannot pass, such as a dead centre or the end of \
+         its reach; see whether the drive and the lengths go together there; else "
+    )
+}
+
 /// The sentence of `Display`: it is what `expect`, and a `main` that returns the error, print.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -36,7 +48,7 @@ impl fmt::Display for Error {
                 write!(f, "`{element}` connects the ground to itself; at least one side must be a body")
             }
             Error::MissingInertia { coordinate } => {
-                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it")
+                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (0.0 will do if constraints determine it)")
             }
             Error::Particle { element } => write!(
                 f,
@@ -89,27 +101,29 @@ impl fmt::Display for Error {
                 seconds(*time),
                 equations.join(", ")
             ),
-            Error::SingularConfiguration { step, time, rank, rows, equations } => write!(
+            Error::SingularConfiguration { step, time, rank, rows, equations, driven } => write!(
                 f,
                 "singular configuration {} (t = {} s): the constraint Jacobian with {rows} rows has rank {rank} there, less than \
-                 nearby, so the motion may branch and is not determined; equations: {}; start elsewhere or change the geometry",
+                 nearby, so the motion may branch and is not determined; equations: {}; {}start elsewhere or change the geometry",
                 if *step == 0 { "at the start".into() } else { format!("in step {step}") },
                 seconds(*time),
-                equations.join(", ")
+                equations.join(", "),
+                out_of_reach(driven)
             ),
             Error::SingularMass { coordinates, time } => write!(
                 f,
-                "at t = {} s the mass matrix is singular on the admissible motions; \
-                 coordinates that move without kinetic energy: {}; check masses and inertias",
+                "at t = {} s the mass matrix is singular on the admissible motions; coordinates that move without kinetic energy: {}; check \
+                 masses and inertias: a coordinate needs a mass, if a small one, or a constraint that determines it, which a force or a spring does not",
                 seconds(*time),
                 coordinates.join(", ")
             ),
-            Error::Newton { step, time, iterations, length, residual, equation } => write!(
+            Error::Newton { step, time, iterations, length, residual, equation, driven } => write!(
                 f,
                 "Newton did not converge in step {step} (t = {} s, last tried with Δt = {length:.3e} s): the relative residual after \
-                 iteration {iterations} is {residual:.2e} in {equation}; try a shorter time step, or raise \
+                 iteration {iterations} is {residual:.2e} in {equation}; {}try a shorter time step, or raise \
                  `Settings::max_iterations` or `Settings::max_halvings`",
-                seconds(*time)
+                seconds(*time),
+                out_of_reach(driven)
             ),
             Error::StartKind { expected, found } => {
                 write!(

@@ -159,6 +159,8 @@ pub enum Error {
         rows: usize,
         /// The constraint equations that take part.
         equations: Vec<String>,
+        /// The constraint equations that depend on time there, in the step; none for the start.
+        driven: Vec<String>,
     },
     /// The mass matrix is singular on the motions that the constraints allow.
     SingularMass {
@@ -181,6 +183,8 @@ pub enum Error {
         residual: f64,
         /// The equation that holds it.
         equation: String,
+        /// The constraint equations that depend on time there: what they ask for may be out of reach.
+        driven: Vec<String>,
     },
     /// Positions at the end of a step could not be projected onto Φ = 0.
     Projection {

@@ -3,7 +3,7 @@
 use super::{ForwardSweep, rank};
 use crate::motion::column;
 use crate::node::StepFailure;
-use crate::system::NodeView;
+use crate::system::{NodeView, Sums};
 use crate::{Error, Start, System};
 
 /// Numbers of an iterate from here on are no arguments of a mechanism: their cubes overflow.
@@ -30,8 +30,8 @@ impl ForwardSweep {
             }
             StepFailure::Diverged { iterations, residual, unknown } => {
                 self.near_singular(system, node).unwrap_or_else(|| {
-                    let equation = system.residual_name(unknown);
-                    Error::Newton { step, time, iterations, length, residual, equation }
+                    let (equation, driven) = (system.residual_name(unknown), self.driven(system, node));
+                    Error::Newton { step, time, iterations, length, residual, equation, driven }
                 })
             }
             StepFailure::LinearEnergy { coordinate, momentum } => {
@@ -46,7 +46,16 @@ impl ForwardSweep {
     /// Whether the constraints lose rank where the last good node stood.
     fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
         let at = self.motion.at(node.checked_sub(1)?);
-        rank::near_singular(system, &at, self.motion.given_step(node), at.t)
+        rank::near_singular(system, &at, self.motion.given_step(node), self.driven(system, node))
+    }
+
+    /// The constraint equations that depend on time where the step was to end, Φ_t ≠ 0, at the coordinates of the last good node.
+    fn driven(&self, system: &System, node: usize) -> Vec<String> {
+        let (last, mut sums) = (self.motion.at(node.saturating_sub(1)), Sums::new(system.n(), system.m()));
+        let still = vec![0.0; system.n()];
+        system.plain_sums(&NodeView { v: &still, t: self.motion.time(node), ..last }, &mut sums);
+        let depends = |j: &usize| sums.phi_dot()[*j].abs() > 0.0;
+        (0..system.m()).filter(depends).map(|j| system.equation_name(j).to_string()).collect()
     }
 
     /// v₀ as given, or zero.
@@ -96,6 +105,7 @@ impl ForwardSweep {
             length,
             residual: f64::INFINITY,
             equation: "all equations (the iteration overflowed)".into(),
+            driven: self.driven(system, node),
         })
     }
 }

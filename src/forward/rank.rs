@@ -124,7 +124,14 @@ pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) ->
     let (_, nearby) = corrected(system, at, here.aside(at, ASIDE), 20)?;
     let dependencies = nearby.dependencies().ncols();
     let (rows, time) = (system.m(), at.t);
-    (rows - dependencies > rank).then_some(Error::SingularConfiguration { step: 0, time, rank, rows, equations })
+    (rows - dependencies > rank).then_some(Error::SingularConfiguration {
+        step: 0,
+        time,
+        rank,
+        rows,
+        equations,
+        driven: Vec::new(),
+    })
 }
 
 /// Whether other coordinates satisfy constraints that contradict each other as far as their derivatives here tell: those of a chain that is stretched too far
@@ -156,13 +163,14 @@ fn corrected(system: &System, at: &NodeView<f64>, mut q: DVector<f64>, count: us
 }
 
 /// What a step that failed can have met: Φ_q of nearly deficient rank, where nearby it has a larger one.
-pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, time: f64) -> Option<Error> {
+pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, driven: Vec<String>) -> Option<Error> {
     let here = Scaled::at(system, at)?;
     let null = null_space(&here.phi_q.transpose(), NEARLY_SINGULAR);
     let (rows, equations) = (system.m(), names_of_rows(&null, system));
     let rank = rows - null.ncols();
     let usual = || corrected(system, at, here.aside(at, ASIDE), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
-    (rank < rows && rank < rows - usual()).then_some(Error::SingularConfiguration { step, time, rank, rows, equations })
+    let is_singular = rank < rows && rank < rows - usual();
+    is_singular.then(|| Error::SingularConfiguration { step, time: at.t, rank, rows, equations, driven })
 }
 
 fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {

@@ -313,6 +313,7 @@ impl<R: Real> Lifted<R> {
             length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
             residual,
             equation: what.into(),
+            driven: Vec::new(),
         }
     }
 
