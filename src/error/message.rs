@@ -57,7 +57,7 @@ impl fmt::Display for Error {
             Error::EmptyScene => write!(f, "the scene has no coordinates; add a body or coordinates first"),
             Error::Parameter { what, value, must_be } => write!(f, "{what} is {value}; it must be {must_be}"),
             Error::Size { what, expected, found } => write!(f, "{what}: expected {expected} entries, found {found}"),
-            Error::NotFinite { what, value } => write!(f, "{what} is {value}; every input must be finite"),
+            Error::NotFinite { what, value } => write!(f, "{what} is {value}; it must be finite"),
             Error::TimeStep { step, length } => {
                 write!(f, "time step {step} has length {length} s; a step must be finite and not zero")
             }

@@ -17,6 +17,8 @@ const SHRINKS: f64 = 0.25;
 const FIRST_PENALTY: [f64; 2] = [1e-6, 10.0];
 const LARGEST_PENALTY: f64 = 1e12;
 const MOST_ROUNDS: usize = 60;
+/// A violation that becomes less than this share of the one before still comes closer: there is a limit to penalties then, not to constraints.
+const CLOSER: f64 = 0.9;
 
 struct Augmented {
     w: Vec<f64>,
@@ -160,8 +162,8 @@ fn rounds<P: Problem + ?Sized>(
         if grows {
             merit.note(problem)?;
             if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
-                let holds = problem.holds_to_rounding(&descent.at.x)?;
-                return Ok(if holds { Reason::NoLowerValue } else { Reason::Infeasible });
+                let may_hold = now < CLOSER * violation || problem.holds_to_rounding(&descent.at.x)?;
+                return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);
         }

@@ -66,7 +66,10 @@ pub fn lbfgs<P: Problem + ?Sized>(
     let mut merit = Cost(value);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
+    let mut reason = descent.run(&mut counted, &mut merit, tolerance, watch);
+    if matches!(reason, Reason::Iterations | Reason::NoLowerValue) && descent.is_far() {
+        reason = Reason::Unbounded;
+    }
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -77,6 +80,8 @@ pub fn lbfgs<P: Problem + ?Sized>(
 pub(super) struct Descent<'o> {
     pub(super) at: Point,
     options: &'o Options,
+    /// Where it began.
+    start: Vec<f64>,
     /// Steps s, changes y of the gradient, 1/(sᵀy).
     pairs: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
     pub(super) history: Vec<Iterate>,
@@ -95,7 +100,7 @@ impl<'o> Descent<'o> {
     ) -> Result<Self, Error> {
         let mut at = Point { value, gradient: vec![0.0; x.len()], x };
         merit.gradient(problem, &mut at.gradient)?;
-        let mut descent = Descent { at, options, pairs: VecDeque::new(), history: Vec::new() };
+        let mut descent = Descent { start: at.x.clone(), at, options, pairs: VecDeque::new(), history: Vec::new() };
         descent.note(problem, merit.cost(), 0.0);
         Ok(descent)
     }
@@ -162,6 +167,12 @@ impl<'o> Descent<'o> {
             self.at = next;
             self.note(problem, merit.cost(), step);
         }
+    }
+
+    /// Whether x is so far from the start that what is a length there (the largest variable, or 1) is rounding.
+    fn is_far(&self) -> bool {
+        let size = largest(&self.start);
+        f64::EPSILON * largest_change(&self.at.x, &self.start) > if size > 0.0 { size } else { 1.0 }
     }
 
     /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or

@@ -54,6 +54,8 @@ impl Fit {
 
 /// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
 ///
+/// [`Options::stationarity`] is asked of derivatives in units of the longest columns ∂r/∂x_i so far, so that variables of any units count alike.
+///
 /// # Errors
 /// Sizes, bounds or options that do not fit, a start without a value or without a Jacobian.
 pub fn levenberg_marquardt<P: Problem + ?Sized>(
@@ -66,7 +68,8 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     counted.evaluate_start(&x)?;
     let mut at = State::at(&mut counted, x)?;
     let mut history = vec![at.iterate(&mut counted, 0.0)];
-    let first = history[0].stationarity;
+    let mut lengths = at.lengths();
+    let first = at.slope(&counted, &lengths);
     let mut damping = 1e-3 * at.jacobian.row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
     let reason = loop {
         let last = history[history.len() - 1];
@@ -76,7 +79,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
         if options.target.is_some_and(|target| last.value <= target) {
             break Reason::Target;
         }
-        if last.stationarity <= options.stationarity * first || last.stationarity == 0.0 {
+        if at.slope(&counted, &lengths) <= options.stationarity * first {
             break Reason::Stationary;
         }
         if history.len() > options.iterations {
@@ -118,6 +121,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
         };
         let length = largest_change(&next.x, &at.x);
         at = next;
+        lengths.iter_mut().zip(at.lengths()).for_each(|(most, now)| *most = most.max(now));
         history.push(at.iterate(&mut counted, length));
     };
     let value = half_square(&at.r);
@@ -170,6 +174,18 @@ impl State {
     fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
         let stationarity = problem.stationarity(&self.x, self.gradient().as_slice());
         problem.iterate(half_square(&self.r), stationarity, step)
+    }
+
+    /// The lengths of the columns of the Jacobian.
+    fn lengths(&self) -> Vec<f64> {
+        self.jacobian.column_iter().map(|column| column.norm()).collect()
+    }
+
+    /// The largest derivative by a variable that no bound holds, each in units of such a length: the same whatever the units of the variables are.
+    fn slope<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
+        let gradient: Vec<f64> =
+            self.gradient().iter().zip(lengths).map(|(g, of)| if *of > 0.0 { g / of } else { 0.0 }).collect();
+        problem.stationarity(&self.x, &gradient)
     }
 
     /// What rounding of residuals, and of the sums that they are made of, leaves of the value.

@@ -12,7 +12,8 @@ pub struct Options {
     pub iterations: usize,
     /// A value of f, or of ½‖r‖², at which it is good enough, if there is one.
     pub target: Option<f64>,
-    /// How much smaller than at the start the gradient must become, by variables that no bound holds.
+    /// How much smaller than at the start the gradient must become, by variables that no bound holds: its largest component. Where units of variables differ by
+    /// powers of ten, give them scales ([`Free::scaled`](super::Free::scaled)): small derivatives of some are nothing beside large ones of others.
     pub stationarity: f64,
     /// How far constraints may be from what they must be.
     pub violation: f64,

@@ -3,7 +3,7 @@
 use super::{Function, Given};
 use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, augmented_lagrangian, interior_point,
-    silent,
+    lbfgs, silent,
 };
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings};
@@ -502,5 +502,33 @@ fn a_constraint_with_a_multiplier_is_at_its_bound() {
         assert!(outcome.reason.is_converged(), "{outcome:?}");
         assert_near(&outcome.x, &[0.0, 0.0], 1e-6);
         assert_near(&outcome.multipliers, &[0.625], 1e-5);
+    }
+}
+
+/// x + y with x² + y² ≤ 0: the violation falls as the square of the penalty's reciprocal, and was still above 1e-9 at the largest.
+#[test]
+fn constraints_that_still_come_closer_are_not_infeasible() {
+    let single: Function = |x, c, g| {
+        c[0] = x[0] * x[0] + x[1] * x[1];
+        g.copy_from_slice(&[1.0, 1.0, 2.0 * x[0], 2.0 * x[1]]);
+        x[0] + x[1]
+    };
+    for to in [Interval::ZERO, Interval::at_most(0.0)] {
+        let mut problem = Given::new(single, vec![Interval::FREE; 2], vec![to]);
+        let outcome = augmented_lagrangian(&mut problem, &[1.0, 0.5], &Options::default(), &mut silent).expect("fits");
+        assert!(outcome.reason == Reason::NoLowerValue && outcome.violation < 1e-8, "{outcome:?}");
+    }
+}
+
+#[test]
+fn what_falls_without_end_is_unbounded_by_gradients_alone() {
+    let slope: Function = |x, _, g| {
+        g.copy_from_slice(&[1.0, 1e-3]);
+        x[0] + 1e-3 * x[1]
+    };
+    for (least, start) in [(f64::NEG_INFINITY, [0.0, 0.0]), (0.0, [0.0, 0.0]), (-1e3, [1e3, 1e5])] {
+        let mut problem = Given::new(slope, vec![Interval::at_least(least), Interval::FREE], Vec::new());
+        let outcome = lbfgs(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        assert!(outcome.reason == Reason::Unbounded && outcome.value < -1e12, "{outcome:?}");
     }
 }

@@ -134,6 +134,28 @@ fn residuals_that_say_the_same_are_fitted_to_the_end() {
     assert!((fit.outcome.x[0] + fit.outcome.x[1]).abs() < 1e-6 && fit.standard_errors().is_none(), "{:?}", fit.outcome);
 }
 
+/// A variable in small units has small derivatives: beside those of another, at the start, these were nothing, and it was left where it was.
+#[test]
+fn a_fit_is_the_same_in_any_units_of_its_variables() {
+    fn plane(x: &[f64], c: &mut [f64], g: &mut [f64], [a, b]: [f64; 2]) -> f64 {
+        c.copy_from_slice(&[a * x[0] - 1.0, b * x[1] - 2.0, a * x[0] + b * x[1] - 3.1]);
+        g.copy_from_slice(&[0.0, 0.0, a, 0.0, 0.0, b, a, b]);
+        0.0
+    }
+    let functions: [(Function, [f64; 2]); 3] = [
+        (|x, c, g| plane(x, c, g, [1.0, 1.0]), [1.0, 1.0]),
+        (|x, c, g| plane(x, c, g, [1e4, 1e-4]), [1e4, 1e-4]),
+        (|x, c, g| plane(x, c, g, [1e-3, 1e3]), [1e-3, 1e3]),
+    ];
+    for (function, units) in functions {
+        let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![Interval::ZERO; 3]);
+        let fit = levenberg_marquardt(&mut problem, &[0.0, 0.0], &Options::default(), &mut silent).expect("fits");
+        let found = [fit.outcome.x[0] * units[0], fit.outcome.x[1] * units[1]];
+        assert_eq!(fit.outcome.reason, Reason::Stationary);
+        assert!((found[0] - 31.0 / 30.0).abs() < 1e-6 && (found[1] - 61.0 / 30.0).abs() < 1e-6, "{units:?} {found:?}");
+    }
+}
+
 #[test]
 fn a_fit_from_its_own_end_is_at_its_end() {
     let curve: Function = |x, c, g| {
