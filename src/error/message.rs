@@ -220,7 +220,7 @@ impl fmt::Display for Error {
             }
             Error::NoHyperDual => f.write_str(
                 "hyper-dual numbers do not go through costs that depend on accelerations or reactions; `Solver::hessian_product` has their exact \
-                 products, which differences of gradients can be compared with",
+                 products, which `check::hessian` holds to differences of gradients",
             ),
             Error::Incomplete { computed: 0, .. } => {
                 write!(f, "there is no motion: nothing was simulated, or the start was refused; call `simulate` first")

@@ -2,11 +2,11 @@
 
 use super::{elements, error, list, ready_parts, seven_bodies, varying};
 use crate::common::{assert_says, largest};
-use hamiltonian_adjoint::check::{self, Input};
+use hamiltonian_adjoint::check::{self, Input, Part};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Force, ForcePoint, Grid, Inputs, KineticEnergy, LongSolver, Mechanics, PotentialEnergy, Scalar, Scene,
-    Scheme, Settings, Solver, Start, Sum, System, gradient, simulate,
+    Cost, CostPoint, Force, ForcePoint, Grid, Hyper, Inputs, KineticEnergy, LiftedSolver, LongSolver, Mechanics,
+    PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System, gradient, simulate,
 };
 use nalgebra::{DVector, SVector};
 
@@ -197,8 +197,38 @@ fn hyper_dual_numbers_say_that_they_know_none_of_them() {
     let (mut scene, [x, y]) = varying::bead();
     scene.cost("looking", Looking, Sum::Trapezoidal, [x, y], [], [], []);
     let system = scene.compile().expect("a scene");
-    let refused = check::hessian(&system, &lively(&system), Settings::default()).run().expect_err("no such numbers");
-    assert_says(&refused, &["hyper-dual", "accelerations or reactions", "`Solver::hessian_product`"]);
+    let inputs = lively(&system);
+    let mut solver = LiftedSolver::<Hyper>::new(&system, &inputs, Settings::default()).expect("a motion");
+    let done = solver.simulate(&inputs.lift()).map(|_| ());
+    let refused = done.and_then(|()| solver.cost()).expect_err("no such numbers");
+    assert_says(&refused, &["hyper-dual", "accelerations or reactions", "`Solver::hessian_product`", "`check::hessian`"]);
+}
+
+/// A product that is wrong in the eighth digit is told.
+#[test]
+fn products_of_costs_on_them_are_held_to_differences_of_gradients() {
+    let (mut scene, [x, y]) = varying::bead();
+    scene.cost("looking", Looking, Sum::Trapezoidal, [x, y], [], [], []);
+    for system in [scene.compile().expect("a scene"), double_pendulum()] {
+        let inputs = lively(&system);
+        let mut along = inputs.no_change();
+        along.start.q_mut()[0] = 1.0;
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let product = solver.hessian_product(&along).expect("a product").start.q().clone();
+        let check = |factor: f64| {
+            let check = check::hessian(&system, &inputs, Settings::default());
+            let values = product.iter().map(|x| factor * x).collect::<Vec<f64>>();
+            check.own("mine", Part::Coordinates, along.clone(), values).run().expect("a report")
+        };
+        let report = check(1.0);
+        println!("{report}");
+        report.assert_passed();
+        assert!(report.by_differences && report.to_string().contains("by differences"));
+        let most = report.rows.iter().map(|row| row.error()).fold(0.0, f64::max);
+        assert!(most < 1e-10 && report.rows.iter().all(|row| row.uncertainty > 0.0), "{most:e}");
+        assert!(!check(1.0 + 1e-8).passed());
+    }
 }
 
 #[test]

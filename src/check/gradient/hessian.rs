@@ -1,4 +1,5 @@
-//! Products of the Hessian three ways: the library's along either of two directions, and hyper-dual numbers through the whole simulation.
+//! Products of the Hessian three ways: the library's along either of two directions, and hyper-dual numbers through the whole simulation, or differences of
+//! gradients where these do not go through.
 
 use std::fmt;
 
@@ -6,9 +7,9 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{only, product, random};
-use super::{Part, name_of, own, sizes_of_inputs};
-use crate::check::Input;
-use crate::{Error, Gradient, Hyper, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
+use super::reference::Reference;
+use super::{DIFFERENCED, Part, name_of, own, sizes_of_inputs};
+use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
 
 /// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
 const ROUNDING: f64 = 1e-14;
@@ -28,6 +29,8 @@ pub struct HessianCheck<'a> {
 }
 
 /// Checks products of the Hessian of the system's cost at these inputs: aᵀH b for a random direction a in each part of the inputs and b in all.
+///
+/// No hyper-dual numbers go through costs on accelerations or reactions: products of these are held to differences of gradients, and to what these are off by.
 ///
 /// ```
 /// use hamiltonian_adjoint::check::{self, Part};
@@ -92,52 +95,40 @@ impl HessianCheck<'_> {
         let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
         let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
-        let mut hyper = LiftedSolver::<Hyper>::new(self.system, self.inputs, self.settings)?;
+        let mut reference = Reference::new(self.system, self.inputs, self.settings, self.which)?;
         let rows = parts.iter().map(|&part| {
             let direction = random(&sizes, &[part], &mut random_source);
             let (along, size) = product(&of_all, &direction);
             let (transposed, other) = product(solver.hessian_product(&direction)?, &all);
-            let reference = self.by_hyper(&mut hyper, [&direction, &all])?;
-            Ok((part.name(), [along, transposed, reference], size.max(other).max(reference.abs())))
+            let (value, error) = reference.product([&direction, &all])?;
+            Ok((part.name(), [along, transposed, value], size.max(other).max(value.abs()), error))
         });
         let rows = rows.collect::<Result<Vec<_>, Error>>()?;
-        let rounding = ROUNDING * rows.iter().fold(product(&gradient, &all).1, |largest, row| largest.max(row.2));
-        let rows =
-            rows.into_iter().map(|(name, values, size)| HessianRow::new(name, values, size, (self.tolerance, rounding)));
+        let largest = rows.iter().fold(product(&gradient, &all).1, |largest, row| largest.max(row.2));
+        let rows = rows
+            .into_iter()
+            .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
         let rows = rows.collect();
-        let mut report = HessianReport { of, rows, own: Vec::new() };
+        let mut report = HessianReport { of, rows, by_differences: reference.is_differences, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in self.own.iter().filter(|_| is_trusted) {
-            report.own.push(self.compare_own(own, &mut hyper, &sizes, solver.hessian_product(&own.2)?)?);
+            report.own.push(self.compare_own(own, &mut reference, &sizes, solver.hessian_product(&own.2)?)?);
         }
         Ok(report)
-    }
-
-    fn by_hyper(&self, solver: &mut LiftedSolver<Hyper>, directions: [&Inputs; 2]) -> Result<f64, Error> {
-        let mut lifted = self.inputs.lift::<Hyper>();
-        for (part, direction) in (1..).zip(directions) {
-            let mut direction = direction.clone();
-            for input in Input::all(self.inputs) {
-                let d = *input.of(&mut direction);
-                input.of(&mut lifted).add_to_part(part, d);
-            }
-        }
-        solver.simulate(&lifted)?;
-        Ok(solver.value_of(self.which)?.part(3))
     }
 
     fn compare_own(
         &self,
         (name, part, along, values): &Own,
-        hyper: &mut LiftedSolver<Hyper>,
+        reference: &mut Reference,
         sizes: &Inputs,
         product: &Gradient,
     ) -> Result<BlockReport, Error> {
         let of = (self.system, self.inputs, sizes);
         own::compare(of, (name, "own product", *part), values, product, (self.tolerance, 1.0), |input| {
             let direction = only(self.inputs, input, 1.0);
-            let (product, reference) = (input.in_gradient(product), self.by_hyper(hyper, [&direction, along])?);
-            Ok((product - reference).abs() <= self.tolerance * product.abs())
+            let (product, (value, error)) = (input.in_gradient(product), reference.product([&direction, along])?);
+            Ok((product - value).abs() + error <= self.tolerance * product.abs())
         })
     }
 }
@@ -152,8 +143,10 @@ pub struct HessianRow {
     pub product: f64,
     /// b · (H a).
     pub transposed: f64,
-    /// By hyper-dual numbers.
-    pub hyper_dual: f64,
+    /// By hyper-dual numbers, or differences of gradients.
+    pub reference: f64,
+    /// What the reference may be off by: 0 by hyper-dual numbers.
+    pub uncertainty: f64,
     /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to; 0 where all of it is rounding.
     pub size: f64,
     /// The outcome.
@@ -163,19 +156,24 @@ pub struct HessianRow {
 impl HessianRow {
     fn new(
         name: &'static str,
-        [product, transposed, hyper_dual]: [f64; 3],
-        size: f64,
-        (tolerance, rounding): (f64, f64),
+        [product, transposed, reference]: [f64; 3],
+        [size, largest, uncertainty]: [f64; 3],
+        tolerance: f64,
     ) -> Self {
-        let near = |x: f64| (x - hyper_dual).abs() <= (tolerance * size).max(rounding);
-        let verdict = if near(product) && near(transposed) { Verdict::Right } else { Verdict::Wrong };
-        let size = if size <= rounding { 0.0 } else { size };
-        HessianRow { name, product, transposed, hyper_dual, size, verdict }
+        let floor = (ROUNDING * largest).max(uncertainty);
+        let near = |x: f64| (x - reference).abs() <= (tolerance * size).max(floor);
+        let verdict = match near(product) && near(transposed) {
+            _ if uncertainty.is_nan() || uncertainty > DIFFERENCED * largest => Verdict::NothingCompared,
+            true => Verdict::Right,
+            false => Verdict::Wrong,
+        };
+        let size = if size <= floor { 0.0 } else { size };
+        HessianRow { name, product, transposed, reference, uncertainty, size, verdict }
     }
 
     /// The larger error of both products, relative.
     pub fn error(&self) -> f64 {
-        let difference = (self.product - self.hyper_dual).abs().max((self.transposed - self.hyper_dual).abs());
+        let difference = (self.product - self.reference).abs().max((self.transposed - self.reference).abs());
         if self.size == 0.0 { 0.0 } else { difference / self.size }
     }
 }
@@ -188,6 +186,8 @@ pub struct HessianReport {
     pub of: String,
     /// One for each part of the inputs.
     pub rows: Vec<HessianRow>,
+    /// Whether the reference is differences of gradients.
+    pub by_differences: bool,
     /// Products of the user's own, unless the library's is wrong.
     pub own: Vec<BlockReport>,
 }
@@ -199,9 +199,10 @@ impl HessianReport {
     }
 
     fn library(&self) -> Verdict {
-        if self.rows.iter().any(|row| row.verdict != Verdict::Right) {
+        let is = |verdict| self.rows.iter().any(|row| row.verdict == verdict);
+        if is(Verdict::Wrong) {
             Verdict::Wrong
-        } else if self.rows.iter().all(|row| row.size == 0.0) {
+        } else if is(Verdict::NothingCompared) || self.rows.iter().all(|row| row.size == 0.0) {
             Verdict::NothingCompared
         } else {
             Verdict::Right
@@ -226,17 +227,21 @@ impl HessianReport {
 impl fmt::Display for HessianReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let summary = match self.verdict() {
-            Verdict::NothingCompared => "FAILED, because nothing was compared: it is linear in the inputs".to_string(),
+            Verdict::NothingCompared if self.rows.iter().all(|row| row.size == 0.0) => {
+                "FAILED, because nothing was compared: it is linear in the inputs".to_string()
+            }
+            Verdict::NothingCompared => "FAILED, because differences of gradients are too rough here".to_string(),
             other => other.to_string(),
         };
         writeln!(f, "products of the Hessian of {}, a·H b with b in all inputs: {summary}", self.of)?;
-        writeln!(f, "  {:20}  {:>19}  {:>9}  {:>9}   verdict", "a in", "by hyper-dual numb.", "a·(H b)", "b·(H a)")?;
+        let way = if self.by_differences { "by differences" } else { "by hyper-dual numb." };
+        writeln!(f, "  {:20}  {way:>19}  {:>9}  {:>9}   verdict", "a in", "a·(H b)", "b·(H a)")?;
         for row in &self.rows {
-            let off = |x: f64| if row.size == 0.0 { 0.0 } else { (x - row.hyper_dual).abs() / row.size };
-            let HessianRow { name, product, transposed, hyper_dual, verdict, .. } = row;
+            let off = |x: f64| if row.size == 0.0 { 0.0 } else { (x - row.reference).abs() / row.size };
+            let HessianRow { name, product, transposed, reference, verdict, .. } = row;
             writeln!(
                 f,
-                "  {name:20}  {hyper_dual:>+19.12e}  {:>9.1e}  {:>9.1e}   {verdict}",
+                "  {name:20}  {reference:>+19.12e}  {:>9.1e}  {:>9.1e}   {verdict}",
                 off(*product),
                 off(*transposed)
             )?;

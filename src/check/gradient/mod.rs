@@ -5,6 +5,7 @@ mod directions;
 mod hessian;
 mod identity;
 mod own;
+mod reference;
 mod report;
 mod sizes;
 mod steps;
