@@ -1,6 +1,6 @@
 //! Constraints of any size, that say the same, that leave nothing free, or that contradict each other.
 
-use super::{Function, Given};
+use super::{Function, Given, hs71};
 use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, augmented_lagrangian, interior_point,
     lbfgs, silent,
@@ -530,5 +530,20 @@ fn what_falls_without_end_is_unbounded_by_gradients_alone() {
         let mut problem = Given::new(slope, vec![Interval::at_least(least), Interval::FREE], Vec::new());
         let outcome = lbfgs(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
         assert!(outcome.reason == Reason::Unbounded && outcome.value < -1e12, "{outcome:?}");
+    }
+}
+
+/// Where no step brought constraints closer than to rounding, the way towards them alone began beside bounds again, ended farther off, and was called infeasible.
+#[test]
+fn more_than_rounding_leaves_is_not_asked_of_constraints() {
+    for (violation, stationarity) in [(1e-15, 1e-10), (0.0, 1e-7), (0.0, 0.0)] {
+        for start in [[1.0; 4], [5.0; 4], [2.0, 3.0, 4.0, 2.0], [1.0, 4.0, 4.0, 1.5]] {
+            let constraints = vec![Interval::at_least(25.0), Interval::equal(40.0)];
+            let mut problem = Given::new(hs71, vec![Interval::new(1.0, 5.0); 4], constraints);
+            let options = Options { violation, stationarity, ..Options::default() };
+            let outcome = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+            let is_end = outcome.reason.is_converged() || outcome.reason == Reason::NoLowerValue;
+            assert!(is_end && outcome.violation < 1e-12, "{start:?} {outcome:?}");
+        }
     }
 }

@@ -87,6 +87,8 @@ fn iterate<P: Problem + ?Sized>(
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
             None if counted.is_stopped() => return Ok(Reason::Asked),
             None if feasible => return last_reason(method, counted, iterations, asked),
+            // No more can be asked for.
+            None if holds_to_rounding(method, counted)? => allowed = last.violation,
             None => {
                 let left = Options { iterations: options.iterations - iterations.count(), ..*options };
                 let x = method.x().as_slice().to_vec();
@@ -104,6 +106,12 @@ fn iterate<P: Problem + ?Sized>(
             }
         }
     }
+}
+
+/// Whether constraints hold but for rounding where the method is.
+fn holds_to_rounding<P: Problem + ?Sized>(method: &Method, problem: &mut Counted<P>) -> Result<bool, Error> {
+    let x = method.x();
+    Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice())?)
 }
 
 /// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
