@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
+use crate::linear::eigen;
 use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, System};
 
@@ -88,10 +89,7 @@ impl Scaled {
     /// The coordinates that take part in motions of negative kinetic energy which the constraints allow.
     pub(crate) fn negative(&self) -> Vec<usize> {
         let free = null_space(&self.phi_q, RANK);
-        if free.ncols() == 0 {
-            return Vec::new();
-        }
-        let energies = (free.transpose() * &self.mass * &free).symmetric_eigen();
+        let Some(energies) = eigen(free.transpose() * &self.mass * &free) else { return Vec::new() };
         let picked = (0..free.ncols()).filter(|&k| energies.eigenvalues[k] < NEGATIVE);
         let motions: Vec<_> = picked.map(|k| &free * energies.eigenvectors.column(k)).collect();
         let moves = |i: &usize| motions.iter().any(|motion| motion[*i].abs() > 1e-6);
@@ -170,7 +168,7 @@ pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, dr
     let rank = rows - null.ncols();
     let usual = || corrected(system, at, here.aside(at, ASIDE), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
     let is_singular = rank < rows && rank < rows - usual();
-    is_singular.then(|| Error::SingularConfiguration { step, time: at.t, rank, rows, equations, driven })
+    is_singular.then_some(Error::SingularConfiguration { step, time: at.t, rank, rows, equations, driven })
 }
 
 fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {

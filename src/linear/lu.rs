@@ -8,6 +8,7 @@
 //! constant `s` unrolls them. Nodes of other sizes are mostly sparse inside (a body's coordinates beside its own constraints):
 //! for them products with a zero are left out.
 
+use super::eigen::eigen;
 use super::size::{Fixed, Free, Size};
 use nalgebra::DMatrix;
 
@@ -202,7 +203,10 @@ pub(super) fn negative_eigenvalues(factors: &[f64], swaps: &[usize]) -> usize {
     upper.set_diagonal(&lu.diagonal().map(f64::recip));
     let mut d = lower * upper;
     d.column_iter_mut().for_each(|mut column| permute_back(swaps, column.as_mut_slice()));
-    d.symmetric_eigenvalues().iter().filter(|x| **x < 0.0).count()
+    // In units in which no entry is above 1, which change no sign.
+    let units: Vec<f64> = d.row_iter().map(|row| row.amax().sqrt().recip()).collect();
+    let scaled = DMatrix::from_fn(s, s, |i, j| d[(i, j)] * units[i] * units[j]);
+    eigen(scaled).map_or(0, |found| found.eigenvalues.iter().filter(|x| **x < 0.0).count())
 }
 
 /// y := P y.

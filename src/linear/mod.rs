@@ -14,6 +14,7 @@
 mod block_lu;
 mod condense;
 mod constant;
+mod eigen;
 mod equilibrate;
 mod factorization;
 mod fill;
@@ -38,6 +39,7 @@ mod sparse_lu;
 mod tests;
 
 pub(crate) use block_lu::BlockLu;
+pub(crate) use eigen::eigen;
 pub(crate) use equilibrate::equilibrate;
 pub(crate) use factorization::{Breakdown, Factorization};
 pub(crate) use gmres::gmres;
