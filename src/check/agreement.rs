@@ -1,10 +1,7 @@
 //! Whether the oracles agree among each other at a point, and if not, why.
 
-use nalgebra::DMatrix;
-use std::ops::Range;
-
-use super::formula::Differentiable;
-use super::oracle::{Truth, differences};
+use super::oracle::Jacobian;
+use super::place::{NOISE, Place};
 
 /// Dual numbers and complex step are both exact up to rounding.
 const EXACT: f64 = 1e-9;
@@ -41,22 +38,16 @@ enum Why {
     Lost(f64, f64),
 }
 
-/// Compares the oracles at the point x, with errors relative to the `sizes` of the entries.
-pub(crate) fn agreement(
-    f: &dyn Differentiable,
-    x: &[f64],
-    (by, magnitudes): (&Range<usize>, &[f64]),
-    truth: &Truth,
-    sizes: &DMatrix<f64>,
-) -> Agreement {
+/// Compares the oracles at a place, with errors relative to the scales of the entries.
+pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64]) -> Agreement {
     let mut found = Agreement { complex_step: 0.0, differences: 0.0, conflict: None };
-    for column in 0..sizes.ncols() {
-        for row in 0..sizes.nrows() {
+    for column in 0..place.scale.ncols() {
+        for row in 0..place.scale.nrows() {
             let at = (row, column);
-            let (dual, complex, size) = (truth.value[at], truth.complex[at], sizes[at]);
-            let noise = 64.0 * truth.noise[at];
+            let (dual, complex, size) = (place.truth[at], place.complex_step[at], place.scale[at]);
+            let noise = NOISE * place.noise[at];
             let relative = |error: f64| if error == 0.0 { 0.0 } else { error / size };
-            let by_differences = truth.differences[at];
+            let by_differences = place.differences[at];
             let apart = (dual - complex).abs();
             found.complex_step = found.complex_step.max(relative(apart));
             let mut why = None;
@@ -67,12 +58,12 @@ pub(crate) fn agreement(
             } else if by_differences.is_finite() {
                 let allowed = |error: f64| DIFFERENCED * size + noise + CAUTION * error;
                 let apart = (dual - by_differences).abs();
-                if apart <= allowed(truth.differences_error[at]) {
+                if apart <= allowed(place.differences_error[at]) {
                     found.differences = found.differences.max(relative(apart));
                 } else if found.conflict.is_none() {
                     // Steps across something narrow say nothing; shorter ones must say the same, clearly.
                     let finer = |level: i32| {
-                        let (shorter, error) = differences(f, x, by.start + column, magnitudes, level);
+                        let (shorter, error) = of.differences(&place.x, column, magnitudes, level);
                         ((dual - shorter[row]).abs(), error[row])
                     };
                     let agrees = |(shorter, error): (f64, f64)| CAUTION * error < 0.1 * apart && shorter <= allowed(error);
@@ -84,7 +75,7 @@ pub(crate) fn agreement(
                 }
             }
             if let Some(why) = why.filter(|_| found.conflict.is_none()) {
-                let kink = kink(f, x, (by.start + column, magnitudes), row, size);
+                let kink = kink(of, &place.x, (of.by.start + column, magnitudes), row, size);
                 found.conflict = Some(Conflict { row, column, why: kink.unwrap_or(why) });
             }
         }
@@ -102,11 +93,11 @@ fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
 }
 
 /// One-sided difference quotients that do not approach each other as the step shrinks: at the point, or too near to see past it.
-fn kink(f: &dyn Differentiable, x: &[f64], (at, magnitudes): (usize, &[f64]), row: usize, size: f64) -> Option<Why> {
+fn kink(of: &Jacobian, x: &[f64], (at, magnitudes): (usize, &[f64]), row: usize, size: f64) -> Option<Why> {
     let value = |s: f64| {
         let mut x = x.to_vec();
         x[at] += s;
-        f.real(&x)[row]
+        of.function.real(&x)[row]
     };
     let sides = |h: f64| ((value(0.0) - value(-h)) / h, (value(h) - value(0.0)) / h);
     let own = if x[at] == 0.0 { 1.0 } else { x[at].abs() };

@@ -24,11 +24,10 @@ const LISTED: usize = 4;
 
 /// The points at which a block is compared, and behind them the places where the formula bends near them.
 pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> Vec<Place> {
-    let f = block.function.as_ref();
-    let mut places = Place::of_points(f, &block.by, setting, random);
+    let mut places = Place::of_points(&block.truth, setting, random);
     let most = (BENDS.0 * places.len()).min(BENDS.1 / block.columns.len().max(1)).max(BENDS.2);
-    let found = bends(f, &block.by, setting, most);
-    let found = found.into_iter().map(|bend| Place::new(f, bend.x, &block.by, Some(bend.base), random));
+    let found = bends(&block.truth, setting, most).into_iter();
+    let found = found.map(|bend| Place::new(&block.truth, bend.x, Some(bend.base), random));
     places.extend(found.filter(Place::is_finite));
     places
 }
@@ -42,26 +41,24 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
         return report;
     }
     let mut random = Random::new(setting.seed ^ SEED);
-    let (f, drawn) = (block.function.as_ref(), setting.points.len());
+    let (of, drawn, magnitudes) = (&block.truth, setting.points.len(), setting.magnitudes.as_slice());
     let mut places = places(block, setting, &mut random);
-    set_scales(&mut places, drawn, &block.by, &setting.magnitudes);
+    set_scales(&mut places, drawn, &of.by, magnitudes);
     let hand = |place: &Place| fitting((block.hand)(&place.x), rows, columns);
     let hands: Vec<DMatrix<f64>> = places.iter().map(hand).collect();
     for (k, (place, hand)) in places.iter_mut().zip(&hands).enumerate().skip(drawn) {
         if k < drawn + DIFFERENCED_BENDS || !place.holds(hand, setting.tolerance) {
-            place.truth.difference(f, &place.x, &block.by, &setting.magnitudes, &mut random);
+            place.difference(of, magnitudes, &mut random);
         }
     }
-    let of = (&block.by, setting.magnitudes.as_slice());
-    let look = |place: &Place| agreement(f, &place.x, of, &place.truth, &place.scale);
-    let mut agreements: Vec<Agreement> = places.iter().map(look).collect();
+    let mut agreements: Vec<Agreement> = places.iter().map(|place| agreement(of, place, magnitudes)).collect();
     note_agreement(&agreements, block, &mut report);
     look_below(block, setting, &mut agreements, &mut report);
     let judged: Vec<usize> = (0..places.len()).filter(|&p| agreements[p].conflict.is_none()).collect();
     report.points = judged.iter().filter(|&&p| p < drawn).count();
     report.bends = judged.len() - report.points;
     report.set_aside = places.len() - judged.len();
-    if places[..drawn].iter().all(|place| place.truth.differences.iter().all(|x| !x.is_finite())) {
+    if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
         report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
     }
     if judged.is_empty() {
@@ -92,18 +89,18 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
 
 /// The same for the function that the block's function is made of, whose lost derivatives all oracles would lose together.
 fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], report: &mut BlockReport) {
-    let Some((f, by)) = &block.foundation else { return };
-    let mut places = Place::of_points(f.as_ref(), by, setting, &mut Random::new(setting.seed ^ 0xba5e));
-    set_scales(&mut places, setting.points.len(), by, &setting.magnitudes);
+    let Some(of) = &block.foundation else { return };
+    let mut places = Place::of_points(of, setting, &mut Random::new(setting.seed ^ 0xba5e));
+    set_scales(&mut places, setting.points.len(), &of.by, &setting.magnitudes);
     let mut noted = false;
     for (place, above) in places.iter().zip(agreements) {
-        let below = agreement(f.as_ref(), &place.x, (by, &setting.magnitudes), &place.truth, &place.scale);
+        let below = agreement(of, place, &setting.magnitudes);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
         let row = |i: usize| format!("component {i} of the element's function");
         let rows: Vec<String> = (0..place.size.nrows()).map(row).collect();
         let serious = !conflict.is_kink();
         if !noted || serious && report.verdict != Verdict::OraclesDisagree {
-            report.notes.push(conflict.describe(&rows, &setting.arguments[by.clone()]));
+            report.notes.push(conflict.describe(&rows, &setting.arguments[of.by.clone()]));
             noted = true;
         }
         if serious {
@@ -125,7 +122,7 @@ fn judge(
         number: p,
         x: &places[p].x,
         hand: &hands[p],
-        truth: &places[p].truth.value,
+        truth: &places[p].truth,
         size: &places[p].scale,
         tolerance: places[p].tolerance(setting.tolerance),
     };

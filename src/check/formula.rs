@@ -81,12 +81,9 @@ impl<F: Formula> Formula for Values<F> {
     }
 }
 
-/// A function as a formula.
-pub(crate) struct Plain<'a, F>(pub &'a F);
-
-impl<F: Function> Formula for Plain<'_, F> {
+impl<F: Function> Formula for &F {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        self.0.value(x)
+        Function::value(*self, x)
     }
 }
 

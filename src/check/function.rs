@@ -1,8 +1,9 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
 use super::draw::{Drawn, check_magnitudes, draw};
-use super::formula::{Function, Plain, Values};
+use super::formula::{Function, Values};
 use super::matrix::Matrix;
+use super::oracle::Jacobian;
 use super::plan::{Block, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
@@ -63,7 +64,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     pub fn jacobian<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
         let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
-        self.blocks.push(Block::new("f_x", Box::new(Plain(self.function)), 0..count, hand));
+        self.blocks.push(Block::new("f_x", Jacobian::new(self.function, 0..count), hand));
         self
     }
 
@@ -71,7 +72,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     pub fn value<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
         let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
-        self.blocks.push(Block::new("f", Box::new(Values(Plain(self.function))), count..count + 1, hand));
+        self.blocks.push(Block::new("f", Jacobian::new(Values(self.function), count..count + 1), hand));
         self
     }
 

@@ -1,4 +1,4 @@
-//! The true Jacobian at a point, three ways: dual numbers, complex step, and differences with an error estimate.
+//! The true Jacobian, three ways: dual numbers, complex step, and differences with an error estimate.
 
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -19,98 +19,69 @@ const TRIALS: usize = 3;
 /// The steps of the differences go from h to h/2¹²; again so far where they straddled something narrow.
 const HALVINGS: usize = 12;
 
-/// A Jacobian and what is known about its accuracy.
-#[derive(Clone, Debug)]
-pub(crate) struct Truth {
+/// ∂f/∂x over some of the arguments.
+pub(crate) struct Jacobian<'a> {
+    pub function: Box<dyn Differentiable + 'a>,
+    pub by: Range<usize>,
+}
+
+impl<'a> Jacobian<'a> {
+    pub(crate) fn new(function: impl Differentiable + 'a, by: Range<usize>) -> Self {
+        Jacobian { function: Box::new(function), by }
+    }
+
     /// By dual numbers.
-    pub value: DMatrix<f64>,
-    pub complex: DMatrix<f64>,
-    /// NaN in columns that were not differenced.
-    pub differences: DMatrix<f64>,
-    /// How far the differences may be off, by their own estimate.
-    pub differences_error: DMatrix<f64>,
-    /// How much the entries change when the arguments change by rounding.
-    pub noise: DMatrix<f64>,
-    /// The function itself, for the scale of its rows.
-    pub function: Vec<f64>,
-}
+    pub(crate) fn dual(&self, x: &[f64]) -> DMatrix<f64> {
+        self.by_columns(x, |direction| self.function.by_dual(x, direction))
+    }
 
-/// ∂f/∂x over the arguments `by`, by dual numbers.
-pub(crate) fn dual(f: &dyn Differentiable, x: &[f64], by: &Range<usize>) -> DMatrix<f64> {
-    jacobian(x, by, |x, direction| f.by_dual(x, direction))
-}
+    pub(crate) fn complex_step(&self, x: &[f64]) -> DMatrix<f64> {
+        self.by_columns(x, |direction| self.function.by_complex_step(x, direction))
+    }
 
-/// The same by complex step.
-pub(crate) fn complex_step(f: &dyn Differentiable, x: &[f64], by: &Range<usize>) -> DMatrix<f64> {
-    jacobian(x, by, |x, direction| f.by_complex_step(x, direction))
-}
-
-fn jacobian(x: &[f64], by: &Range<usize>, along: impl Fn(&[f64], &[f64]) -> Vec<f64>) -> DMatrix<f64> {
-    let mut direction = vec![0.0; x.len()];
-    let columns: Vec<Vec<f64>> = by
-        .clone()
-        .map(|j| {
+    fn by_columns(&self, x: &[f64], along: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
+        let mut direction = vec![0.0; x.len()];
+        let column = |j: usize| {
             direction[j] = 1.0;
-            let column = along(x, &direction);
+            let column = along(&direction);
             direction[j] = 0.0;
             column
-        })
-        .collect();
-    let rows = columns.first().map_or(0, Vec::len);
-    DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
-}
-
-/// All oracles but the differences at one point.
-pub(crate) fn truth(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, random: &mut Random) -> Truth {
-    let value = dual(f, x, by);
-    let (rows, columns) = value.shape();
-    Truth {
-        complex: complex_step(f, x, by),
-        noise: noise(f, x, by, &value, random),
-        function: f.real(x),
-        value,
-        differences: DMatrix::from_element(rows, columns, f64::NAN),
-        differences_error: DMatrix::from_element(rows, columns, f64::INFINITY),
+        };
+        let columns: Vec<Vec<f64>> = self.by.clone().map(column).collect();
+        let rows = columns.first().map_or(0, Vec::len);
+        DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
     }
-}
 
-impl Truth {
-    /// Adds the differences; `magnitudes` are the sizes that the arguments have.
-    pub(crate) fn difference(
-        &mut self,
-        f: &dyn Differentiable,
-        x: &[f64],
-        by: &Range<usize>,
-        magnitudes: &[f64],
-        random: &mut Random,
-    ) {
-        for j in differenced(self.value.ncols(), random) {
-            let (estimate, error) = differences(f, x, by.start + j, magnitudes, 0);
-            self.differences.column_mut(j).copy_from_slice(&estimate);
-            self.differences_error.column_mut(j).copy_from_slice(&error);
+    /// A column by differences, and its estimated errors; the first step is `finer` times 2¹² times shorter than usual.
+    pub(crate) fn differences(&self, x: &[f64], column: usize, magnitudes: &[f64], finer: i32) -> (Vec<f64>, Vec<f64>) {
+        let k = self.by.start + column;
+        let step = 0.05 * magnitudes[k].max(x[k].abs()) * 0.5f64.powi(finer * HALVINGS as i32);
+        let along = |s: f64| {
+            let mut x = x.to_vec();
+            x[k] += s;
+            // The step as it is in binary.
+            (x[k], self.function.real(&x))
+        };
+        ridders(along, (step, HALVINGS), 0.0, self.function.real(x).len())
+    }
+
+    /// The change of the Jacobian when every argument changes by a few units in its last place.
+    ///
+    /// It measures the cancellation inside the formula: no hand-derived one can be expected to be better.
+    pub(crate) fn noise(&self, x: &[f64], value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
+        let mut noise = value.map(|x| (f64::EPSILON * x.abs()).max(UNDERFLOW));
+        let changes = changes(x.len(), random);
+        for trial in 0..TRIALS {
+            let nearby = |(x, change): (&f64, &[f64; TRIALS])| x * (1.0 + f64::EPSILON * change[trial]);
+            let change = self.dual(&x.iter().zip(&changes).map(nearby).collect::<Vec<f64>>()) - value;
+            noise.zip_apply(&change, |noise, change| *noise = noise.max(change.abs()));
         }
+        noise
     }
 }
 
-/// ∂f/∂x_k and the estimated errors; the first step is `finer` times 2¹² times shorter than usual.
-pub(crate) fn differences(
-    f: &dyn Differentiable,
-    x: &[f64],
-    k: usize,
-    magnitudes: &[f64],
-    finer: i32,
-) -> (Vec<f64>, Vec<f64>) {
-    let step = 0.05 * magnitudes[k].max(x[k].abs()) * 0.5f64.powi(finer * HALVINGS as i32);
-    let along = |s: f64| {
-        let mut x = x.to_vec();
-        x[k] += s;
-        // The step as it is in binary.
-        (x[k], f.real(&x))
-    };
-    ridders(along, (step, HALVINGS), 0.0, f.real(x).len())
-}
-
-fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
+/// The columns of so many that are checked by differences.
+pub(crate) fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
     if columns <= MOST_DIFFERENCED {
         return (0..columns).collect();
     }
@@ -118,20 +89,6 @@ fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
     picked.sort_unstable();
     picked.dedup();
     picked
-}
-
-/// The change of the Jacobian when every argument changes by a few units in its last place.
-///
-/// It measures the cancellation inside the formula: no hand-derived one can be expected to be better.
-fn noise(f: &dyn Differentiable, x: &[f64], by: &Range<usize>, value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
-    let mut noise = value.map(|x| (f64::EPSILON * x.abs()).max(UNDERFLOW));
-    let changes = changes(x.len(), random);
-    for trial in 0..TRIALS {
-        let nearby: Vec<f64> = x.iter().zip(&changes).map(|(x, change)| x * (1.0 + f64::EPSILON * change[trial])).collect();
-        let change = dual(f, &nearby, by) - value;
-        noise.zip_apply(&change, |noise, change| *noise = noise.max(change.abs()));
-    }
-    noise
 }
 
 /// By how many units in the last place every argument changes: −2 … 2 in each of three trials.
@@ -147,7 +104,7 @@ fn changes(count: usize, random: &mut Random) -> Vec<[f64; TRIALS]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::formula::{Function, Plain};
+    use super::super::formula::Function;
     use super::*;
     use crate::Scalar;
 
@@ -162,7 +119,8 @@ mod tests {
 
     #[test]
     fn rounding_of_a_difference_is_always_seen() {
-        let noise = |seed| truth(&Plain(&Velocity), &[200.0, 199.9], &(0..1), &mut Random::new(seed)).noise[0];
+        let (of, x) = (Jacobian::new(&Velocity, 0..1), [200.0, 199.9]);
+        let noise = |seed| of.noise(&x, &of.dual(&x), &mut Random::new(seed))[0];
         let least = (0..500).map(noise).fold(f64::INFINITY, f64::min);
         assert!(least > 300.0 * 300.0 * f64::EPSILON * 200.0, "{least:e}");
     }

@@ -3,14 +3,13 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use super::formula::Differentiable;
-use super::oracle::{Truth, truth};
+use super::oracle::{Jacobian, differenced};
 use super::plan::Setting;
 use super::random::Random;
 use super::scale::sizes;
 
 /// An entry may be off by this many times the noise of the true value.
-const NOISE: f64 = 64.0;
+pub(crate) const NOISE: f64 = 64.0;
 /// Values that differ by no more than this factor are about as large: sums of like terms may cancel in one place.
 const ALIKE: f64 = 16.0;
 
@@ -19,7 +18,17 @@ pub(crate) struct Place {
     pub x: Vec<f64>,
     /// The place that this one is with some arguments made small, or was found from.
     parent: Option<usize>,
-    pub truth: Truth,
+    /// By dual numbers.
+    pub truth: DMatrix<f64>,
+    pub complex_step: DMatrix<f64>,
+    /// NaN in columns that were not differenced.
+    pub differences: DMatrix<f64>,
+    /// How far the differences may be off, by their own estimate.
+    pub differences_error: DMatrix<f64>,
+    /// How much the entries change when the arguments change by rounding.
+    pub noise: DMatrix<f64>,
+    /// The function itself, for the scale of its rows.
+    function: Vec<f64>,
     /// r_i c_j of the entries here.
     pub size: DMatrix<f64>,
     /// The same, or what the entries are elsewhere if that is more and rounding may carry it here.
@@ -27,43 +36,58 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Without differences.
-    pub(crate) fn new(
-        f: &dyn Differentiable,
-        x: Vec<f64>,
-        by: &Range<usize>,
-        parent: Option<usize>,
-        random: &mut Random,
-    ) -> Self {
-        let truth = truth(f, &x, by, random);
+    /// Without differences, sizes and scales.
+    pub(crate) fn new(of: &Jacobian, x: Vec<f64>, parent: Option<usize>, random: &mut Random) -> Self {
+        let truth = of.dual(&x);
+        let (rows, columns) = truth.shape();
         let none = || DMatrix::zeros(0, 0);
-        Place { x, parent, truth, size: none(), scale: none() }
+        Place {
+            complex_step: of.complex_step(&x),
+            differences: DMatrix::from_element(rows, columns, f64::NAN),
+            differences_error: DMatrix::from_element(rows, columns, f64::INFINITY),
+            noise: of.noise(&x, &truth, random),
+            function: of.function.real(&x),
+            size: none(),
+            scale: none(),
+            x,
+            parent,
+            truth,
+        }
     }
 
     /// All points of a setting, with differences.
-    pub(crate) fn of_points(f: &dyn Differentiable, by: &Range<usize>, setting: &Setting, random: &mut Random) -> Vec<Self> {
+    pub(crate) fn of_points(of: &Jacobian, setting: &Setting, random: &mut Random) -> Vec<Self> {
         let mut place = |(x, &parent): (&Vec<f64>, &Option<usize>)| {
-            let mut place = Place::new(f, x.clone(), by, parent, random);
-            place.truth.difference(f, x, by, &setting.magnitudes, random);
+            let mut place = Place::new(of, x.clone(), parent, random);
+            place.difference(of, &setting.magnitudes, random);
             place
         };
         setting.points.iter().zip(&setting.parents).map(&mut place).collect()
     }
 
+    /// Adds the differences; `magnitudes` are the sizes that the arguments have.
+    pub(crate) fn difference(&mut self, of: &Jacobian, magnitudes: &[f64], random: &mut Random) {
+        for j in differenced(self.truth.ncols(), random) {
+            let (estimate, error) = of.differences(&self.x, j, magnitudes, 0);
+            self.differences.column_mut(j).copy_from_slice(&estimate);
+            self.differences_error.column_mut(j).copy_from_slice(&error);
+        }
+    }
+
     pub(crate) fn is_finite(&self) -> bool {
-        self.truth.value.iter().chain(&self.truth.complex).chain(&self.truth.function).all(|x| x.is_finite())
+        self.truth.iter().chain(&self.complex_step).chain(&self.function).all(|x| x.is_finite())
     }
 
     /// What the entries may be off by: a share of their size here, and rounding.
     pub(crate) fn tolerance(&self, relative: f64) -> DMatrix<f64> {
-        let rounding = self.scale.zip_map(&self.truth.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
+        let rounding = self.scale.zip_map(&self.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
         self.size.zip_map(&rounding, |size, rounding| relative * size + rounding)
     }
 
     /// Whether these are the true values.
     pub(crate) fn holds(&self, hand: &DMatrix<f64>, relative: f64) -> bool {
-        let within = |(i, within): (usize, &f64)| (hand[i] - self.truth.value[i]).abs() <= *within;
-        hand.shape() != self.truth.value.shape() || self.tolerance(relative).iter().enumerate().all(within)
+        let within = |(i, within): (usize, &f64)| (hand[i] - self.truth[i]).abs() <= *within;
+        hand.shape() != self.truth.shape() || self.tolerance(relative).iter().enumerate().all(within)
     }
 }
 
@@ -74,9 +98,8 @@ impl Place {
 /// there the terms are no larger than those that may be rounded here. exp(20 x) at x = −1 is so not measured by what it is at x = 1.
 pub(crate) fn set_scales(places: &mut [Place], points: usize, by: &Range<usize>, magnitudes: &[f64]) {
     let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
-    let values: Vec<DMatrix<f64>> = places.iter().map(|place| place.truth.value.map(finite)).collect();
-    let functions: Vec<Vec<f64>> =
-        places.iter().map(|place| place.truth.function.iter().map(|&y| finite(y)).collect()).collect();
+    let values: Vec<DMatrix<f64>> = places.iter().map(|place| place.truth.map(finite)).collect();
+    let functions: Vec<Vec<f64>> = places.iter().map(|place| place.function.iter().map(|&y| finite(y)).collect()).collect();
     let usual = |i: usize| {
         let mut sizes: Vec<f64> = functions[..points].iter().map(|f| f[i]).collect();
         sizes.sort_by(f64::total_cmp);

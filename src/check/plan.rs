@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::compare::check;
 use super::draw::Drawn;
-use super::formula::Differentiable;
+use super::oracle::Jacobian;
 use super::report::Report;
 #[cfg(feature = "files")]
 use super::{Arguments, worksheet};
@@ -17,11 +17,9 @@ pub(crate) type MatrixAt<'a> = Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>;
 /// A block of derivatives: what is differentiated by what, and the user's version of it.
 pub(crate) struct Block<'a> {
     pub name: String,
-    pub function: Box<dyn Differentiable + 'a>,
-    /// The arguments it is differentiated by.
-    pub by: Range<usize>,
-    /// What the function is itself made of by differentiation: there, too, the oracles must agree.
-    pub foundation: Option<(Box<dyn Differentiable + 'a>, Range<usize>)>,
+    pub truth: Jacobian<'a>,
+    /// What its function is itself made of by differentiation: there, too, the oracles must agree.
+    pub foundation: Option<Jacobian<'a>>,
     pub rows: Vec<String>,
     pub columns: Vec<String>,
     pub hand: MatrixAt<'a>,
@@ -76,16 +74,10 @@ pub(crate) struct Plan<'a> {
 
 impl<'a> Block<'a> {
     /// Without names, and without anything that it may be mistaken for.
-    pub(crate) fn new(
-        name: impl Into<String>,
-        function: Box<dyn Differentiable + 'a>,
-        by: Range<usize>,
-        hand: MatrixAt<'a>,
-    ) -> Self {
+    pub(crate) fn new(name: impl Into<String>, truth: Jacobian<'a>, hand: MatrixAt<'a>) -> Self {
         Block {
             name: name.into(),
-            function,
-            by,
+            truth,
             foundation: None,
             rows: Vec::new(),
             columns: Vec::new(),
@@ -122,7 +114,7 @@ impl<'a> Setting<'a> {
 impl<'a> Plan<'a> {
     /// Blocks whose rows have names; their columns are the setting's arguments.
     pub(crate) fn new(setting: Setting<'a>, blocks: Vec<Block<'a>>, notes: Vec<String>) -> Self {
-        let named = |block: Block<'a>| Block { columns: setting.arguments[block.by.clone()].to_vec(), ..block };
+        let named = |block: Block<'a>| Block { columns: setting.arguments[block.truth.by.clone()].to_vec(), ..block };
         Plan { blocks: blocks.into_iter().map(named).collect(), setting, notes }
     }
 

@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::formula::Differentiable;
+use super::oracle::Jacobian;
 use super::plan::Setting;
 use super::random::Random;
 
@@ -55,16 +56,16 @@ struct Sample {
 }
 
 /// The places where the block ∂f/∂x over the arguments `by` bends, at most `most`, the sharpest of each line first.
-pub(crate) fn bends(f: &dyn Differentiable, by: &Range<usize>, setting: &Setting, most: usize) -> Vec<Bend> {
+pub(crate) fn bends(of: &Jacobian, setting: &Setting, most: usize) -> Vec<Bend> {
     let mut random = Random::new(setting.seed ^ 0xbe4d);
-    let mut along = vec![0.0; setting.magnitudes.len()];
-    by.clone().for_each(|j| along[j] = random.away_from_zero(setting.magnitudes[j]));
+    let (f, mut along) = (of.function.as_ref(), vec![0.0; setting.magnitudes.len()]);
+    of.by.clone().for_each(|j| along[j] = random.away_from_zero(setting.magnitudes[j]));
     let of_line = |line: Line| {
         let sample = |s: f64| line.sample(f, &along, setting, s);
         let samples = samples(&sample, &line.rounding(f, &mut random), setting.given, &mut random);
         strongest(&samples).into_iter().map(|s| Bend { x: line.at(s), base: line.base }).collect::<Vec<_>>()
     };
-    let lines = lines(f, by, &along, setting);
+    let lines = lines(of, &along, setting);
     let mut found: Vec<_> = lines.into_iter().map(of_line).map(Vec::into_iter).collect();
     let mut bends = Vec::new();
     while bends.len() < most {
@@ -79,9 +80,9 @@ pub(crate) fn bends(f: &dyn Differentiable, by: &Range<usize>, setting: &Setting
 }
 
 /// Along all arguments of a kind, and along each one, through the first points; those along which nothing changes are left out.
-fn lines(f: &dyn Differentiable, by: &Range<usize>, along: &[f64], setting: &Setting) -> Vec<Line> {
+fn lines(of: &Jacobian, along: &[f64], setting: &Setting) -> Vec<Line> {
     let mut random = Random::new(setting.seed ^ 0x11e5);
-    let most = (setting.points.len() * by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
+    let most = (setting.points.len() * of.by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
     let bases: Vec<usize> = match setting.given {
         true => (0..setting.points.len()).collect(),
         false => (0..setting.points.len()).filter(|&p| setting.parents[p].is_none()).take(BASES).collect(),
@@ -92,7 +93,7 @@ fn lines(f: &dyn Differentiable, by: &Range<usize>, along: &[f64], setting: &Set
     let mut singles: Vec<_> = bases.iter().flat_map(|&base| setting.free.iter().map(move |&k| (base, vec![k]))).collect();
     (1..singles.len()).rev().for_each(|k| singles.swap(k, random.below(k + 1)));
     let lines = kinds.chain(singles).map(|(base, moved)| Line::new(base, &moved, setting));
-    lines.filter(|line| line.matters(f, along, setting)).take(most).collect()
+    lines.filter(|line| line.matters(of.function.as_ref(), along, setting)).take(most).collect()
 }
 
 impl Line {

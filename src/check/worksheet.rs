@@ -167,7 +167,7 @@ pub(super) fn block<A: Arguments>(block: &Block, setting: &Setting, at: impl Fn(
     // The same places as `check` finds.
     let places = places(block, setting, &mut Random::new(setting.seed ^ super::compare::SEED));
     let points = places.iter().map(|place| {
-        let reference: Vec<Vec<f64>> = place.truth.value.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let reference: Vec<Vec<f64>> = place.truth.row_iter().map(|row| row.iter().copied().collect()).collect();
         json!({ "at": at(&place.x).by_name(), "reference": reference })
     });
     json!({ "name": block.name, "rows": block.rows, "columns": block.columns, "points": points.collect::<Vec<_>>() })

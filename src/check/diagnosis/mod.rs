@@ -117,8 +117,7 @@ impl Evidence<'_> {
 
     /// The true block at other points.
     fn truth_at(&self, other: impl Fn(&[f64]) -> Vec<f64>) -> Vec<DMatrix<f64>> {
-        let dual = |at: &Compared| super::oracle::dual(self.block.function.as_ref(), &other(at.x), &self.block.by);
-        self.at.iter().map(dual).collect()
+        self.at.iter().map(|at| self.block.truth.dual(&other(at.x))).collect()
     }
 
     /// Whether there are groups of arguments, and few enough to try all of them one by one.

@@ -24,9 +24,9 @@ pub use force::force;
 use std::rc::Rc;
 
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
-use super::formula::{Derived, Differentiable, Function, Made, Values};
+use super::formula::{Derived, Function, Made, Values};
 use super::matrix::Matrix;
-use super::oracle::dual;
+use super::oracle::Jacobian;
 use super::plan::{Block, MatrixAt, Plan, Setting};
 use super::point::{Part, Places, Point};
 use super::random::Random;
@@ -191,7 +191,8 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         check_tolerance(self.tolerance)?;
         check_magnitudes(&self.arguments(), &self.magnitudes.list())?;
         check_number("the variation of the constants", self.spread, self.spread.is_finite(), "finite")?;
-        let finite = |x: &[f64]| self.blocks.iter().all(|(_, block)| block.function.real(x).iter().all(|y| y.is_finite()));
+        let finite =
+            |x: &[f64]| self.blocks.iter().all(|(_, block)| block.truth.function.real(x).iter().all(|y| y.is_finite()));
         let usable = |x: &[f64]| (self.admissible)(&Point::from_list(x)) && finite(x);
         let fresh = |random: &mut Random| {
             let mut point = Point::random(&self.magnitudes, random);
@@ -283,20 +284,18 @@ impl Derivative {
         let (function, places) = (Rc::new(function), Places { n: N, m: M, k: K, p: P });
         let made = |derived| Made { function: function.clone(), places, derived };
         let matrix = |&(name, derived, by): &Named| -> (String, MatrixAt<'a>) {
-            let (of, by) = (made(derived), places.of(by));
-            (name.to_string(), Box::new(move |x| dual(&of, x, &by)))
+            let of = Jacobian::new(made(derived), places.of(by));
+            (name.to_string(), Box::new(move |x| of.dual(x)))
         };
-        let of = made(self.derived);
-        let is_value = self.by == Part::One;
+        let (of, by, is_value) = (made(self.derived), places.of(self.by), self.by == Part::One);
         let below = self.derived.inner().filter(|_| !is_value);
-        let boxed = |derived| -> Box<dyn Differentiable + 'a> { Box::new(made(derived)) };
-        let function: Box<dyn Differentiable + 'a> = if is_value { Box::new(Values(of)) } else { Box::new(of) };
+        let truth = if is_value { Jacobian::new(Values(of), by) } else { Jacobian::new(of, by) };
         let hand = Box::new(move |x: &[f64]| hand(&Point::from_list(x)).dense());
         let block = Block {
-            foundation: below.map(|by| (boxed(Derived::VALUE), places.of(by))),
+            foundation: below.map(|by| Jacobian::new(made(Derived::VALUE), places.of(by))),
             terms: self.terms.iter().map(matrix).collect(),
             others: self.others.iter().map(matrix).collect(),
-            ..Block::new(self.name, function, places.of(self.by), hand)
+            ..Block::new(self.name, truth, hand)
         };
         (self.rows, block)
     }

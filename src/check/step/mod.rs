@@ -11,8 +11,9 @@ pub use terms::Terms;
 use std::ops::Range;
 
 use super::draw::{Drawn, check_tolerance};
-use super::formula::{Differentiable, Formula, Values};
+use super::formula::{Formula, Values};
 use super::matrix::Matrix;
+use super::oracle::Jacobian;
 use super::plan::{Block, Elsewhere, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
@@ -75,12 +76,15 @@ pub fn step<'a>(paper: &'a PaperSystem<'a>) -> StepCheck<'a> {
     StepCheck { paper, nodes, seed: 1, spread: SPREAD, tolerance: 1e-11, equations, blocks: Vec::new() }
 }
 
-/// f_i as a function of y_i, y_{i−1}, u_i, b and, last, the number i.
-struct Residual<'a>(&'a PaperSystem<'a>);
+/// Rows of f_i as a function of y_i, y_{i−1}, u_i, b and, last, the number i.
+struct Residual<'a> {
+    paper: &'a PaperSystem<'a>,
+    rows: Range<usize>,
+}
 
 impl Formula for Residual<'_> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let places = Places::of(self.0);
+        let places = Places::of(self.paper);
         let list = |range: Range<usize>| nalgebra::DVector::from_column_slice(&x[range]);
         let at = Arguments {
             y: list(places.y()),
@@ -90,16 +94,7 @@ impl Formula for Residual<'_> {
             b: list(places.b()),
         };
         let node = x[places.node()].part(0).round() as usize;
-        self.0.residual(node, &at).iter().copied().collect()
-    }
-}
-
-/// The rows of one equation.
-struct RowsOf<'a>(Residual<'a>, Range<usize>);
-
-impl Formula for RowsOf<'_> {
-    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        self.0.value(x)[self.1.clone()].to_vec()
+        self.paper.residual(node, &at).as_slice()[self.rows.clone()].to_vec()
     }
 }
 
@@ -167,14 +162,15 @@ impl<'a> StepCheck<'a> {
 
     fn block<A: Matrix>(mut self, name: String, equation: Equation, by: By, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         let (paper, places) = (self.paper, Places::of(self.paper));
-        let rows = RowsOf(Residual(paper), part(equation as usize, paper.system.n(), paper.system.m()));
-        let function: Box<dyn Differentiable> = if by == By::Nothing { Box::new(Values(rows)) } else { Box::new(rows) };
+        let f = Residual { paper, rows: part(equation as usize, paper.system.n(), paper.system.m()) };
+        let range = by.range(&places);
+        let truth = if by == By::Nothing { Jacobian::new(Values(f), range) } else { Jacobian::new(f, range) };
         let hand = Box::new(move |x: &[f64]| hand(&StepPoint::new(paper, x)).dense());
         let block = Block {
             terms: terms::of_block(paper, equation, by),
             others: terms::all(paper),
             elsewhere: other_nodes(paper, places),
-            ..Block::new(name, function, by.range(&places), hand)
+            ..Block::new(name, truth, hand)
         };
         self.blocks.push((equation, block));
         self
