@@ -36,12 +36,12 @@ pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> V
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let (rows, columns) = (block.rows.len(), block.columns.len());
     let mut report = BlockReport::empty(block.name.clone(), (rows, columns), setting.tolerance);
-    if setting.points.is_empty() || rows == 0 || columns == 0 {
+    if setting.drawn.points.is_empty() || rows == 0 || columns == 0 {
         report.notes.push("no points, or no rows or columns: nothing was compared".into());
         return report;
     }
     let mut random = Random::new(setting.seed ^ SEED);
-    let (of, drawn, magnitudes) = (&block.truth, setting.points.len(), setting.magnitudes.as_slice());
+    let (of, drawn, magnitudes) = (&block.truth, setting.drawn.points.len(), setting.magnitudes.as_slice());
     let mut places = places(block, setting, &mut random);
     set_scales(&mut places, drawn, &of.by, magnitudes);
     let hand = |place: &Place| fitting((block.hand)(&place.x), rows, columns);
@@ -91,7 +91,7 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
 fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], report: &mut BlockReport) {
     let Some(of) = &block.foundation else { return };
     let mut places = Place::of_points(of, setting, &mut Random::new(setting.seed ^ 0xba5e));
-    set_scales(&mut places, setting.points.len(), &of.by, &setting.magnitudes);
+    set_scales(&mut places, setting.drawn.points.len(), &of.by, &setting.magnitudes);
     let mut noted = false;
     for (place, above) in places.iter().zip(agreements) {
         let below = agreement(of, place, &setting.magnitudes);

@@ -8,14 +8,16 @@ const MOST_DRAWS: usize = 200;
 /// Every second point is the one before with about half of its arguments smaller, by up to so many decades.
 const DECADES: f64 = 6.0;
 
-/// Points, for each the one that it was made from, and how many more were drawn but could not be used.
+/// Points where blocks are compared.
 #[derive(Default)]
 pub(crate) struct Drawn {
     pub points: Vec<Vec<f64>>,
+    /// Of each point: the one that it is with some arguments made small.
     pub parents: Vec<Option<usize>>,
-    pub left_out: usize,
     /// Whether the user has given them.
     pub given: bool,
+    /// What the report shall say about them.
+    pub notes: Vec<String>,
 }
 
 /// The points that are given, or `count` ones: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with
@@ -33,7 +35,7 @@ pub(crate) fn draw(
     if !given.is_empty() {
         return Ok(Drawn { given: true, ..Drawn::of(given) });
     }
-    let (mut drawn, random) = (Drawn::default(), &mut Random::new(seed));
+    let (mut drawn, mut left_out, random) = (Drawn::default(), 0, &mut Random::new(seed));
     for k in 0..count {
         for attempt in 0..MOST_DRAWS {
             // Where signs or small arguments are outside of the domain, other points must do.
@@ -48,11 +50,19 @@ pub(crate) fn draw(
                 drawn.parents.push(parent);
                 break;
             }
-            drawn.left_out += 1;
+            left_out += 1;
         }
     }
-    let nowhere = drawn.points.is_empty() && drawn.left_out > 0;
-    if nowhere { Err(Error::NoPoint { drawn: drawn.left_out }) } else { Ok(drawn) }
+    let found = drawn.points.len();
+    if left_out > 0 && found == 0 {
+        return Err(Error::NoPoint { drawn: left_out });
+    }
+    if left_out > 0 {
+        let few = if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
+        let why = "not admissible, or the formula is not finite there";
+        drawn.notes.push(format!("{few}{left_out} drawn points were left out: {why}"));
+    }
+    Ok(drawn)
 }
 
 fn smaller(point: &[f64], signed: &[usize], random: &mut Random) -> Vec<f64> {
@@ -74,16 +84,6 @@ impl Drawn {
     pub(crate) fn of(points: Vec<Vec<f64>>) -> Self {
         Drawn { parents: vec![None; points.len()], points, ..Drawn::default() }
     }
-
-    /// What the report shall say about them.
-    pub(crate) fn notes(&self, count: usize) -> Vec<String> {
-        let (found, left_out) = (self.points.len(), self.left_out);
-        if left_out == 0 {
-            return Vec::new();
-        }
-        let few = if found < count { format!("only {found} of {count} random points were found; ") } else { String::new() };
-        vec![format!("{few}{left_out} drawn points were left out: not admissible, or the formula is not finite there")]
-    }
 }
 
 /// A relative tolerance that can tell right from wrong.
@@ -100,4 +100,8 @@ pub(crate) fn check_magnitudes(names: &[String], magnitudes: &[f64]) -> Result<(
 
 pub(crate) fn check_number(what: &str, value: f64, fits: bool, must_be: &'static str) -> Result<(), Error> {
     if fits { Ok(()) } else { Err(Error::Parameter { what: what.into(), value, must_be }) }
+}
+
+pub(crate) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+    if found == expected { Ok(()) } else { Err(Error::Size { what, expected, found }) }
 }

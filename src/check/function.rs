@@ -1,6 +1,6 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
-use super::draw::{Drawn, check_magnitudes, draw};
+use super::draw::{Drawn, check_magnitudes, check_size, draw};
 use super::formula::{Function, Values};
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
@@ -114,12 +114,9 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
     }
 
     fn points(&self) -> Result<Drawn, Error> {
-        let expected = self.inputs.len();
-        let fits = |what: &'static str, found: usize| {
-            if found == expected { Ok(()) } else { Err(Error::Size { what, expected, found }) }
-        };
-        fits("magnitudes of the function's inputs", self.magnitudes.len())?;
-        self.given.iter().try_for_each(|point| fits("point given to the check", point.len()))?;
+        let count = self.inputs.len();
+        check_size("magnitudes of the function's inputs", count, self.magnitudes.len())?;
+        self.given.iter().try_for_each(|point| check_size("point given to the check", count, point.len()))?;
         check_magnitudes(&self.inputs, &self.magnitudes)?;
         let with_one = |mut x: Vec<f64>| {
             x.push(1.0);
@@ -127,26 +124,18 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         };
         let fresh =
             |random: &mut Random| with_one(self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size)).collect());
-        let finite = |x: &[f64]| self.function.value(&x[..expected]).iter().all(|y| y.is_finite());
-        let signed: Vec<usize> = (0..expected).collect();
+        let values = |x: &[f64]| self.function.value(&x[..count]);
+        let finite = |x: &[f64]| values(x).iter().all(|y| y.is_finite());
+        let signed: Vec<usize> = (0..count).collect();
         let given = self.given.iter().cloned().map(with_one).collect();
-        draw(given, (self.count, self.seed), &signed, fresh, finite)
-    }
-
-    /// Refuses a function that has another number of values than names for them.
-    fn check_outputs(&self, points: &[Vec<f64>]) -> Result<(), Error> {
+        let drawn = draw(given, (self.count, self.seed), &signed, fresh, finite)?;
         let (names, what) = (self.outputs.len(), "values of the function, of which each has a name");
-        let count = |point: &Vec<f64>| self.function.value(&point[..self.inputs.len()]).len();
-        match points.iter().map(count).find(|&found| found != names) {
-            Some(found) => Err(Error::Size { what, expected: names, found }),
-            None => Ok(()),
-        }
+        drawn.points.iter().try_for_each(|point| check_size(what, names, values(point).len()))?;
+        Ok(drawn)
     }
 
     fn plan(self) -> Result<Plan<'a>, Error> {
-        let drawn = self.points()?;
-        self.check_outputs(&drawn.points)?;
-        let (count, notes) = (self.inputs.len(), drawn.notes(self.count));
+        let (drawn, count) = (self.points()?, self.inputs.len());
         let arguments = self.inputs.iter().cloned().chain([String::new()]).collect();
         let magnitudes = self.magnitudes.iter().copied().chain([1.0]).collect();
         let setting = Setting {
@@ -156,6 +145,6 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
             ..Setting::new(drawn, self.seed, 1e-11, arguments, magnitudes)
         };
         let blocks = self.blocks.into_iter().map(|block| Block { rows: self.outputs.clone(), ..block });
-        Ok(Plan::new(setting, blocks.collect(), notes))
+        Ok(Plan::new(setting, blocks))
     }
 }

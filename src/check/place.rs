@@ -62,7 +62,7 @@ impl Place {
             place.difference(of, &setting.magnitudes, random);
             place
         };
-        setting.points.iter().zip(&setting.parents).map(&mut place).collect()
+        setting.drawn.points.iter().zip(&setting.drawn.parents).map(&mut place).collect()
     }
 
     /// Adds the differences; `magnitudes` are the sizes that the arguments have.

@@ -40,11 +40,7 @@ type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 
 /// Where blocks are compared, and how strictly.
 pub(crate) struct Setting<'a> {
-    pub points: Vec<Vec<f64>>,
-    /// Of each point: the one that it is with some arguments made small.
-    pub parents: Vec<Option<usize>>,
-    /// Whether the user has given the points.
-    pub given: bool,
+    pub drawn: Drawn,
     /// Arguments along which one may search for places where the formula bends, and those that may become small together.
     pub free: Vec<usize>,
     pub kinds: Vec<Vec<usize>>,
@@ -68,8 +64,6 @@ pub(crate) struct Setting<'a> {
 pub(crate) struct Plan<'a> {
     blocks: Vec<Block<'a>>,
     setting: Setting<'a>,
-    /// What the report shall say of the points.
-    notes: Vec<String>,
 }
 
 impl<'a> Block<'a> {
@@ -94,9 +88,7 @@ impl<'a> Setting<'a> {
     pub(crate) fn new(drawn: Drawn, seed: u64, tolerance: f64, arguments: Vec<String>, magnitudes: Vec<f64>) -> Self {
         let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
         Setting {
-            points: drawn.points,
-            parents: drawn.parents,
-            given: drawn.given,
+            drawn,
             free: Vec::new(),
             kinds: Vec::new(),
             settle: Box::new(|_| ()),
@@ -113,16 +105,16 @@ impl<'a> Setting<'a> {
 
 impl<'a> Plan<'a> {
     /// Blocks whose rows have names; their columns are the setting's arguments.
-    pub(crate) fn new(setting: Setting<'a>, blocks: Vec<Block<'a>>, notes: Vec<String>) -> Self {
+    pub(crate) fn new(setting: Setting<'a>, blocks: impl Iterator<Item = Block<'a>>) -> Self {
         let named = |block: Block<'a>| Block { columns: setting.arguments[block.truth.by.clone()].to_vec(), ..block };
-        Plan { blocks: blocks.into_iter().map(named).collect(), setting, notes }
+        Plan { blocks: blocks.map(named).collect(), setting }
     }
 
     /// The report of a plan, or why there is none.
     pub(crate) fn run(plan: Result<Self, Error>, title: String) -> Report {
         let (blocks, notes, refused) = match plan {
-            Ok(Plan { blocks, setting, notes }) => {
-                (blocks.iter().map(|block| check(block, &setting)).collect(), notes, None)
+            Ok(Plan { blocks, setting }) => {
+                (blocks.iter().map(|block| check(block, &setting)).collect(), setting.drawn.notes, None)
             }
             Err(error) => (Vec::new(), Vec::new(), Some(error)),
         };

@@ -62,7 +62,7 @@ pub(crate) fn bends(of: &Jacobian, setting: &Setting, most: usize) -> Vec<Bend> 
     of.by.clone().for_each(|j| along[j] = random.away_from_zero(setting.magnitudes[j]));
     let of_line = |line: Line| {
         let sample = |s: f64| line.sample(f, &along, setting, s);
-        let samples = samples(&sample, &line.rounding(f, &mut random), setting.given, &mut random);
+        let samples = samples(&sample, &line.rounding(f, &mut random), setting.drawn.given, &mut random);
         strongest(&samples).into_iter().map(|s| Bend { x: line.at(s), base: line.base }).collect::<Vec<_>>()
     };
     let lines = lines(of, &along, setting);
@@ -82,12 +82,12 @@ pub(crate) fn bends(of: &Jacobian, setting: &Setting, most: usize) -> Vec<Bend> 
 /// Along all arguments of a kind, and along each one, through the first points; those along which nothing changes are left out.
 fn lines(of: &Jacobian, along: &[f64], setting: &Setting) -> Vec<Line> {
     let mut random = Random::new(setting.seed ^ 0x11e5);
-    let most = (setting.points.len() * of.by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
-    let bases: Vec<usize> = match setting.given {
-        true => (0..setting.points.len()).collect(),
-        false => (0..setting.points.len()).filter(|&p| setting.parents[p].is_none()).take(BASES).collect(),
+    let most = (setting.drawn.points.len() * of.by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
+    let bases: Vec<usize> = match setting.drawn.given {
+        true => (0..setting.drawn.points.len()).collect(),
+        false => (0..setting.drawn.points.len()).filter(|&p| setting.drawn.parents[p].is_none()).take(BASES).collect(),
     };
-    let kinds = if setting.given { &[][..] } else { &setting.kinds };
+    let kinds = if setting.drawn.given { &[][..] } else { &setting.kinds };
     let kinds =
         bases.iter().flat_map(|&base| kinds.iter().filter(|kind| kind.len() > 1).map(move |kind| (base, kind.clone())));
     let mut singles: Vec<_> = bases.iter().flat_map(|&base| setting.free.iter().map(move |&k| (base, vec![k]))).collect();
@@ -99,9 +99,9 @@ fn lines(of: &Jacobian, along: &[f64], setting: &Setting) -> Vec<Line> {
 impl Line {
     /// s = 1 is the size of a single argument, and the point itself where several move.
     fn new(base: usize, moved: &[usize], setting: &Setting) -> Self {
-        let point = &setting.points[base];
+        let point = &setting.drawn.points[base];
         let mut origin = point.clone();
-        if !setting.given {
+        if !setting.drawn.given {
             moved.iter().for_each(|&k| origin[k] = 0.0);
             (setting.settle)(&mut origin);
         }

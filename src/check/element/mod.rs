@@ -170,10 +170,9 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
 
     fn plan(mut self) -> Result<Plan<'a>, Error> {
         let drawn = self.points()?;
-        let notes = drawn.notes(self.count);
         let blocks = std::mem::take(&mut self.blocks).into_iter();
         let blocks: Vec<_> = blocks.map(|(rows, block)| Block { rows: self.names(rows), ..block }).collect();
-        Ok(Plan::new(self.setting(drawn), blocks, notes))
+        Ok(Plan::new(self.setting(drawn), blocks.into_iter()))
     }
 
     fn names(&self, of: Rows) -> Vec<String> {

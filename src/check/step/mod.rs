@@ -10,7 +10,7 @@ pub use terms::Terms;
 
 use std::ops::Range;
 
-use super::draw::{Drawn, check_tolerance};
+use super::draw::{Drawn, check_size, check_tolerance};
 use super::formula::{Formula, Values};
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
@@ -195,20 +195,16 @@ impl<'a> StepCheck<'a> {
     }
 
     fn plan(self) -> Result<Plan<'a>, Error> {
-        let (expected, found) = (self.paper.system.m(), self.equations.len());
-        if found != expected {
-            return Err(Error::Size { what: "names of the constraint equations", expected, found });
-        }
+        check_size("names of the constraint equations", self.paper.system.m(), self.equations.len())?;
         check_tolerance(self.tolerance)?;
         let steps = self.paper.inputs.grid.steps.len();
-        let mut notes = Vec::new();
+        let mut setting = self.setting(Places::of(self.paper));
         if self.nodes.iter().any(|&node| node == 0 || node > steps) {
-            notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
+            setting.drawn.notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
         }
-        let setting = self.setting(Places::of(self.paper));
         let rows = |equation| row_names(self.paper.system, equation, &self.equations);
         let blocks = self.blocks.into_iter().map(|(equation, block)| Block { rows: rows(equation), ..block });
-        Ok(Plan::new(setting, blocks.collect(), notes))
+        Ok(Plan::new(setting, blocks))
     }
 
     fn setting(&self, places: Places) -> Setting<'a> {
