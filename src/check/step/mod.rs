@@ -20,7 +20,7 @@ use super::report::Report;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
 use crate::{Error, System};
-use point::Places;
+use point::{Part, Places};
 
 const TITLE: &str = "tangent matrices of a step";
 /// How far random points are from the motion, relative to the sizes that occur in it.
@@ -37,17 +37,6 @@ pub struct StepCheck<'a> {
     equations: Vec<String>,
     /// Each with the equation that its rows are.
     blocks: Vec<(Equation, Block<'a>)>,
-}
-
-/// What f_i is differentiated by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum By {
-    Y(Variable),
-    Previous(Variable),
-    Controls,
-    Design,
-    /// By nothing: the values of f_i.
-    Nothing,
 }
 
 /// Checks hand-derived blocks of the tangent matrices of a step, at nodes of a motion.
@@ -84,16 +73,17 @@ struct Residual<'a> {
 
 impl Formula for Residual<'_> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let places = Places::of(self.paper);
+        let places = Places::new(self.paper);
         let list = |range: Range<usize>| nalgebra::DVector::from_column_slice(&x[range]);
+        let len = places.len_of_y();
         let at = Arguments {
-            y: list(places.y()),
-            y_previous: list(places.previous()),
-            u: list(places.u()),
-            u_other: list(places.u()),
-            b: list(places.b()),
+            y: list(0..len),
+            y_previous: list(len..2 * len),
+            u: list(places.of(Part::Controls)),
+            u_other: list(places.of(Part::Controls)),
+            b: list(places.of(Part::Design)),
         };
-        let node = x[places.node()].part(0).round() as usize;
+        let node = x[places.of(Part::Node).start].part(0).round() as usize;
         self.paper.residual(node, &at).as_slice()[self.rows.clone()].to_vec()
     }
 }
@@ -131,12 +121,12 @@ impl<'a> StepCheck<'a> {
 
     /// The values of one equation of f_i itself.
     pub fn f<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("{}_i", equation.name()), equation, By::Nothing, hand)
+        self.block(format!("{}_i", equation.name()), equation, Part::One, hand)
     }
 
     /// A block of ∂f_i/∂y_i, the left matrix of Eq. (10).
     pub fn f_y<A: Matrix>(self, equation: Equation, variable: Variable, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("∂{}_i/∂{}_i", equation.name(), variable.name()), equation, By::Y(variable), hand)
+        self.block(format!("∂{}_i/∂{}_i", equation.name(), variable.name()), equation, Part::Y(variable), hand)
     }
 
     /// A block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10).
@@ -147,24 +137,24 @@ impl<'a> StepCheck<'a> {
         hand: impl Fn(&StepPoint) -> A + 'a,
     ) -> Self {
         let name = format!("∂{}_i/∂{}_(i−1)", equation.name(), variable.name());
-        self.block(name, equation, By::Previous(variable), hand)
+        self.block(name, equation, Part::Previous(variable), hand)
     }
 
     /// The rows of one equation in ∂f_i/∂u_i.
     pub fn f_u<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("∂{}_i/∂u_i", equation.name()), equation, By::Controls, hand)
+        self.block(format!("∂{}_i/∂u_i", equation.name()), equation, Part::Controls, hand)
     }
 
     /// The rows of one equation in ∂f_i/∂b.
     pub fn f_b<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        self.block(format!("∂{}_i/∂b", equation.name()), equation, By::Design, hand)
+        self.block(format!("∂{}_i/∂b", equation.name()), equation, Part::Design, hand)
     }
 
-    fn block<A: Matrix>(mut self, name: String, equation: Equation, by: By, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        let (paper, places) = (self.paper, Places::of(self.paper));
+    fn block<A: Matrix>(mut self, name: String, equation: Equation, by: Part, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
+        let (paper, places) = (self.paper, Places::new(self.paper));
         let f = Residual { paper, rows: part(equation as usize, paper.system.n(), paper.system.m()) };
-        let range = by.range(&places);
-        let truth = if by == By::Nothing { Jacobian::new(Values(f), range) } else { Jacobian::new(f, range) };
+        let range = places.of(by);
+        let truth = if by == Part::One { Jacobian::new(Values(f), range) } else { Jacobian::new(f, range) };
         let hand = Box::new(move |x: &[f64]| hand(&StepPoint::new(paper, x)).dense());
         let block = Block {
             terms: terms::of_block(paper, equation, by),
@@ -198,7 +188,7 @@ impl<'a> StepCheck<'a> {
         check_size("names of the constraint equations", self.paper.system.m(), self.equations.len())?;
         check_tolerance(self.tolerance)?;
         let steps = self.paper.inputs.grid.steps.len();
-        let mut setting = self.setting(Places::of(self.paper));
+        let mut setting = self.setting(Places::new(self.paper));
         if self.nodes.iter().any(|&node| node == 0 || node > steps) {
             setting.drawn.notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
         }
@@ -223,18 +213,6 @@ impl<'a> StepCheck<'a> {
             settle: Box::new(move |x| places.settle(paper, x)),
             factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
             ..Setting::new(drawn, self.seed, self.tolerance, point::names(paper, &self.equations), magnitudes)
-        }
-    }
-}
-
-impl By {
-    fn range(self, places: &Places) -> Range<usize> {
-        match self {
-            By::Y(variable) => places.part_of_y(variable, false),
-            By::Previous(variable) => places.part_of_y(variable, true),
-            By::Controls => places.u(),
-            By::Design => places.b(),
-            By::Nothing => places.one()..places.one() + 1,
         }
     }
 }

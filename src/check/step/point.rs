@@ -7,7 +7,7 @@ use super::super::random::Random;
 use super::terms::Terms;
 use crate::forward::rank::mass_matrix;
 use crate::motion::column;
-use crate::paper_system::{PaperSystem, Variable, part};
+use crate::paper_system::{self, PaperSystem, Variable};
 
 /// The paper's y at one node, in its parts.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,14 +49,13 @@ pub struct StepPoint<'a> {
 
 impl<'a> StepPoint<'a> {
     pub(super) fn new(paper: &'a PaperSystem<'a>, x: &[f64]) -> Self {
-        let places = Places::of(paper);
-        let list = |range: Range<usize>| DVector::from_column_slice(&x[range]);
-        let state = |previous: bool| {
-            let of = |variable| list(places.part_of_y(variable, previous));
-            let [v, p_star_dot, q, p_star, sigma] = Variable::ALL.map(of);
+        let places = Places::new(paper);
+        let list = |part: Part| DVector::from_column_slice(&x[places.of(part)]);
+        let state = |of: fn(Variable) -> Part| {
+            let [v, p_star_dot, q, p_star, sigma] = Variable::ALL.map(|variable| list(of(variable)));
             State { v, p_star_dot, q, p_star, sigma }
         };
-        let node = x[places.node()].round() as usize;
+        let node = x[places.of(Part::Node).start].round() as usize;
         let dt = paper.inputs.grid.steps[node - 1];
         StepPoint {
             paper,
@@ -64,10 +63,10 @@ impl<'a> StepPoint<'a> {
             t: paper.trajectory.times[node],
             dt,
             gamma: 2.0 / dt,
-            y: state(false),
-            previous: state(true),
-            u: list(places.u()),
-            b: list(places.b()),
+            y: state(Part::Y),
+            previous: state(Part::Previous),
+            u: list(Part::Controls),
+            b: list(Part::Design),
         }
     }
 
@@ -90,6 +89,21 @@ impl<'a> StepPoint<'a> {
     }
 }
 
+/// One kind of arguments of f_i, in the order of their list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A part of y_i.
+    Y(Variable),
+    /// A part of y_{i−1}.
+    Previous(Variable),
+    Controls,
+    Design,
+    /// The number i.
+    Node,
+    /// The 1 that values are multiplied by where they are compared.
+    One,
+}
+
 /// Where the arguments stand in the list.
 #[derive(Clone, Copy)]
 pub(super) struct Places {
@@ -100,76 +114,64 @@ pub(super) struct Places {
 }
 
 impl Places {
-    pub(super) fn of(paper: &PaperSystem) -> Self {
+    pub(super) fn new(paper: &PaperSystem) -> Self {
         let system = paper.system;
         Places { n: system.n(), m: system.m(), k: system.k(), designs: system.designs() }
     }
 
-    fn len(&self) -> usize {
+    /// How many numbers y has.
+    pub(super) fn len_of_y(&self) -> usize {
         4 * self.n + self.m
     }
 
-    pub(super) fn y(&self) -> Range<usize> {
-        0..self.len()
-    }
-
-    pub(super) fn previous(&self) -> Range<usize> {
-        self.len()..2 * self.len()
-    }
-
-    pub(super) fn u(&self) -> Range<usize> {
-        2 * self.len()..2 * self.len() + self.k
-    }
-
-    pub(super) fn b(&self) -> Range<usize> {
-        self.u().end..self.u().end + self.designs
-    }
-
-    pub(super) fn node(&self) -> usize {
-        self.b().end
-    }
-
-    /// Behind all arguments stands the 1 that values are multiplied by where they are compared.
-    pub(super) fn one(&self) -> usize {
-        self.node() + 1
+    pub(super) fn of(&self, part: Part) -> Range<usize> {
+        let of_y = |variable: Variable, first: usize| {
+            let Range { start, end } = paper_system::part(variable as usize, self.n, self.m);
+            first + start..first + end
+        };
+        let u = 2 * self.len_of_y();
+        let (b, node) = (u + self.k, u + self.k + self.designs);
+        match part {
+            Part::Y(variable) => of_y(variable, 0),
+            Part::Previous(variable) => of_y(variable, self.len_of_y()),
+            Part::Controls => u..b,
+            Part::Design => b..node,
+            Part::Node => node..node + 1,
+            Part::One => node + 1..node + 2,
+        }
     }
 
     /// What may be moved; q_{i−1} and p*_{i−1} follow from Eq. (2).
     pub(super) fn free(&self) -> Vec<usize> {
-        let y = [Variable::Q, Variable::V, Variable::Sigma].map(|variable| self.part_of_y(variable, false));
-        y.into_iter().chain([self.part_of_y(Variable::V, true), self.u()]).flatten().collect()
+        let y = [Variable::Q, Variable::V, Variable::Sigma].map(Part::Y);
+        y.into_iter().chain([Part::Previous(Variable::V), Part::Controls]).flat_map(|part| self.of(part)).collect()
     }
 
     /// q_i; v, σ of both nodes; u_i.
     pub(super) fn kinds(&self) -> Vec<Vec<usize>> {
-        let both = |variable| self.part_of_y(variable, false).chain(self.part_of_y(variable, true)).collect();
-        let q = self.part_of_y(Variable::Q, false).collect();
-        vec![both(Variable::V), both(Variable::Sigma), q, self.u().collect()]
+        let both = |variable| self.of(Part::Y(variable)).chain(self.of(Part::Previous(variable))).collect();
+        let [q, u] = [Part::Y(Variable::Q), Part::Controls].map(|part| self.of(part).collect());
+        vec![both(Variable::V), both(Variable::Sigma), q, u]
     }
 
     /// Makes Eq. (2) true by q_{i−1} and p*_{i−1}.
     pub(super) fn settle(&self, paper: &PaperSystem, x: &mut [f64]) {
-        let h = 0.5 * paper.inputs.grid.steps[x[self.node()].round() as usize - 1];
+        let h = 0.5 * paper.inputs.grid.steps[x[self.of(Part::Node).start].round() as usize - 1];
         for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
-            let start = |variable, previous| self.part_of_y(variable, previous).start;
+            let at = |variable| [Part::Y(variable), Part::Previous(variable)].map(|part| self.of(part).start);
+            let ([value, previous], [rate, previous_rate]) = (at(value), at(rate));
             for i in 0..self.n {
-                let sum = x[start(rate, false) + i] + x[start(rate, true) + i];
-                x[start(value, true) + i] = x[start(value, false) + i] - h * sum;
+                let sum = x[rate + i] + x[previous_rate + i];
+                x[previous + i] = x[value + i] - h * sum;
             }
         }
-    }
-
-    pub(super) fn part_of_y(&self, variable: Variable, previous: bool) -> Range<usize> {
-        let range = part(variable as usize, self.n, self.m);
-        let first = if previous { self.len() } else { 0 };
-        first + range.start..first + range.end
     }
 
     /// x with some parts of y_i replaced by those of y_{i−1}, and Eq. (2) still true.
     pub(super) fn with_previous(&self, paper: &PaperSystem, x: &[f64], which: &[Variable]) -> Vec<f64> {
         let mut x = x.to_vec();
         for &variable in which {
-            x.copy_within(self.part_of_y(variable, true), self.part_of_y(variable, false).start);
+            x.copy_within(self.of(Part::Previous(variable)), self.of(Part::Y(variable)).start);
         }
         self.settle(paper, &mut x);
         x
@@ -219,7 +221,7 @@ pub(super) fn near(
     let u = column(&paper.inputs.controls, node);
     let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64, 1.0]];
     let mut x = lists.concat();
-    for k in 0..places.b().start {
+    for k in 0..places.of(Part::Design).start {
         x[k] += if spread == 0.0 { 0.0 } else { random.away_from_zero(spread * magnitudes[k]) };
     }
     places.settle(paper, &mut x);

@@ -4,8 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use super::super::plan::MatrixAt;
-use super::By;
-use super::point::{State, StepPoint};
+use super::point::{Part, State, StepPoint};
 use crate::System;
 use crate::paper_system::{Equation, PaperSystem, Variable};
 use crate::system::{NodeView, Sums};
@@ -70,11 +69,11 @@ fn signed<'a>(paper: &'a PaperSystem<'a>, (name, of): Named, sign: f64, times_ga
 }
 
 /// The terms that a block of Eq. (10) is the sum of (as corrected).
-pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) -> Vec<(String, MatrixAt<'a>)> {
+pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: Part) -> Vec<(String, MatrixAt<'a>)> {
     use Equation::{F3, F4, F5};
     let terms: &[(Named, f64, bool)] = match (row, by) {
-        (F3, By::Y(Variable::Q)) => &[(REACTION, 1.0, false), (MASS, 1.0, true), (MASS_Q, 1.0, false)],
-        (F4, By::Y(Variable::Q)) => &[
+        (F3, Part::Y(Variable::Q)) => &[(REACTION, 1.0, false), (MASS, 1.0, true), (MASS_Q, 1.0, false)],
+        (F4, Part::Y(Variable::Q)) => &[
             (FORCE_Q, 1.0, false),
             (FORCE_V, 1.0, true),
             (T_QQ, 1.0, false),
@@ -83,9 +82,9 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) ->
             (REACTION, 1.0, true),
             (ALL_OF_T_Q, 1.0, false),
         ],
-        (F5, By::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
-        (F4, By::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false)],
-        (F4, By::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true)],
+        (F5, Part::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
+        (F4, Part::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false)],
+        (F4, Part::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true)],
         _ => &[],
     };
     terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()
@@ -93,23 +92,11 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: By) ->
 
 /// Everything that stands somewhere in Eq. (10).
 pub(super) fn all<'a>(paper: &'a PaperSystem<'a>) -> Vec<(String, MatrixAt<'a>)> {
-    let named = [
-        REACTION,
-        REACTION_RATE,
-        MASS,
-        MASS_Q,
-        FORCE_Q,
-        FORCE_V,
-        T_QQ,
-        T_QV,
-        FORCE_U,
-        IDENTITY,
-        PHI_Q,
-        PHI_DOT_Q,
-        PHI_Q_T,
-        PHI_DOT_Q_T,
-    ];
-    named.into_iter().flat_map(|term| [signed(paper, term, 1.0, false), signed(paper, term, 1.0, true)]).collect()
+    let of_momenta = [REACTION, REACTION_RATE, MASS, MASS_Q];
+    let of_forces = [FORCE_Q, FORCE_V, T_QQ, T_QV, FORCE_U];
+    let of_constraints = [IDENTITY, PHI_Q, PHI_DOT_Q, PHI_Q_T, PHI_DOT_Q_T];
+    let named = of_momenta.into_iter().chain(of_forces).chain(of_constraints);
+    named.flat_map(|term| [signed(paper, term, 1.0, false), signed(paper, term, 1.0, true)]).collect()
 }
 
 /// Derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt by one argument, one column each.
