@@ -21,7 +21,12 @@ pub enum Part {
 }
 
 impl Part {
-    pub(super) const ALL: [Part; 5] = [Part::Controls, Part::Design, Part::Coordinates, Part::Rates, Part::Steps];
+    const ALL: [Part; 5] = [Part::Controls, Part::Design, Part::Coordinates, Part::Rates, Part::Steps];
+
+    /// Those of which these inputs have any.
+    pub(super) fn all_of(inputs: &Inputs) -> Vec<Part> {
+        Part::ALL.into_iter().filter(|part| !part.of(inputs).is_empty()).collect()
+    }
 
     /// For reports.
     pub(super) fn name(self) -> &'static str {
@@ -45,16 +50,6 @@ impl Part {
         }
     }
 
-    fn of_mut(self, inputs: &mut Inputs) -> &mut [f64] {
-        match self {
-            Part::Controls => inputs.controls.as_mut_slice(),
-            Part::Design => inputs.design.as_mut_slice(),
-            Part::Coordinates => inputs.start.q_mut().as_mut_slice(),
-            Part::Rates => inputs.start.rate_mut().as_mut_slice(),
-            Part::Steps => &mut inputs.grid.steps,
-        }
-    }
-
     /// Each of them.
     pub(super) fn inputs(self, inputs: &Inputs) -> Vec<Input> {
         let before: usize = Part::ALL.iter().take_while(|part| **part != self).map(|part| part.of(inputs).len()).sum();
@@ -66,8 +61,8 @@ impl Part {
 pub(super) fn random(sizes: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
     let mut direction = sizes.no_change();
     for &part in parts {
-        let moves = part.of_mut(&mut direction).iter_mut().zip(part.of(sizes));
-        moves.for_each(|(d, &size)| *d = random.away_from_zero(size));
+        let moves = part.inputs(sizes).into_iter().zip(part.of(sizes));
+        moves.for_each(|(input, &size)| *input.of(&mut direction) = random.away_from_zero(size));
     }
     direction
 }

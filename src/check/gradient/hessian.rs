@@ -92,7 +92,7 @@ impl HessianCheck<'_> {
         let gradient = solver.gradient_of(self.which)?.clone();
         let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
         let mut random_source = Random::new(self.seed);
-        let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
+        let parts = Part::all_of(self.inputs);
         let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
         let mut reference = Reference::new(self.system, self.inputs, self.settings, self.which)?;

@@ -127,7 +127,7 @@ impl GradientCheck<'_> {
         solver.simulate(self.inputs)?;
         let gradient = solver.gradient_of(which)?.clone();
         let mut random_source = Random::new(self.seed);
-        let parts: Vec<Part> = Part::ALL.into_iter().filter(|part| !part.of(self.inputs).is_empty()).collect();
+        let parts = Part::all_of(self.inputs);
         let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
         let of_steps = steps::sizes_of_terms(self.system, &mut solver);
         let mut ways = Ways::new(self.system, self.inputs, self.settings, (which, of_steps))?;
