@@ -8,8 +8,8 @@ use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{only, product, random};
 use super::reference::Reference;
-use super::{DIFFERENCED, Part, name_of, own, sizes_of_inputs};
-use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
+use super::{DIFFERENCED, Part, Subject, own, sizes_of_inputs};
+use crate::{Error, Gradient, Inputs, Output, Settings, System};
 
 /// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
 const ROUNDING: f64 = 1e-14;
@@ -19,10 +19,7 @@ type Own = (String, Part, Inputs, Vec<f64>);
 
 /// A check of products of the Hessian at some inputs; made by [`hessian`].
 pub struct HessianCheck<'a> {
-    system: &'a System,
-    inputs: &'a Inputs,
-    settings: Settings,
-    which: usize,
+    subject: Subject<'a>,
     seed: u64,
     tolerance: f64,
     own: Vec<Own>,
@@ -50,13 +47,13 @@ pub struct HessianCheck<'a> {
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> HessianCheck<'a> {
-    HessianCheck { system, inputs, settings, which: 0, seed: 1, tolerance: 1e-9, own: Vec::new() }
+    HessianCheck { subject: Subject { system, inputs, settings, which: 0 }, seed: 1, tolerance: 1e-9, own: Vec::new() }
 }
 
 impl HessianCheck<'_> {
     /// Checks products of the Hessian of an output in the place of J's.
     pub fn output(mut self, output: Output) -> Self {
-        self.which = 1 + output.index();
+        self.subject.which = 1 + output.index();
         self
     }
 
@@ -86,16 +83,14 @@ impl HessianCheck<'_> {
     /// A motion that cannot be computed at the inputs, or that has no products; a direction that does not fit; a tolerance that is no number from 0 to 1.
     pub fn run(&self) -> Result<HessianReport, Error> {
         check_tolerance(self.tolerance)?;
-        let of = name_of(self.which, self.system)?;
-        let mut solver = Solver::new(self.system, self.settings);
-        solver.simulate(self.inputs)?;
-        let gradient = solver.gradient_of(self.which)?.clone();
-        let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
+        let (subject, of) = (self.subject, self.subject.name()?);
+        let (mut solver, gradient) = subject.solved()?;
+        let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
         let mut random_source = Random::new(self.seed);
-        let parts = Part::all_of(self.inputs);
+        let parts = Part::all_of(subject.inputs);
         let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
-        let mut reference = Reference::new(self.system, self.inputs, self.settings, self.which)?;
+        let mut reference = Reference::new(subject)?;
         let rows = parts.iter().map(|&part| {
             let direction = random(&sizes, &[part], &mut random_source);
             let (along, size) = product(&of_all, &direction);
@@ -124,9 +119,9 @@ impl HessianCheck<'_> {
         sizes: &Inputs,
         product: &Gradient,
     ) -> Result<BlockReport, Error> {
-        let of = (self.system, self.inputs, sizes);
-        own::compare(of, (name, "own product", *part), values, product, (self.tolerance, 1.0), |input| {
-            let direction = only(self.inputs, input, 1.0);
+        let (what, within) = ((name.as_str(), "own product", *part), (self.tolerance, 1.0));
+        own::compare(self.subject, sizes, what, values, product, within, |input| {
+            let direction = only(self.subject.inputs, input, 1.0);
             let (product, (value, error)) = (input.in_gradient(product), reference.product([&direction, along])?);
             Ok((product - value).abs() + error <= self.tolerance * product.abs())
         })

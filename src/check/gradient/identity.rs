@@ -12,10 +12,11 @@
 
 use num_dual::Dual64;
 
+use super::Subject;
 use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::system::factors_of;
-use crate::{AdjointVariables, Error, Gradient, Inputs, LiftedSolver, Settings, System};
+use crate::{AdjointVariables, Error, Gradient, Inputs};
 
 /// How well the identity holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,14 +32,13 @@ pub struct Identity {
 
 /// Compares both sides at the nodes N … 1.
 pub(super) fn identity(
-    system: &System,
-    inputs: &Inputs,
-    (settings, which): (Settings, usize),
+    subject: Subject,
     direction: &Inputs,
     (gradient, adjoint): (&Gradient, &AdjointVariables),
     (floor, tolerance): (f64, f64),
 ) -> Result<Identity, Error> {
-    let mut solver = LiftedSolver::<Dual64>::new(system, inputs, settings)?;
+    let Subject { system, inputs, settings, which } = subject;
+    let mut solver = subject.lifted::<Dual64>()?;
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
     let refinement = Refinement::new(&taken.grid.steps, &inserted);
@@ -93,7 +93,7 @@ mod tests {
     use super::super::super::random::Random;
     use super::super::directions::{Part, random};
     use super::*;
-    use crate::{Grid, Solver, scenes::CartPendulum};
+    use crate::{Grid, Settings, Solver, scenes::CartPendulum};
 
     #[test]
     fn the_wrong_node_nearest_to_the_end_is_found() {
@@ -109,7 +109,8 @@ mod tests {
         let direction = random(&inputs, &[Part::Controls, Part::Coordinates, Part::Rates], &mut Random::new(1));
         let adjoint = solver.adjoint_variables().unwrap();
         let found = |adjoint: &AdjointVariables| {
-            identity(&system, &inputs, (settings, 0), &direction, (&gradient, adjoint), (0.0, 1e-9)).unwrap().first_wrong
+            let subject = Subject { system: &system, inputs: &inputs, settings, which: 0 };
+            identity(subject, &direction, (&gradient, adjoint), (0.0, 1e-9)).unwrap().first_wrong
         };
         assert_eq!(found(adjoint), None);
         let size = adjoint.a.amax();

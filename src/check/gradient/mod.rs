@@ -22,7 +22,7 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
-use crate::{Error, Gradient, Inputs, Output, Settings, Solver, System};
+use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 use directions::{only, product, random};
 use sizes::sizes_of_inputs;
 use ways::Ways;
@@ -39,12 +39,19 @@ const NOTHING_BESIDE: f64 = 1e-6;
 /// Worst directions that a complete check lists.
 const MOST_LISTED: usize = 20;
 
-/// A check of the gradient at some inputs; made by [`gradient`].
-pub struct GradientCheck<'a> {
+/// What derivatives are checked of: J, or an output, of a motion.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
     system: &'a System,
     inputs: &'a Inputs,
     settings: Settings,
+    /// J (0) or an output (from 1 on).
     which: usize,
+}
+
+/// A check of the gradient at some inputs; made by [`gradient`].
+pub struct GradientCheck<'a> {
+    subject: Subject<'a>,
     directions: usize,
     seed: u64,
     complete: bool,
@@ -70,23 +77,14 @@ pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) 
     // Initial values are moved off the constraints, where a real simulation would refuse them.
     let settings =
         Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, keep_adjoint: true, ..settings };
-    GradientCheck {
-        system,
-        inputs,
-        settings,
-        which: 0,
-        directions: 1,
-        seed: 1,
-        complete: false,
-        tolerance: 1e-9,
-        own: Vec::new(),
-    }
+    let subject = Subject { system, inputs, settings, which: 0 };
+    GradientCheck { subject, directions: 1, seed: 1, complete: false, tolerance: 1e-9, own: Vec::new() }
 }
 
 impl GradientCheck<'_> {
     /// Checks the gradient of an output in the place of J's.
     pub fn output(mut self, output: Output) -> Self {
-        self.which = 1 + output.index();
+        self.subject.which = 1 + output.index();
         self
     }
 
@@ -122,15 +120,12 @@ impl GradientCheck<'_> {
     /// A motion that cannot be computed at the inputs themselves; a tolerance that is no number from 0 to 1.
     pub fn run(&self) -> Result<GradientReport, Error> {
         check_tolerance(self.tolerance)?;
-        let (which, of) = (self.which, name_of(self.which, self.system)?);
-        let mut solver = Solver::new(self.system, self.settings);
-        solver.simulate(self.inputs)?;
-        let gradient = solver.gradient_of(which)?.clone();
+        let (subject, of) = (self.subject, self.subject.name()?);
+        let (mut solver, gradient) = subject.solved()?;
         let mut random_source = Random::new(self.seed);
-        let parts = Part::all_of(self.inputs);
-        let sizes = sizes_of_inputs(self.system, self.inputs, &mut solver);
-        let of_steps = steps::sizes_of_terms(self.system, &mut solver);
-        let mut ways = Ways::new(self.system, self.inputs, self.settings, (which, of_steps))?;
+        let parts = Part::all_of(subject.inputs);
+        let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
+        let mut ways = Ways::new(subject, steps::sizes_of_terms(subject.system, &mut solver))?;
         let mut rows = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {
@@ -147,12 +142,8 @@ impl GradientCheck<'_> {
         let direction = random(&sizes, &varied, &mut random_source);
         let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
         let floor = ways.floor(&direction, gradient.value).0;
-        let identity = adjoint
-            .map(|adjoint| {
-                let of = (self.settings, which);
-                identity::identity(self.system, self.inputs, of, &direction, adjoint, (floor, self.tolerance))
-            })
-            .transpose()?;
+        let identity =
+            adjoint.map(|adjoint| identity::identity(subject, &direction, adjoint, (floor, self.tolerance))).transpose()?;
         // Single inputs that hardly move anything leave rounding of nearly nothing.
         let rounding = ways.rounding;
         let (singles, worst_singles) =
@@ -197,18 +188,19 @@ impl GradientCheck<'_> {
 
     /// Every input alone: how many, and the worst.
     fn singles(&self, ways: &mut Ways, sizes: &Inputs, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
-        let inputs = Input::all(self.inputs);
+        let Subject { system, inputs, .. } = self.subject;
+        let all = Input::all(inputs);
         let mut rows = Vec::new();
-        for input in &inputs {
-            let direction = only(self.inputs, *input, *input.of(&mut sizes.clone()));
-            rows.push(self.compare(ways, input.name(self.system), &direction, gradient)?);
+        for input in &all {
+            let direction = only(inputs, *input, *input.of(&mut sizes.clone()));
+            rows.push(self.compare(ways, input.name(system), &direction, gradient)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
         judge_among(&mut rows, LITTLE_BESIDE, self.tolerance);
         let key = |row: &DirectionReport| (row.verdict != Verdict::Right, row.error());
         rows.sort_by(|a, b| key(b).0.cmp(&key(a).0).then(b.error().total_cmp(&a.error())));
         rows.truncate(MOST_LISTED);
-        Ok((inputs.len(), rows))
+        Ok((all.len(), rows))
     }
 
     /// A row of the table in any case; with the verdict "nothing compared" where the library's gradient cannot be trusted.
@@ -219,10 +211,9 @@ impl GradientCheck<'_> {
         (sizes, gradient, raised): (&Inputs, &Gradient, f64),
         trusted: bool,
     ) -> Result<BlockReport, Error> {
-        let (of, what, within) =
-            ((self.system, self.inputs, sizes), (name.as_str(), "own gradient", *part), (self.tolerance, raised));
-        let mut report = own::compare(of, what, values, gradient, within, |input| {
-            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&only(self.inputs, input, 1.0))?);
+        let (what, within) = ((name.as_str(), "own gradient", *part), (self.tolerance, raised));
+        let mut report = own::compare(self.subject, sizes, what, values, gradient, within, |input| {
+            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&only(self.subject.inputs, input, 1.0))?);
             Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
         })?;
         if !trusted {
@@ -244,18 +235,32 @@ fn judge_among(rows: &mut [DirectionReport], part: f64, tolerance: f64) {
     rows.iter_mut().for_each(|row| row.judge(part * largest, tolerance));
 }
 
-/// What J (0) or an output (from 1 on) is called.
-///
-/// # Errors
-/// An output that the system does not have.
-fn name_of(which: usize, system: &System) -> Result<String, Error> {
-    match which {
-        0 => Ok("J".into()),
-        k if k <= system.outputs() => Ok(format!("output `{}`", system.output_name(k - 1))),
-        k => Err(Error::Parameter {
-            what: "the number of the output".into(),
-            value: (k - 1) as f64,
-            must_be: "that of an output of this system",
-        }),
+impl<'a> Subject<'a> {
+    /// What it is called.
+    ///
+    /// # Errors
+    /// An output that the system does not have.
+    fn name(&self) -> Result<String, Error> {
+        match self.which {
+            0 => Ok("J".into()),
+            k if k <= self.system.outputs() => Ok(format!("output `{}`", self.system.output_name(k - 1))),
+            k => Err(Error::Parameter {
+                what: "the number of the output".into(),
+                value: (k - 1) as f64,
+                must_be: "that of an output of this system",
+            }),
+        }
+    }
+
+    /// The motion, and its gradient.
+    fn solved(&self) -> Result<(Solver<'a>, Gradient), Error> {
+        let mut solver = Solver::new(self.system, self.settings);
+        solver.simulate(self.inputs)?;
+        let gradient = solver.gradient_of(self.which)?.clone();
+        Ok((solver, gradient))
+    }
+
+    fn lifted<R: Real>(&self) -> Result<LiftedSolver<'a, R>, Error> {
+        LiftedSolver::new(self.system, self.inputs, self.settings)
     }
 }

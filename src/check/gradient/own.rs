@@ -1,9 +1,9 @@
 //! A gradient of the user's own against the library's, which has been checked before.
 
-use super::Part;
+use super::{Part, Subject};
 use crate::check::Input;
 use crate::check::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
-use crate::{Error, Gradient, Inputs, System};
+use crate::{Error, Gradient, Inputs};
 
 /// Wrong entries that are listed.
 const LISTED: usize = 4;
@@ -12,7 +12,8 @@ const LISTED: usize = 4;
 ///
 /// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
 pub(super) fn compare(
-    (system, inputs, sizes): (&System, &Inputs, &Inputs),
+    Subject { system, inputs, .. }: Subject,
+    sizes: &Inputs,
     (name, kind, part): (&str, &str, Part),
     hand: &[f64],
     gradient: &Gradient,

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use super::super::ridders::ridders;
 use super::directions::{along, product};
-use super::{CAUTION, FIRST_STEP};
+use super::{CAUTION, FIRST_STEP, Subject};
 use crate::check::Input;
-use crate::{Error, Hyper, Inputs, LiftedSolver, Real, Settings, Solver, System};
+use crate::{Error, Hyper, Inputs, LiftedSolver, Real, Settings, Solver};
 
 /// The most halvings of the differences' step, and how good they need be.
 const HALVINGS: usize = 12;
@@ -14,9 +14,7 @@ const ENOUGH: f64 = 1e-10;
 
 /// The solvers of both ways.
 pub(super) struct Reference<'a> {
-    inputs: &'a Inputs,
-    /// J (0) or an output (from 1 on).
-    which: usize,
+    subject: Subject<'a>,
     hyper: LiftedSolver<'a, Hyper>,
     real: RefCell<Solver<'a>>,
     /// Whether hyper-dual numbers do not go through.
@@ -24,12 +22,13 @@ pub(super) struct Reference<'a> {
 }
 
 impl<'a> Reference<'a> {
-    pub(super) fn new(system: &'a System, inputs: &'a Inputs, settings: Settings, which: usize) -> Result<Self, Error> {
-        let hyper = LiftedSolver::new(system, inputs, settings)?;
+    pub(super) fn new(subject: Subject<'a>) -> Result<Self, Error> {
+        let hyper = subject.lifted()?;
         // Initial values are moved off the constraints.
-        let settings = Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, ..settings };
-        let real = RefCell::new(Solver::new(system, settings));
-        Ok(Reference { inputs, which, hyper, real, is_differences: false })
+        let free = f64::INFINITY;
+        let settings = Settings { position_tolerance: free, velocity_tolerance: free, ..subject.settings };
+        let real = RefCell::new(Solver::new(subject.system, settings));
+        Ok(Reference { subject, hyper, real, is_differences: false })
     }
 
     /// aᵀH b, and what it may be off by: nothing but rounding by hyper-dual numbers.
@@ -45,24 +44,25 @@ impl<'a> Reference<'a> {
     }
 
     fn by_hyper(&mut self, directions: [&Inputs; 2]) -> Result<f64, Error> {
-        let mut lifted = self.inputs.lift::<Hyper>();
+        let inputs = self.subject.inputs;
+        let mut lifted = inputs.lift::<Hyper>();
         for (part, direction) in (1..).zip(directions) {
             let mut direction = direction.clone();
-            for input in Input::all(self.inputs) {
+            for input in Input::all(inputs) {
                 let d = *input.of(&mut direction);
                 input.of(&mut lifted).add_to_part(part, d);
             }
         }
         self.hyper.simulate(&lifted)?;
-        Ok(self.hyper.value_of(self.which)?.part(3))
+        Ok(self.hyper.value_of(self.subject.which)?.part(3))
     }
 
     /// dJ along a at x + s b; NaN where there is no motion.
     fn slope(&self, a: &Inputs, b: &Inputs, s: f64) -> f64 {
         let mut solver = self.real.borrow_mut();
-        if solver.simulate(&along(self.inputs, b, s)).is_err() {
+        if solver.simulate(&along(self.subject.inputs, b, s)).is_err() {
             return f64::NAN;
         }
-        solver.gradient_of(self.which).map_or(f64::NAN, |gradient| product(gradient, a).0)
+        solver.gradient_of(self.subject.which).map_or(f64::NAN, |gradient| product(gradient, a).0)
     }
 }

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 
 use super::super::direct::moved;
 use super::super::ridders::ridders;
-use super::FIRST_STEP;
 use super::directions::along;
-use crate::{Cx, Error, Inputs, LiftedSolver, Settings, Solver, System};
+use super::{FIRST_STEP, Subject};
+use crate::{Cx, Error, Inputs, LiftedSolver, Solver};
 
 /// The most halvings of the differences' step; easy motions need three or four.
 const HALVINGS: usize = 12;
@@ -26,9 +26,7 @@ const OF_TERMS: f64 = 1e-4;
 
 /// The solvers of the three ways.
 pub(super) struct Ways<'a> {
-    inputs: &'a Inputs,
-    /// J (0) or an output (from 1 on).
-    which: usize,
+    subject: Subject<'a>,
     /// How large the terms of dJ/dΔt are, step by step.
     of_steps: Vec<f64>,
     dual: LiftedSolver<'a, Dual64>,
@@ -39,36 +37,24 @@ pub(super) struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    pub(super) fn new(
-        system: &'a System,
-        inputs: &'a Inputs,
-        settings: Settings,
-        (which, of_steps): (usize, Vec<f64>),
-    ) -> Result<Self, Error> {
-        Ok(Ways {
-            which,
-            of_steps,
-            inputs,
-            dual: LiftedSolver::new(system, inputs, settings)?,
-            complex: LiftedSolver::new(system, inputs, settings)?,
-            real: RefCell::new(Solver::new(system, settings)),
-            rounding: 0.0,
-        })
+    pub(super) fn new(subject: Subject<'a>, of_steps: Vec<f64>) -> Result<Self, Error> {
+        let real = RefCell::new(Solver::new(subject.system, subject.settings));
+        Ok(Ways { subject, of_steps, dual: subject.lifted()?, complex: subject.lifted()?, real, rounding: 0.0 })
     }
 
     /// Direct differentiation.
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
-        self.dual.simulate(&moved(self.inputs, direction, Dual64::new)?)?;
+        self.dual.simulate(&moved(self.subject.inputs, direction, Dual64::new)?)?;
         self.rounding = self.rounding.max(self.dual.rounding());
-        Ok(self.dual.value_of(self.which)?.eps)
+        Ok(self.dual.value_of(self.subject.which)?.eps)
     }
 
     /// Im J(x + i h d)/h.
     pub(super) fn complex_step(&mut self, direction: &Inputs) -> Result<f64, Error> {
         const STEP: f64 = 1e-30;
-        self.complex.simulate(&moved(self.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
+        self.complex.simulate(&moved(self.subject.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
         self.rounding = self.rounding.max(self.complex.rounding());
-        Ok(self.complex.value_of(self.which)?.0.im / STEP)
+        Ok(self.complex.value_of(self.subject.which)?.0.im / STEP)
     }
 
     /// Ridders' differences, with their error estimate; a step without a motion is left out.
@@ -95,7 +81,7 @@ impl<'a> Ways<'a> {
     /// J(x + s d); NaN where there is no motion.
     pub(super) fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
         let mut solver = self.real.borrow_mut();
-        let moved = solver.simulate(&along(self.inputs, direction, s)).is_ok();
-        if moved { solver.value_of(self.which).unwrap_or(f64::NAN) } else { f64::NAN }
+        let moved = solver.simulate(&along(self.subject.inputs, direction, s)).is_ok();
+        if moved { solver.value_of(self.subject.which).unwrap_or(f64::NAN) } else { f64::NAN }
     }
 }
