@@ -73,7 +73,7 @@ struct Residual<'a> {
 
 impl Formula for Residual<'_> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let places = Places::new(self.paper);
+        let places = Places(self.paper);
         let list = |range: Range<usize>| nalgebra::DVector::from_column_slice(&x[range]);
         let len = places.len_of_y();
         let at = Arguments {
@@ -151,7 +151,7 @@ impl<'a> StepCheck<'a> {
     }
 
     fn block<A: Matrix>(mut self, name: String, equation: Equation, by: Part, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
-        let (paper, places) = (self.paper, Places::new(self.paper));
+        let (paper, places) = (self.paper, Places(self.paper));
         let f = Residual { paper, rows: part(equation as usize, paper.system.n(), paper.system.m()) };
         let range = places.of(by);
         let truth = if by == Part::One { Jacobian::new(Values(f), range) } else { Jacobian::new(f, range) };
@@ -159,7 +159,7 @@ impl<'a> StepCheck<'a> {
         let block = Block {
             terms: terms::of_block(paper, equation, by),
             others: terms::all(paper),
-            elsewhere: other_nodes(paper, places),
+            elsewhere: other_nodes(places),
             ..Block::new(name, truth, hand)
         };
         self.blocks.push((equation, block));
@@ -188,7 +188,7 @@ impl<'a> StepCheck<'a> {
         check_size("names of the constraint equations", self.paper.system.m(), self.equations.len())?;
         check_tolerance(self.tolerance)?;
         let steps = self.paper.inputs.grid.steps.len();
-        let mut setting = self.setting(Places::new(self.paper));
+        let mut setting = self.setting(Places(self.paper));
         if self.nodes.iter().any(|&node| node == 0 || node > steps) {
             setting.drawn.notes.push(format!("nodes outside 1 … {steps} were left out: f_0 is not a step"));
         }
@@ -197,12 +197,12 @@ impl<'a> StepCheck<'a> {
         Ok(Plan::new(setting, blocks))
     }
 
-    fn setting(&self, places: Places) -> Setting<'a> {
+    fn setting(&self, places: Places<'a>) -> Setting<'a> {
         let mut random = Random::new(self.seed);
         let (paper, steps) = (self.paper, &self.paper.inputs.grid.steps);
         let nodes = || self.nodes.iter().copied().filter(|&node| node > 0 && node <= steps.len());
         let magnitudes = point::magnitudes(paper);
-        let near = |node| point::near(paper, &places, node, &magnitudes, self.spread, &mut random);
+        let near = |node| places.near(node, &magnitudes, self.spread, &mut random);
         let drawn = Drawn::of(nodes().map(near).collect());
         let dt: Vec<f64> = nodes().map(|node| steps[node - 1]).collect();
         let factor = |dt: f64| [("γ", 2.0 / dt), ("Δt", dt), ("γ²", 4.0 / (dt * dt))].map(|(name, x)| (name.to_string(), x));
@@ -210,7 +210,7 @@ impl<'a> StepCheck<'a> {
         Setting {
             free: places.free(),
             kinds: places.kinds(),
-            settle: Box::new(move |x| places.settle(paper, x)),
+            settle: Box::new(move |x| places.settle(x)),
             factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
             ..Setting::new(drawn, self.seed, self.tolerance, point::names(paper, &self.equations), magnitudes)
         }
@@ -225,9 +225,9 @@ fn row_names(system: &System, equation: Equation, equations: &[String]) -> Vec<S
 }
 
 /// States with parts of the previous node in the place of the present one.
-fn other_nodes<'a>(paper: &'a PaperSystem<'a>, places: Places) -> Vec<(String, Elsewhere<'a>)> {
-    let other = |name: &str, which: &'static [Variable]| -> (String, Elsewhere<'a>) {
-        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(paper, x, which)))
+fn other_nodes(places: Places) -> Vec<(String, Elsewhere)> {
+    let other = |name: &str, which: &'static [Variable]| -> (String, Elsewhere) {
+        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(x, which)))
     };
     vec![
         other("q, v, σ", &[Variable::Q, Variable::V, Variable::Sigma]),

@@ -49,7 +49,7 @@ pub struct StepPoint<'a> {
 
 impl<'a> StepPoint<'a> {
     pub(super) fn new(paper: &'a PaperSystem<'a>, x: &[f64]) -> Self {
-        let places = Places::new(paper);
+        let places = Places(paper);
         let list = |part: Part| DVector::from_column_slice(&x[places.of(part)]);
         let state = |of: fn(Variable) -> Part| {
             let [v, p_star_dot, q, p_star, sigma] = Variable::ALL.map(|variable| list(of(variable)));
@@ -106,31 +106,22 @@ pub(super) enum Part {
 
 /// Where the arguments stand in the list.
 #[derive(Clone, Copy)]
-pub(super) struct Places {
-    n: usize,
-    m: usize,
-    k: usize,
-    designs: usize,
-}
+pub(super) struct Places<'a>(pub &'a PaperSystem<'a>);
 
-impl Places {
-    pub(super) fn new(paper: &PaperSystem) -> Self {
-        let system = paper.system;
-        Places { n: system.n(), m: system.m(), k: system.k(), designs: system.designs() }
-    }
-
+impl Places<'_> {
     /// How many numbers y has.
     pub(super) fn len_of_y(&self) -> usize {
-        4 * self.n + self.m
+        4 * self.0.system.n() + self.0.system.m()
     }
 
     pub(super) fn of(&self, part: Part) -> Range<usize> {
+        let system = self.0.system;
         let of_y = |variable: Variable, first: usize| {
-            let Range { start, end } = paper_system::part(variable as usize, self.n, self.m);
+            let Range { start, end } = paper_system::part(variable as usize, system.n(), system.m());
             first + start..first + end
         };
         let u = 2 * self.len_of_y();
-        let (b, node) = (u + self.k, u + self.k + self.designs);
+        let (b, node) = (u + system.k(), u + system.k() + system.designs());
         match part {
             Part::Y(variable) => of_y(variable, 0),
             Part::Previous(variable) => of_y(variable, self.len_of_y()),
@@ -155,12 +146,12 @@ impl Places {
     }
 
     /// Makes Eq. (2) true by q_{i−1} and p*_{i−1}.
-    pub(super) fn settle(&self, paper: &PaperSystem, x: &mut [f64]) {
-        let h = 0.5 * paper.inputs.grid.steps[x[self.of(Part::Node).start].round() as usize - 1];
+    pub(super) fn settle(&self, x: &mut [f64]) {
+        let h = 0.5 * self.0.inputs.grid.steps[x[self.of(Part::Node).start].round() as usize - 1];
         for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
             let at = |variable| [Part::Y(variable), Part::Previous(variable)].map(|part| self.of(part).start);
             let ([value, previous], [rate, previous_rate]) = (at(value), at(rate));
-            for i in 0..self.n {
+            for i in 0..self.0.system.n() {
                 let sum = x[rate + i] + x[previous_rate + i];
                 x[previous + i] = x[value + i] - h * sum;
             }
@@ -168,12 +159,26 @@ impl Places {
     }
 
     /// x with some parts of y_i replaced by those of y_{i−1}, and Eq. (2) still true.
-    pub(super) fn with_previous(&self, paper: &PaperSystem, x: &[f64], which: &[Variable]) -> Vec<f64> {
+    pub(super) fn with_previous(&self, x: &[f64], which: &[Variable]) -> Vec<f64> {
         let mut x = x.to_vec();
         for &variable in which {
             x.copy_within(self.of(Part::Previous(variable)), self.of(Part::Y(variable)).start);
         }
-        self.settle(paper, &mut x);
+        self.settle(&mut x);
+        x
+    }
+
+    /// A random state near that of the motion at a node, for which Eq. (2) holds.
+    pub(super) fn near(&self, node: usize, magnitudes: &[f64], spread: f64, random: &mut Random) -> Vec<f64> {
+        let paper = self.0;
+        let (y, previous) = (paper.y(node), paper.y(node - 1));
+        let u = column(&paper.inputs.controls, node);
+        let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64, 1.0]];
+        let mut x = lists.concat();
+        for k in 0..self.of(Part::Design).start {
+            x[k] += if spread == 0.0 { 0.0 } else { random.away_from_zero(spread * magnitudes[k]) };
+        }
+        self.settle(&mut x);
         x
     }
 }
@@ -206,26 +211,6 @@ pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
         .chain(design)
         .chain([nodes as f64, 1.0])
         .collect()
-}
-
-/// A random state near that of the motion at a node, for which Eq. (2) holds.
-pub(super) fn near(
-    paper: &PaperSystem,
-    places: &Places,
-    node: usize,
-    magnitudes: &[f64],
-    spread: f64,
-    random: &mut Random,
-) -> Vec<f64> {
-    let (y, previous) = (paper.y(node), paper.y(node - 1));
-    let u = column(&paper.inputs.controls, node);
-    let lists = [y.as_slice(), previous.as_slice(), u, paper.inputs.design.as_slice(), &[node as f64, 1.0]];
-    let mut x = lists.concat();
-    for k in 0..places.of(Part::Design).start {
-        x[k] += if spread == 0.0 { 0.0 } else { random.away_from_zero(spread * magnitudes[k]) };
-    }
-    places.settle(paper, &mut x);
-    x
 }
 
 /// The name of each argument.
