@@ -1,9 +1,7 @@
 //! The one comparison that all checks share: a hand-derived block against the oracles, at every point.
 
-use nalgebra::DMatrix;
-
 use super::agreement::{Agreement, Conflict, agreement};
-use super::diagnosis::{self, Compared, Evidence};
+use super::diagnosis::{self, Evidence};
 use super::matrix::fitting;
 use super::place::{Place, set_scales};
 use super::plan::{Block, Setting};
@@ -43,19 +41,19 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let mut random = Random::new(setting.seed ^ SEED);
     let (of, drawn, magnitudes) = (&block.truth, setting.drawn.points.len(), setting.magnitudes.as_slice());
     let mut places = places(block, setting, &mut random);
-    set_scales(&mut places, drawn, &of.by, magnitudes);
-    let hand = |place: &Place| fitting((block.hand)(&place.x), rows, columns);
-    let hands: Vec<DMatrix<f64>> = places.iter().map(hand).collect();
-    for (k, (place, hand)) in places.iter_mut().zip(&hands).enumerate().skip(drawn) {
-        if k < drawn + DIFFERENCED_BENDS || !place.holds(hand, setting.tolerance) {
+    set_scales(&mut places, &of.by, setting);
+    places.iter_mut().for_each(|place| place.hand = fitting((block.hand)(&place.x), rows, columns));
+    for (k, place) in places[drawn..].iter_mut().enumerate() {
+        if k < DIFFERENCED_BENDS || !place.holds() {
             place.difference(of, magnitudes, &mut random);
         }
     }
     let mut agreements: Vec<Agreement> = places.iter().map(|place| agreement(of, place, magnitudes)).collect();
     note_agreement(&agreements, block, &mut report);
     look_below(block, setting, &mut agreements, &mut report);
-    let judged: Vec<usize> = (0..places.len()).filter(|&p| agreements[p].conflict.is_none()).collect();
-    report.points = judged.iter().filter(|&&p| p < drawn).count();
+    let judged = places.iter().zip(&agreements).filter(|(_, agreement)| agreement.conflict.is_none());
+    let judged: Vec<&Place> = judged.map(|(place, _)| place).collect();
+    report.points = judged.iter().filter(|place| place.number < drawn).count();
     report.bends = judged.len() - report.points;
     report.set_aside = places.len() - judged.len();
     if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
@@ -65,7 +63,7 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
         report.verdict = Verdict::OraclesDisagree;
     }
     if report.verdict != Verdict::OraclesDisagree {
-        judge(block, setting, &judged, &places, &hands, &mut report);
+        judge(block, setting, judged, &mut report);
     }
     report
 }
@@ -91,13 +89,13 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
 fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], report: &mut BlockReport) {
     let Some(of) = &block.foundation else { return };
     let mut places = Place::of_points(of, setting, &mut Random::new(setting.seed ^ 0xba5e));
-    set_scales(&mut places, setting.drawn.points.len(), &of.by, &setting.magnitudes);
+    set_scales(&mut places, &of.by, setting);
     let mut noted = false;
     for (place, above) in places.iter().zip(agreements) {
         let below = agreement(of, place, &setting.magnitudes);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
         let row = |i: usize| format!("component {i} of the element's function");
-        let rows: Vec<String> = (0..place.size.nrows()).map(row).collect();
+        let rows: Vec<String> = (0..place.truth.nrows()).map(row).collect();
         let serious = !conflict.is_kink();
         if !noted || serious && report.verdict != Verdict::OraclesDisagree {
             report.notes.push(conflict.describe(&rows, &setting.arguments[of.by.clone()]));
@@ -110,23 +108,8 @@ fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], re
     }
 }
 
-fn judge(
-    block: &Block,
-    setting: &Setting,
-    judged: &[usize],
-    places: &[Place],
-    hands: &[DMatrix<f64>],
-    report: &mut BlockReport,
-) {
-    let compared = |&p: &usize| Compared {
-        number: p,
-        x: &places[p].x,
-        hand: &hands[p],
-        truth: &places[p].truth,
-        size: &places[p].scale,
-        tolerance: places[p].tolerance(setting.tolerance),
-    };
-    let evidence = Evidence { block, setting, at: judged.iter().map(compared).collect() };
+fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut BlockReport) {
+    let evidence = Evidence { block, setting, at: judged };
     if let Some(diagnosis) = diagnosis::shape(&evidence) {
         report.verdict = Verdict::Wrong;
         report.diagnoses.push(diagnosis);
@@ -163,7 +146,7 @@ fn measure(evidence: &Evidence, report: &mut BlockReport) {
             let Some((excess, p)) = worst else { continue };
             let (hand, truth) = (evidence.at[p].hand[(i, j)], evidence.at[p].truth[(i, j)]);
             let error = (hand - truth).abs();
-            let relative = if error == 0.0 { 0.0 } else { error / evidence.at[p].size[(i, j)] };
+            let relative = if error == 0.0 { 0.0 } else { error / evidence.at[p].scale[(i, j)] };
             // NaN counts as infinitely wrong.
             let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
             report.absolute_error = at_least(report.absolute_error, error);

@@ -15,9 +15,13 @@ const ALIKE: f64 = 16.0;
 
 /// A point and the true block there.
 pub(crate) struct Place {
+    /// Counted from 0; behind the points stand the places where the formula bends.
+    pub number: usize,
     pub x: Vec<f64>,
     /// The place that this one is with some arguments made small, or was found from.
     parent: Option<usize>,
+    /// The user's values, once they were asked for.
+    pub hand: DMatrix<f64>,
     /// By dual numbers.
     pub truth: DMatrix<f64>,
     pub complex_step: DMatrix<f64>,
@@ -29,14 +33,14 @@ pub(crate) struct Place {
     pub noise: DMatrix<f64>,
     /// The function itself, for the scale of its rows.
     function: Vec<f64>,
-    /// r_i c_j of the entries here.
-    pub size: DMatrix<f64>,
-    /// The same, or what the entries are elsewhere if that is more and rounding may carry it here.
+    /// r_i c_j of the entries here, or what they are elsewhere if that is more and rounding may carry it here.
     pub scale: DMatrix<f64>,
+    /// What the entries may be off by: a share of r_i c_j, and rounding.
+    pub tolerance: DMatrix<f64>,
 }
 
 impl Place {
-    /// Without differences, sizes and scales.
+    /// With what two of the oracles say; all else is filled in later.
     pub(crate) fn new(of: &Jacobian, x: Vec<f64>, parent: Option<usize>, random: &mut Random) -> Self {
         let truth = of.dual(&x);
         let (rows, columns) = truth.shape();
@@ -47,8 +51,10 @@ impl Place {
             differences_error: DMatrix::from_element(rows, columns, f64::INFINITY),
             noise: of.noise(&x, &truth, random),
             function: of.function.real(&x),
-            size: none(),
+            number: 0,
+            hand: none(),
             scale: none(),
+            tolerance: none(),
             x,
             parent,
             truth,
@@ -78,25 +84,20 @@ impl Place {
         self.truth.iter().chain(&self.complex_step).chain(&self.function).all(|x| x.is_finite())
     }
 
-    /// What the entries may be off by: a share of their size here, and rounding.
-    pub(crate) fn tolerance(&self, relative: f64) -> DMatrix<f64> {
-        let rounding = self.scale.zip_map(&self.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
-        self.size.zip_map(&rounding, |size, rounding| relative * size + rounding)
-    }
-
-    /// Whether these are the true values.
-    pub(crate) fn holds(&self, hand: &DMatrix<f64>, relative: f64) -> bool {
-        let within = |(i, within): (usize, &f64)| (hand[i] - self.truth[i]).abs() <= *within;
-        hand.shape() != self.truth.shape() || self.tolerance(relative).iter().enumerate().all(within)
+    /// Whether the user's values are the true ones.
+    pub(crate) fn holds(&self) -> bool {
+        let within = |(i, within): (usize, &f64)| (self.hand[i] - self.truth[i]).abs() <= *within;
+        self.hand.shape() != self.truth.shape() || self.tolerance.iter().enumerate().all(within)
     }
 }
 
-/// Fills in sizes and scales; the first places are the points of the setting.
+/// Fills in numbers, scales and tolerances; the first places are the points of the setting.
 ///
 /// A formula by hand may round more than the reference does: 1 − tanh² far out is rounded like 1, its value at 0. So an entry's scale
 /// is the largest that the entry has at any place where the *function* is about as large as here or as usual, or at the place's parent:
 /// there the terms are no larger than those that may be rounded here. exp(20 x) at x = −1 is so not measured by what it is at x = 1.
-pub(crate) fn set_scales(places: &mut [Place], points: usize, by: &Range<usize>, magnitudes: &[f64]) {
+pub(crate) fn set_scales(places: &mut [Place], by: &Range<usize>, setting: &Setting) {
+    let points = setting.drawn.points.len();
     let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
     let values: Vec<DMatrix<f64>> = places.iter().map(|place| place.truth.map(finite)).collect();
     let functions: Vec<Vec<f64>> = places.iter().map(|place| place.function.iter().map(|&y| finite(y)).collect()).collect();
@@ -108,16 +109,19 @@ pub(crate) fn set_scales(places: &mut [Place], points: usize, by: &Range<usize>,
     let usual: Vec<f64> = (0..functions[0].len()).map(usual).collect();
     for (p, place) in places.iter_mut().enumerate() {
         let (value, function) = (&values[p], &functions[p]);
-        let magnitude = |j: usize| magnitudes[by.start + j];
+        let magnitude = |j: usize| setting.magnitudes[by.start + j];
         // An empty column has the size that would change the row's function by as much as the others do.
         let row = |i: usize| (0..value.ncols()).fold(function[i], |m, j| m.max(value[(i, j)] * magnitude(j)));
-        place.size = sizes(value, |i, j| row(i) / magnitude(j));
-        place.scale = place.size.clone();
+        let size = sizes(value, |i, j| row(i) / magnitude(j));
+        place.scale = size.clone();
         for i in 0..value.nrows() {
             let near = |o: &usize| functions[*o][i] <= ALIKE * function[i].max(usual[i]) || place.parent == Some(*o);
             for o in (0..values.len()).filter(near) {
                 (0..value.ncols()).for_each(|j| place.scale[(i, j)] = place.scale[(i, j)].max(values[o][(i, j)]));
             }
         }
+        let rounding = place.scale.zip_map(&place.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
+        place.tolerance = size.zip_map(&rounding, |size, rounding| setting.tolerance * size + rounding);
+        place.number = p;
     }
 }

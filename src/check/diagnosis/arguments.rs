@@ -82,7 +82,7 @@ pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
     let candidates = groups.map(|(name, range)| (name, range.clone())).chain(single);
     let gone = |range: &Range<usize>| {
         evidence.at.iter().all(|at| {
-            let x = changed(at.x, |x| x[range.clone()].fill(0.0));
+            let x = changed(&at.x, |x| x[range.clone()].fill(0.0));
             let truth = evidence.block.truth.dual(&x);
             // Where nobody has to have an answer, none is asked for.
             if !(evidence.setting.admissible)(&x) || truth.iter().any(|x| !x.is_finite()) {

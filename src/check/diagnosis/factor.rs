@@ -102,7 +102,7 @@ fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
 fn factors(evidence: &Evidence, mask: &Mask) -> Option<Vec<f64>> {
     let factor = |p: usize| {
         let entries =
-            mask.entries.iter().map(|&e| (evidence.at[p].hand[e], evidence.at[p].truth[e], evidence.at[p].size[e]));
+            mask.entries.iter().map(|&e| (evidence.at[p].hand[e], evidence.at[p].truth[e], evidence.at[p].scale[e]));
         let (top, bottom) = entries.fold((0.0, 0.0), |(a, b), (h, t, s)| (a + h / s * (t / s), b + t / s * (t / s)));
         top / bottom
     };

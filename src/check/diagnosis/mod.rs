@@ -12,6 +12,7 @@ mod terms;
 
 use nalgebra::DMatrix;
 
+use super::place::Place;
 use super::plan::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
 use mask::{Lines, Mask};
@@ -27,17 +28,7 @@ const MOST_SPLIT: usize = 3;
 pub(crate) struct Evidence<'a> {
     pub block: &'a Block<'a>,
     pub setting: &'a Setting<'a>,
-    pub at: Vec<Compared<'a>>,
-}
-
-/// The user's and the true values at a point with this number.
-pub(crate) struct Compared<'a> {
-    pub number: usize,
-    pub x: &'a [f64],
-    pub hand: &'a DMatrix<f64>,
-    pub truth: &'a DMatrix<f64>,
-    pub size: &'a DMatrix<f64>,
-    pub tolerance: DMatrix<f64>,
+    pub at: Vec<&'a Place>,
 }
 
 impl Evidence<'_> {
@@ -97,7 +88,7 @@ impl Evidence<'_> {
         b: impl Fn(usize, (usize, usize)) -> f64,
     ) -> f64 {
         let term = |p: usize, &e: &(usize, usize)| {
-            let size = self.at[p].size[e].max(f64::MIN_POSITIVE);
+            let size = self.at[p].scale[e].max(f64::MIN_POSITIVE);
             a(p, e) / size * (b(p, e) / size)
         };
         (0..self.at.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
@@ -117,7 +108,7 @@ impl Evidence<'_> {
 
     /// The true block at other points.
     fn truth_at(&self, other: impl Fn(&[f64]) -> Vec<f64>) -> Vec<DMatrix<f64>> {
-        self.at.iter().map(|at| self.block.truth.dual(&other(at.x))).collect()
+        self.at.iter().map(|at| self.block.truth.dual(&other(&at.x))).collect()
     }
 
     /// Whether there are groups of arguments, and few enough to try all of them one by one.
@@ -128,13 +119,13 @@ impl Evidence<'_> {
 
 /// Wrong numbers of rows and columns.
 pub(crate) fn shape(evidence: &Evidence) -> Option<Diagnosis> {
-    let Compared { hand, truth, .. } = evidence.at.iter().find(|at| at.hand.shape() != at.truth.shape())?;
+    let Place { hand, truth, .. } = evidence.at.iter().find(|at| at.hand.shape() != at.truth.shape())?;
     let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
     if rows == 1 && columns == 1 && hand[0].is_nan() {
         return Some(diagnosis(Mistake::NotFinite, "no matrix was given, but NaN alone".into()));
     }
     let turned = (rows, columns) == (c, r);
-    let same = turned && (hand.transpose() - *truth).amax() <= 1e-9 * truth.amax();
+    let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
     Some(match (turned, same) {
         (_, true) => {
             diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values"))

@@ -15,7 +15,7 @@ const FEW: f64 = 1e-3;
 const SAME: f64 = 1e-6;
 
 fn values(evidence: &Evidence, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
-    evidence.at.iter().map(|at| matrix(at.x)).collect()
+    evidence.at.iter().map(|at| matrix(&at.x)).collect()
 }
 
 /// Whether the difference is a multiple of a term that the true value is the sum of.
@@ -118,7 +118,8 @@ pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis
         .into_iter()
         .filter_map(|(name, range)| {
             let without = evidence.truth_at(|x| changed(x, |x| x[range.clone()].fill(0.0)));
-            let term: Vec<DMatrix<f64>> = evidence.at.iter().zip(&without).map(|(at, without)| at.truth - without).collect();
+            let term: Vec<DMatrix<f64>> =
+                evidence.at.iter().zip(&without).map(|(at, without)| &at.truth - without).collect();
             Some((name, coefficient(evidence, mask, &term)?))
         })
         .collect();
@@ -130,7 +131,7 @@ pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis
 
 /// Right in the leading digits.
 pub(super) fn few_digits(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let share = |p: usize, &e: &(usize, usize)| evidence.difference(p, e).abs() / evidence.at[p].size[e];
+    let share = |p: usize, &e: &(usize, usize)| evidence.difference(p, e).abs() / evidence.at[p].scale[e];
     let of_point = |p| mask.entries.iter().fold(0.0f64, |worst, entry| worst.max(share(p, entry)));
     let worst = (0..evidence.at.len()).map(of_point).fold(0.0, f64::max);
     let digits = digits(worst);
