@@ -5,7 +5,7 @@ use std::time::Instant;
 use hamiltonian_adjoint::{Error, Report, Settings, System};
 
 use super::motion::{
-    APART, GROWS, March, Node, Record, deviation, drifted, envelope, gradient_error_of_cart, in_figures, no_solution,
+    APART, GROWS, March, Record, deviation, drifted, envelope, gradient_error_of_cart, in_figures, mechanics, no_solution,
     projected, rebased,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
@@ -111,10 +111,10 @@ fn grows_with_time_at_most(name: &str, march: &March) -> Found {
 /// Constraints that are satisfied at every node: a projection ends when no coordinate changes by more than 1e-15 ‖q‖ = 4.5 ε ‖q‖, three of them
 /// are in an equation, and its evaluation rounds as often.
 fn is_rounding(name: &str, march: &March) -> Found {
-    let (mut node, mut place) = (Node::new(march.system), 0.0f64);
+    let mut place = 0.0f64;
     let record = march.record(|at| {
         place = place.max(largest(at.q));
-        node.at(at).phi()
+        mechanics(march.system, at).phi().amax()
     });
     let share = most(&record.points) / (f64::EPSILON * place);
     let mut found = found(name, record, Measure::at_most("‖Φ‖ over ε ‖q‖", share, 20.0));

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use hamiltonian_adjoint::{Error, LongSolver, Settings, Solver, System};
 
-use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, Node, WANDERS, deviation, no_solution, projected, rebased};
+use super::motion::{BOUNDED, GROWS, IN_PROPORTION, March, WANDERS, deviation, mechanics, no_solution, projected, rebased};
 use super::row::{Found, Measure, Trial};
 use crate::mechanisms as scenes;
 use crate::statistics::{largest, relative_difference};
@@ -42,7 +42,7 @@ fn hanging(system: &System, steps: usize) -> March<'_> {
 /// does to the end of a link: there are two links in an equation and two impulses on each.
 fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
     let system = scenes::paper_cart(3)?;
-    let (march, mut node) = (hanging(&system, steps), Node::new(&system));
+    let march = hanging(&system, steps);
     let (mut sigma, mut p_star, mut speed, mut swing) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     let mut rates = [0.0f64; 10];
     march.run(|at| {
@@ -50,7 +50,7 @@ fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
         // Links are at −π/2 rad.
         swing = swing.max(largest(at.q[3..].chunks(3).map(|link| link[2] + std::f64::consts::FRAC_PI_2)));
         let tenth = &mut rates[(10 * at.node / (steps + 1)).min(9)];
-        *tenth = tenth.max(node.at(at).phi_dot());
+        *tenth = tenth.max(mechanics(&system, at).phi_dot().amax());
     })?;
     let rounding = f64::EPSILON * sigma * (1.0 / 0.4 + 0.25 / 0.083);
     let weight = 9.81 * (0.8 + 3.0 * 0.4) * EVERY as f64 * march.dt;
@@ -118,11 +118,11 @@ fn against_stored() -> Result<Vec<Measure>, Error> {
 /// |σ| grows as the weight that the hinges carry, g t (1 + 0.8 + 0.6), and nothing else grows with it.
 fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::swinging_chain()?;
-    let (march, mut node) = (March::new(&mechanism.system, steps, 0.01), Node::new(&mechanism.system));
+    let march = March::new(&mechanism.system, steps, 0.01);
     let (mut sigma, mut rate, mut early, mut speed) = (0.0f64, 0.0f64, 0.0, 0.0f64);
     march.run(|at| {
         (sigma, speed) = (sigma.max(largest(at.sigma)), speed.max(largest(at.v)));
-        rate = rate.max(node.at(at).phi_dot());
+        rate = rate.max(mechanics(&mechanism.system, at).phi_dot().amax());
         early = if at.node <= 2000 { rate } else { early };
     })?;
     Ok(vec![
@@ -136,9 +136,9 @@ fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
 fn energy(steps: usize, settings: Settings, most: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::swinging_chain()?;
     let march = March { settings, ..March::new(&mechanism.system, steps, 0.01) };
-    let (mut node, mut drift) = (Node::new(&mechanism.system), 0.0f64);
+    let mut drift = 0.0f64;
     let energies = march.record(|at| {
-        drift = drift.max(node.at(at).phi());
+        drift = drift.max(mechanics(&mechanism.system, at).phi().amax());
         mechanism.energy(at.q, at.v)
     });
     let energies = energies.complete()?;

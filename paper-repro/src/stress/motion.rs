@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation};
 use hamiltonian_adjoint::{
-    Error, Gradient, Grid, Inputs, LongSolver, Report, Scheme, Settings, Start, State, System, Trajectory, Warning, gradient,
+    Error, Gradient, Grid, Inputs, LongSolver, Mechanics, Report, Settings, Start, State, System, Warning, gradient,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -106,41 +106,13 @@ impl<'a> March<'a> {
 
     /// ‖Φ‖∞ of each node and its time, up to where a step has no solution.
     pub fn violations(&self) -> Record {
-        let mut node = Node::new(self.system);
-        self.record(|state| node.at(state).phi())
+        self.record(|at| mechanics(self.system, at).phi().amax())
     }
 }
 
-/// The equations of a scene without explicit time dependence of its controls, at one node.
-pub struct Node<'a> {
-    system: &'a System,
-    inputs: Inputs,
-    motion: Trajectory,
-}
-
-impl<'a> Node<'a> {
-    pub fn new(system: &'a System) -> Self {
-        let motion = Trajectory { computed: 1, ..Trajectory::zeros(system, 1, Scheme::TRAPEZOIDAL) };
-        Node { system, inputs: Inputs::at_rest(system, Grid::uniform(0, 1.0)), motion }
-    }
-
-    /// At the place, speed and time of a state.
-    pub fn at(&mut self, state: &State) -> &Self {
-        self.motion.times[0] = state.time;
-        self.motion.q.as_mut_slice().copy_from_slice(state.q);
-        self.motion.v.as_mut_slice().copy_from_slice(state.v);
-        self
-    }
-
-    /// ‖Φ‖∞.
-    pub fn phi(&self) -> f64 {
-        self.motion.phi(self.system, &self.inputs).expect("the sizes of the scene").amax()
-    }
-
-    /// ‖dΦ/dt‖∞.
-    pub fn phi_dot(&self) -> f64 {
-        self.motion.phi_dot(self.system, &self.inputs).expect("the sizes of the scene").amax()
-    }
+/// The mechanics of a scene at a state, without its controls.
+pub fn mechanics<'s>(system: &'s System, at: &State) -> Mechanics<'s> {
+    Mechanics::new(system, at.q, at.v).and_then(|here| here.at_time(at.time)).expect("a state of this scene")
 }
 
 /// A number over time, what the report warned of, and why it ends early if it does.

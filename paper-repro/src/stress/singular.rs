@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Start, simulate};
 use nalgebra::DVector;
 
-use super::motion::{March, Node, deviation, gradient_error_on_constraints};
+use super::motion::{March, deviation, gradient_error_on_constraints, mechanics};
 use super::row::{Measure, Trial};
 use crate::assembly::{Mechanism, Units};
 use crate::mechanisms as scenes;
@@ -102,10 +102,10 @@ fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure
 
 /// Energy kept, constraints kept.
 fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
-    let (mut node, mut drift, mut record) = (Node::new(&mechanism.system), 0.0f64, Vec::new());
+    let (mut drift, mut record) = (0.0f64, Vec::new());
     let (phi, mut least, mut most) = (mechanism.angle(0), f64::INFINITY, f64::NEG_INFINITY);
     let report = march(mechanism, start).run(|at| {
-        drift = drift.max(node.at(at).phi());
+        drift = drift.max(mechanics(&mechanism.system, at).phi().amax());
         (least, most) = (least.min(at.q[phi]), most.max(at.q[phi]));
         record.push((at.time, mechanism.energy(at.q, at.v)));
     })?;
