@@ -7,8 +7,8 @@ use common::{assert_says, largest, largest_difference, relative_error};
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::planar::{Body, Motion};
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Error, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene, Scheme,
-    Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
+    Composition, Cost, CostPoint, Error, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Multiplier, Real, Scalar, Scene,
+    Scheme, Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
 
@@ -32,6 +32,8 @@ impl Cost<1, 0, 1> for Measure {
 struct Pantograph {
     scene: Scene,
     arms: [Body; 2],
+    foot: [Multiplier; 2],
+    stylus: [Multiplier; 2],
 }
 
 impl Pantograph {
@@ -49,17 +51,17 @@ impl Pantograph {
         let arms = [rod("upper arm", 0.5, 1.0, [0.0; 2], first), rod("lower arm", 0.5, 1.0, elbow, second)];
         let stylus = ahead(middle, second, 0.5);
         let bars = [rod("bar", 0.2, 0.5, middle, second), rod("other bar", 0.2, 0.5, stylus, first)];
-        scene.revolute("foot", Body::GROUND.at(0.0, 0.0), arms[0].at(-0.5, 0.0));
+        let foot = scene.revolute("foot", Body::GROUND.at(0.0, 0.0), arms[0].at(-0.5, 0.0));
         scene.revolute("elbow", arms[0].at(0.5, 0.0), arms[1].at(-0.5, 0.0));
         scene.revolute("middle", arms[0].at(0.0, 0.0), bars[0].at(-0.25, 0.0));
-        scene.revolute("stylus", bars[0].at(0.25, 0.0), bars[1].at(-0.25, 0.0));
+        let stylus = scene.revolute("stylus", bars[0].at(0.25, 0.0), bars[1].at(-0.25, 0.0));
         scene.revolute("corner", bars[1].at(0.25, 0.0), arms[1].at(0.0, 0.0));
         if across {
             scene.distance("across", arms[0].at(0.25, 0.0), bars[1].at(0.0, 0.0), 0.5);
         }
         scene.torsional_spring_damper("spring", arms[0], arms[1], stiffness, -1.6, 0.1);
         scene.torque_actuator("motor", Body::GROUND, arms[0], torque);
-        Pantograph { scene, arms }
+        Pantograph { scene, arms, foot, stylus }
     }
 
     fn compile(mut self, measure: Measure) -> System {
@@ -97,7 +99,7 @@ fn compare(grid: &Grid, settings: Settings, stiffness: f64) -> (f64, usize) {
         let motion = solver.simulate(&given).expect("motion").clone();
         let warnings = solver.report().warnings.clone();
         let gradient = solver.gradient().expect("gradient").clone();
-        let mut long = LongSolver::new(&system, settings, 200_000);
+        let mut long = LongSolver::new(&system, settings, 400_000);
         let by_parts = long.gradient(&given).expect("gradient");
         assert_eq!((by_parts.value, &by_parts.controls), (gradient.value, &gradient.controls));
         assert_eq!(long.report().warnings, warnings);
@@ -212,6 +214,36 @@ fn costs_on_accelerations_feel_no_brake() {
     let errors = [(again.0 / free.0 - 1.0).abs(), relative_error(again.1.as_slice(), free.1.as_slice())];
     println!("∫ v̇² dt and its gradient: {errors:?}");
     assert!(errors.iter().all(|error| *error <= 1e-4), "{errors:?}");
+}
+
+/// A reaction.
+struct Reaction;
+impl Cost<0, 1, 0> for Reaction {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, _b: &SVector<S, 0>) -> S {
+        at.lambda[0] * at.lambda[0] * 1e-2
+    }
+}
+
+#[test]
+fn costs_on_reactions_of_what_is_left_out_and_of_what_shares_with_it_are_refused() {
+    let gradient = |across: bool, choose: fn(&Pantograph) -> Multiplier| {
+        let mut pantograph = Pantograph::new(across, 40.0);
+        let multiplier = choose(&pantograph);
+        pantograph.scene.cost("reaction", Reaction, Sum::Integral, [], [multiplier], [], []);
+        let system = pantograph.compile(Measure::Angle);
+        let given = inputs(&system, Grid::uniform(200, 0.00125), 4.0);
+        hamiltonian_adjoint::gradient(&system, &given, Settings::default())
+    };
+    let [free, again] = [false, true].map(|across| gradient(across, |of| of.foot[0]).expect("a gradient").controls);
+    let error = relative_error(again.as_slice(), free.as_slice());
+    println!("reaction of the foot: gradient off by {error:.1e}");
+    assert!(error <= 1e-4);
+    let shared: [fn(&Pantograph) -> Multiplier; 2] = [|of| of.stylus[0], |of| of.stylus[1]];
+    for choose in shared {
+        let error = gradient(true, choose).expect_err("a share that is not determined");
+        assert!(matches!(error, Error::UndeterminedReaction { .. }), "{error:?}");
+        println!("{error}");
+    }
 }
 
 #[test]
