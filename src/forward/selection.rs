@@ -12,7 +12,7 @@
 //! do, equations are chosen anew. Each choice is a restart (`forward/restart.rs`), and so the gradient is exact through it.
 //!
 //! Between choices positions are projected now and then: what is left out would drift farther than the others. Equations that begin to contradict the others are found
-//! then, since they violate Φ = 0 at the projection by μ ν.
+//! then, since they violate Φ = 0 at the projection, or dΦ/dt = 0 there, by μ ν.
 
 use super::projection::Projection;
 use super::rank::Scaled;
@@ -22,7 +22,7 @@ use super::{ForwardSweep, Motion};
 use crate::motion::Report;
 use crate::node::{Newton, StepFailure};
 use crate::number::larger;
-use crate::system::{Given, KnownPart, NodeView};
+use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
 
 /// μ of an equation that is left out, in units of what it was.
@@ -163,7 +163,7 @@ fn look(
     Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != forward.motion.shared))
 }
 
-/// Evaluates everything at the projection of a node onto all equations; false if it cannot be found.
+/// Evaluates everything at the projection of a node onto all equations, and refuses those that contradict each other there; false if it cannot be found.
 fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     let (newton, at, y) = (&mut stepper.newton, &mut restarting.point, motion.at(node));
@@ -187,7 +187,21 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
         let gap = |&(j, mu): &(usize, f64)| (j, (mu * at.x.sigma[j]).abs(), tolerance(mu));
         refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, motion.shared.iter().map(gap))?;
     }
-    Ok(projected.is_ok())
+    if projected.is_err() || newton.factor_here(system, 0.0, &mut monitor.report).is_err() {
+        return Ok(false);
+    }
+    // What no velocities satisfy there: dΦ/dt = μ σ with the least correction of v.
+    let here = NodeView { q: &at.q, ..motion.at(node) };
+    let mut sums = Sums::new(system.n(), system.m());
+    system.plain_sums(&here, &mut sums);
+    at.left.v.fill(0.0);
+    at.left.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(left, phi_dot)| *left = -phi_dot);
+    newton.solve(system, &mut at.left);
+    let speed = newton.size_of(here.v);
+    let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * speed * root_flexibility(mu);
+    let gap = |&(j, mu): &(usize, f64)| (j, (mu * at.left.sigma[j]).abs(), tolerance(mu));
+    refuse_gaps(system, &here, motion.shared.iter().map(gap))?;
+    Ok(true)
 }
 
 /// Leaves out one equation for each dependency at the point of the evaluation.
