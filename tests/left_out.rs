@@ -216,6 +216,20 @@ fn costs_on_accelerations_feel_no_brake() {
     assert!(errors.iter().all(|error| *error <= 1e-4), "{errors:?}");
 }
 
+#[test]
+fn steps_by_tolerance_choose_as_well() {
+    let [free, again] = [false, true].map(|across| {
+        let system = Pantograph::new(across, 40.0).compile(Measure::Angle);
+        let mut solver = Solver::new(&system, Settings::default());
+        let given = solver.adapt(&inputs(&system, Grid::uniform(40, 0.05), 4.0), 1e-5).expect("a grid");
+        let motion = solver.simulate(&given).expect("motion").clone();
+        (arms(&system, &motion), given.grid.steps.len(), motion.compliance.len())
+    });
+    let error = largest_difference(&free.0, &again.0);
+    println!("by tolerance: {} and {} steps, {} choices, arms off by {error:.1e}", free.1, again.1, again.2 - 1);
+    assert!(error < 1e-2 && again.2 > 1 && again.1 < 2 * free.1);
+}
+
 /// A reaction.
 struct Reaction;
 impl Cost<0, 1, 0> for Reaction {

@@ -2,6 +2,7 @@
 
 use super::sweep::AdjointSweep;
 use crate::forward::{AccelerationsOfCosts, Motion, control_rates};
+use crate::motion::Compliances;
 use crate::number::{add, dot};
 use crate::system::{CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
@@ -159,7 +160,7 @@ impl CostNode {
     fn evaluate(
         &mut self,
         system: &System,
-        (at, place): (&NodeView<f64>, (usize, &[(usize, f64)])),
+        (at, place): (&NodeView<f64>, (usize, &Compliances)),
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {

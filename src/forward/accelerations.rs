@@ -11,6 +11,7 @@ mod state;
 
 use state::State;
 
+use crate::motion::Compliances;
 use crate::number::{Real, all_finite};
 use crate::system::{
     AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, Depends, NodeValues, NodeView, Pair,
@@ -74,7 +75,7 @@ impl Accelerations {
         &mut self,
         system: &System,
         at: &NodeView<f64>,
-        (node, compliance): (usize, &[(usize, f64)]),
+        (node, compliance): (usize, &Compliances),
     ) -> Result<(), Error> {
         if !self.is_ready {
             self.prepare(system, at)?;
@@ -190,7 +191,7 @@ impl Accelerations {
         &mut self,
         system: &System,
         at: &NodeView<R>,
-        place: (usize, &[(usize, f64)]),
+        place: (usize, &Compliances),
     ) -> Result<[Vec<R>; 2], Error> {
         if R::PARTS > 2 {
             return Err(Error::NoHyperDual);

@@ -135,6 +135,7 @@ impl ForwardSweep {
         let duration = growing.times[growing.times.len() - 1] - growing.times[0];
         let mut dt = FIRST * duration;
         self.begin(system, &first_step(inputs, dt), WINDOW + HISTORY, settings)?;
+        self.motion.is_growing = true;
         let mut delta = Pair::new(system.n(), system.m());
         let mut delta_q = vec![0.0; system.n()];
         let mut node = 1;
@@ -165,6 +166,7 @@ impl ForwardSweep {
                     }
                     if error <= 1.0 {
                         self.check_compliant(system, node, settings)?;
+                        self.watch_dependent(system, node);
                         self.monitor.watch_reach(&self.motion, node);
                         restart::apply(self, system, node, settings)?;
                         node += 1;

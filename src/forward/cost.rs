@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::accelerations::{Accelerations, AccelerationsOfCosts};
-use crate::motion::Refinement;
+use crate::motion::{Compliances, Refinement};
 use crate::number::Real;
 use crate::system::{CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
@@ -28,7 +28,7 @@ impl<'a> CostSum<'a> {
     pub(crate) fn add<R: Real>(
         &mut self,
         system: &System,
-        (at, (node, compliance)): (&NodeView<R>, (usize, &[(usize, f64)])),
+        (at, (node, compliance)): (&NodeView<R>, (usize, &Compliances)),
         weights: &Weights<R>,
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {

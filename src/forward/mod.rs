@@ -83,6 +83,7 @@ impl ForwardSweep {
         self.take(system, inputs, settings)?;
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
+        self.motion.is_growing = false;
         self.monitor.most_turn = Warning::TURN;
         self.monitor.forget_brakes();
         self.stepper.continuation.counted = 0;
@@ -171,8 +172,7 @@ impl ForwardSweep {
             self.motion.keep(node);
             self.check_energies(system, node)?;
             self.check_compliant(system, node, settings)?;
-            self.watch_brake(system, node);
-            selection::watch(self, system, node);
+            self.watch_dependent(system, node);
             self.watch_turns(system, node);
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
@@ -181,7 +181,16 @@ impl ForwardSweep {
             self.motion.trajectory.computed = node - self.motion.first;
             self.watch.tell(Task::Simulation, node, self.motion.nodes())?;
         }
+        if node == self.motion.nodes() {
+            selection::look_at_end(self, system, settings)?;
+        }
         Ok(true)
+    }
+
+    /// Watches what dependent constraints do in the step into a node.
+    fn watch_dependent(&mut self, system: &System, node: usize) {
+        self.watch_brake(system, node);
+        selection::watch(self, system, node);
     }
 
     /// Halves a step that failed, if that may help; false if there is no memory for another node.

@@ -18,6 +18,8 @@ pub(crate) struct Motion {
     /// How its start was made of a guess.
     pub(crate) assembly: Option<Assembly>,
     pub(crate) ahead: Ahead,
+    /// Whether its grid is made on the way, so that the last node is not the end.
+    pub(crate) is_growing: bool,
     /// The node that column 0 of the trajectory holds.
     pub(crate) first: usize,
     pub(crate) trajectory: Trajectory,
@@ -46,6 +48,7 @@ impl Motion {
             design: Vec::new(),
             assembly: None,
             ahead: Ahead::new(),
+            is_growing: false,
             first: 0,
             trajectory: Trajectory::zeros(system, 0, scheme),
             blocks: DMatrix::zeros(0, 0),

@@ -194,7 +194,7 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
 /// At a distance θ from a configuration where branches of Φ = 0 cross, as of a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
 /// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
 /// in which they are about one at the start.
-fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
+pub(super) fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let worst = forward.monitor.report.worst_pivot;
     let blocks = forward.motion.node_blocks(node);
     if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {

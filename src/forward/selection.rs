@@ -17,9 +17,9 @@
 use super::projection::Projection;
 use super::rank::Scaled;
 use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
-use super::restart::{UNDETERMINED, closeness_here};
+use super::restart::{UNDETERMINED, closeness, closeness_here};
 use super::{ForwardSweep, Motion};
-use crate::motion::Report;
+use crate::motion::{Compliances, Report};
 use crate::node::{Newton, StepFailure};
 use crate::number::larger;
 use crate::system::{Given, KnownPart, NodeView, Sums};
@@ -44,9 +44,11 @@ pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool 
     if motion.has_been_at(node) {
         return motion.trajectory.compliance.iter().any(|part| part.from == node);
     }
-    let is_last = node + 1 == motion.nodes();
+    if node + 1 == motion.nodes() && !motion.is_growing {
+        return false;
+    }
     let is_composed = motion.inputs.grid.stages > 1;
-    let is_watched = motion.leaves_out() && (is_last || is_composed || steps.is_multiple_of(EVERY));
+    let is_watched = motion.leaves_out() && (is_composed || steps.is_multiple_of(EVERY));
     forward.monitor.brake > 0.0 || forward.monitor.is_urgent || is_watched
 }
 
@@ -106,9 +108,6 @@ pub(super) fn choose(
         return Ok(false);
     };
     (forward.monitor.brake, forward.monitor.is_urgent) = (0.0, false);
-    if node + 1 == forward.motion.nodes() {
-        return Ok(false);
-    }
     if !forward.motion.leaves_out() {
         let (step, time) = (forward.motion.given_step(node), forward.motion.time(node));
         let equations = names(system, &chosen, &forward.motion.shared);
@@ -118,13 +117,22 @@ pub(super) fn choose(
     Ok(true)
 }
 
+/// Refuses equations that have begun to contradict each other since the last choice, at the end of a motion.
+pub(super) fn look_at_end(forward: &mut ForwardSweep, system: &System, settings: &Settings) -> Result<(), Error> {
+    let last = forward.motion.nodes() - 1;
+    if !forward.motion.leaves_out() || forward.motion.has_been_at(last) || closeness(forward, system, last) > SINGULAR {
+        return Ok(());
+    }
+    look(forward, system, last, settings).map(|_| ())
+}
+
 /// What is left out from the start on, if dependencies do not persist where the mechanism goes straight on from it, off its constraints: parallel cranks stay
 /// parallel, and drift alike, and so do doubled hinges.
 pub(super) fn at_start(
     forward: &mut ForwardSweep,
     system: &System,
     at: &NodeView<f64>,
-    shared: &[(usize, f64)],
+    shared: &Compliances,
 ) -> Option<Vec<(usize, f64)>> {
     let q = Scaled::at(system, at)?.aside(at, STRAIGHT_ON);
     let newton = &mut forward.stepper.newton;
@@ -134,13 +142,13 @@ pub(super) fn at_start(
         newton.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
         select(newton, system, (shared, shared), &mut Report::default())
     };
-    let count = |chosen: &[(usize, f64)]| chosen.iter().zip(shared).filter(|(now, shared)| now != shared).count();
+    let count = |chosen: &Compliances| chosen.iter().zip(shared).filter(|(now, shared)| now != shared).count();
     let (aside, here) = (select_at(q.as_slice())?, select_at(at.q)?);
     (count(&aside) < count(&here)).then_some(here)
 }
 
 /// The names of what is left out.
-pub(super) fn names(system: &System, chosen: &[(usize, f64)], shared: &[(usize, f64)]) -> Vec<String> {
+pub(super) fn names(system: &System, chosen: &Compliances, shared: &Compliances) -> Vec<String> {
     let left_out = chosen.iter().zip(shared).filter(|(now, shared)| now != shared);
     left_out.map(|((j, _), _)| system.equation_name(*j).to_string()).collect()
 }
@@ -208,7 +216,7 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
 pub(super) fn select(
     newton: &mut Newton,
     system: &System,
-    (shared, now): (&[(usize, f64)], &[(usize, f64)]),
+    (shared, now): (&Compliances, &Compliances),
     report: &mut Report,
 ) -> Option<Vec<(usize, f64)>> {
     let mut roots = vec![0.0; system.m()];

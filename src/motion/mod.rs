@@ -20,4 +20,4 @@ pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use stages::Stages;
 pub use trajectory::{Compliance, Trajectory};
-pub(crate) use trajectory::{column, column_mut};
+pub(crate) use trajectory::{Compliances, column, column_mut};

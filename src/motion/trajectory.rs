@@ -38,6 +38,9 @@ pub struct Trajectory<R = f64> {
     pub restarted: Vec<usize>,
 }
 
+/// Equations and their μ.
+pub(crate) type Compliances = [(usize, f64)];
+
 /// Compliances of constraints that depend on each other, from a node on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compliance {
@@ -153,13 +156,13 @@ impl<R: Real> Trajectory<R> {
     }
 
     /// The compliances with which the motion starts at a node, or goes on there.
-    pub(crate) fn compliance_from(&self, node: usize) -> &[(usize, f64)] {
+    pub(crate) fn compliance_from(&self, node: usize) -> &Compliances {
         let parts = self.compliance.iter().rev();
         parts.into_iter().find(|part| part.from <= node).map_or(&[], |part| &part.equations)
     }
 
     /// The compliances of the step into a node; of node 0, those of the start.
-    pub(crate) fn compliance_into(&self, node: usize) -> &[(usize, f64)] {
+    pub(crate) fn compliance_into(&self, node: usize) -> &Compliances {
         self.compliance_from(node.saturating_sub(1))
     }
 

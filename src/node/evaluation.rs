@@ -4,7 +4,7 @@
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
 use crate::linear::{Breakdown, Factorization, Matrix};
-use crate::motion::Report;
+use crate::motion::{Compliances, Report};
 use crate::system::{
     Constants, CostRows, Covector, Formulas, Given, InputRows, KnownPart, NodeView, Pair, PositionConstraints, Sines,
     StateRows, Sums, Wanted, Within, Workspace,
@@ -112,7 +112,7 @@ impl Evaluation {
     }
 
     /// Takes over the compliances of constraint equations.
-    pub(crate) fn set_compliance(&mut self, compliance: &[(usize, f64)]) {
+    pub(crate) fn set_compliance(&mut self, compliance: &Compliances) {
         if self.compliance != compliance {
             self.compliance = compliance.to_vec();
             self.steps.clear();
@@ -121,7 +121,7 @@ impl Evaluation {
     }
 
     /// Equations that have a compliance, and their μ.
-    pub(crate) fn compliance(&self) -> &[(usize, f64)] {
+    pub(crate) fn compliance(&self) -> &Compliances {
         &self.compliance
     }
 

@@ -3,7 +3,7 @@
 use super::without_sigma;
 use crate::forward::assembly::factor_state;
 use crate::forward::redundancy;
-use crate::motion::Report;
+use crate::motion::{Compliances, Report};
 use crate::node::Newton;
 use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
@@ -37,12 +37,7 @@ impl State {
         State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
     }
 
-    pub(super) fn factor(
-        &mut self,
-        system: &System,
-        at: &NodeView<f64>,
-        place: (usize, &[(usize, f64)]),
-    ) -> Result<(), Error> {
+    pub(super) fn factor(&mut self, system: &System, at: &NodeView<f64>, place: (usize, &Compliances)) -> Result<(), Error> {
         let at = without_sigma(at, &self.zeros);
         let pivot = factor_state(system, &mut self.newton, (&at, place), &mut Report::default())?;
         let is_compliant = !self.newton.evaluation.compliance().is_empty();

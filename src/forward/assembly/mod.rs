@@ -22,7 +22,7 @@ use nalgebra::DVector;
 
 use crate::forward::rank::Scaled;
 use crate::forward::redundancy;
-use crate::motion::{Held, Report};
+use crate::motion::{Compliances, Held, Report};
 use crate::node::Newton;
 use crate::number::{Real, larger, largest};
 use crate::system::{Given, KnownPart, NodeView, Pair};
@@ -281,7 +281,7 @@ fn weighted(phi: &[f64], units: &[f64]) -> f64 {
 pub(crate) fn factor_state(
     system: &System,
     newton: &mut Newton,
-    (at, (node, compliance)): (&NodeView<f64>, (usize, &[(usize, f64)])),
+    (at, (node, compliance)): (&NodeView<f64>, (usize, &Compliances)),
     report: &mut Report,
 ) -> Result<f64, Error> {
     let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
