@@ -14,6 +14,7 @@
 
 use super::{rank, selection};
 use crate::forward::ForwardSweep;
+use crate::motion::Compliances;
 use crate::node::Newton;
 use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
@@ -160,13 +161,20 @@ pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Op
     (growth * COMPLIANCE > SOFT).then_some(shares)
 }
 
-/// Refuses dependent equations that are violated by gaps beyond their tolerances, since they cannot be satisfied together.
+/// Refuses dependent equations with gaps μ σ beyond a tolerance and a part of a size, since they cannot be satisfied together.
 pub(super) fn refuse_gaps(
     system: &System,
     at: &NodeView<f64>,
-    gaps: impl Iterator<Item = (usize, f64, f64)>,
+    (compliances, sigma): (&Compliances, impl Fn(usize) -> f64),
+    (tolerance, size): (f64, f64),
 ) -> Result<(), Error> {
-    let gaps: Vec<(usize, f64)> = gaps.filter(|(_, gap, tolerance)| gap > tolerance).map(|(j, gap, _)| (j, gap)).collect();
+    // In the unit of the equation.
+    let allowed = |mu: f64| tolerance + CONTRADICTION * size * root_flexibility(mu);
+    let gap = |&(j, mu): &(usize, f64)| {
+        let gap = (mu * sigma(j)).abs();
+        (gap > allowed(mu)).then_some((j, gap))
+    };
+    let gaps: Vec<(usize, f64)> = compliances.iter().filter_map(gap).collect();
     if gaps.is_empty() {
         return Ok(());
     }
@@ -184,15 +192,10 @@ impl ForwardSweep {
 
     #[cold]
     fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        let at = self.motion.at(node);
-        let size = self.stepper.newton.size_of(at.v);
-        // In the unit of the equation.
-        let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * size * root_flexibility(mu);
-        let gap = |&(j, mu): &(usize, f64)| {
-            let gap = mu * (at.sigma[j] - self.stepper.start_sigma[j]);
-            (j, gap.abs(), tolerance(mu))
-        };
-        refuse_gaps(system, &at, self.stepper.newton.evaluation.compliance().iter().map(gap))
+        let (at, newton) = (self.motion.at(node), &self.stepper.newton);
+        let sigma = |j: usize| at.sigma[j] - self.stepper.start_sigma[j];
+        let within = (settings.velocity_tolerance, newton.size_of(at.v));
+        refuse_gaps(system, &at, (newton.evaluation.compliance(), sigma), within)
     }
 
     /// Sees where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.

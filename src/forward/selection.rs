@@ -42,7 +42,7 @@ const EVERY: usize = 8;
 pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool {
     let motion = &forward.motion;
     if motion.has_been_at(node) {
-        return motion.trajectory.compliance.iter().any(|part| part.from == node);
+        return motion.trajectory.compliance.binary_search_by_key(&node, |part| part.from).is_ok();
     }
     if node + 1 == motion.nodes() && !motion.is_growing {
         return false;
@@ -72,7 +72,7 @@ pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     let (shared, now) = (&motion.shared, motion.trajectory.compliance_into(node));
     let (newton, at) = (&mut stepper.newton, &mut restarting.point);
     monitor.is_urgent = closeness_here(newton, system, &mut at.left) > NEARLY_SINGULAR;
-    for (&(j, _), _) in now.iter().zip(shared).filter(|(now, shared)| now != shared) {
+    for j in left_out(now, shared) {
         at.q.copy_from_slice(motion.at(node).q);
         at.x.v.fill(0.0);
         at.x.sigma.fill(0.0);
@@ -142,15 +142,18 @@ pub(super) fn at_start(
         newton.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
         select(newton, system, (shared, shared), &mut Report::default())
     };
-    let count = |chosen: &Compliances| chosen.iter().zip(shared).filter(|(now, shared)| now != shared).count();
     let (aside, here) = (select_at(q.as_slice())?, select_at(at.q)?);
-    (count(&aside) < count(&here)).then_some(here)
+    (left_out(&aside, shared).count() < left_out(&here, shared).count()).then_some(here)
 }
 
-/// The names of what is left out.
+/// The equations that are left out.
+fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
+    chosen.iter().zip(shared).filter(|(now, shared)| now != shared).map(|((j, _), _)| *j)
+}
+
+/// Their names.
 pub(super) fn names(system: &System, chosen: &Compliances, shared: &Compliances) -> Vec<String> {
-    let left_out = chosen.iter().zip(shared).filter(|(now, shared)| now != shared);
-    left_out.map(|((j, _), _)| system.equation_name(*j).to_string()).collect()
+    left_out(chosen, shared).map(|j| system.equation_name(j).to_string()).collect()
 }
 
 /// What is best left out from a node on, if it is anything.
@@ -191,9 +194,8 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
         Err(_) => false,
     };
     if is_close {
-        let tolerance = |mu: f64| settings.position_tolerance + CONTRADICTION * size * root_flexibility(mu);
-        let gap = |&(j, mu): &(usize, f64)| (j, (mu * at.x.sigma[j]).abs(), tolerance(mu));
-        refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, motion.shared.iter().map(gap))?;
+        let nu = (&motion.shared[..], |j: usize| at.x.sigma[j]);
+        refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, nu, (settings.position_tolerance, size))?;
     }
     if projected.is_err() || newton.factor_here(system, 0.0, &mut monitor.report).is_err() {
         return Ok(false);
@@ -205,10 +207,8 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     at.left.v.fill(0.0);
     at.left.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(left, phi_dot)| *left = -phi_dot);
     newton.solve(system, &mut at.left);
-    let speed = newton.size_of(here.v);
-    let tolerance = |mu: f64| settings.velocity_tolerance + CONTRADICTION * speed * root_flexibility(mu);
-    let gap = |&(j, mu): &(usize, f64)| (j, (mu * at.left.sigma[j]).abs(), tolerance(mu));
-    refuse_gaps(system, &here, motion.shared.iter().map(gap))?;
+    let within = (settings.velocity_tolerance, newton.size_of(here.v));
+    refuse_gaps(system, &here, (&motion.shared, |j| at.left.sigma[j]), within)?;
     Ok(true)
 }
 

@@ -157,8 +157,8 @@ impl<R: Real> Trajectory<R> {
 
     /// The compliances with which the motion starts at a node, or goes on there.
     pub(crate) fn compliance_from(&self, node: usize) -> &Compliances {
-        let parts = self.compliance.iter().rev();
-        parts.into_iter().find(|part| part.from <= node).map_or(&[], |part| &part.equations)
+        let count = self.compliance.partition_point(|part| part.from <= node);
+        self.compliance[..count].last().map_or(&[], |part| &part.equations)
     }
 
     /// The compliances of the step into a node; of node 0, those of the start.
