@@ -139,6 +139,7 @@ impl ForwardSweep {
         let mut delta = Pair::new(system.n(), system.m());
         let mut delta_q = vec![0.0; system.n()];
         let mut node = 1;
+        let mut may_lengthen = true;
         while let Some(end) = growing.piece_end() {
             if self.motion.trajectory.computed == WINDOW + HISTORY {
                 self.slide();
@@ -164,7 +165,9 @@ impl ForwardSweep {
                     if error > 1.0 && is_too_short(length, begin, duration) {
                         return Err(Error::Tolerance { time: begin, length, error });
                     }
-                    if error <= 1.0 {
+                    // The first step is not taken as long as one of five times its length would do.
+                    may_lengthen = may_lengthen && error <= 1.0 && factor == RANGE.1 && length == dt;
+                    if error <= 1.0 && !may_lengthen {
                         self.check_compliant(system, node, settings)?;
                         self.watch_dependent(system, node);
                         self.monitor.watch_reach(&self.motion, node);
@@ -179,6 +182,7 @@ impl ForwardSweep {
                 }
                 Err(failure) => {
                     self.give_up_if_hopeless(system, node, failure, is_too_short(length, begin, duration))?;
+                    may_lengthen = false;
                     AFTER_FAILURE
                 }
             };
