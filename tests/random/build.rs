@@ -37,7 +37,10 @@ pub fn scene(description: &Description) -> Built {
 /// # Errors
 /// Those of the start, if velocities are to be computed from momenta.
 pub fn inputs(run: &Run, system: &System, inertia: &[f64]) -> Result<Inputs, Error> {
-    let grid = Grid::new(run.start, run.steps.clone());
+    let grid = match run.composition {
+        None => Grid::new(run.start, run.steps.clone()),
+        Some(composition) => Grid { start: run.start, ..Grid::composed(run.steps.len(), run.steps[0], composition) },
+    };
     let mut inputs = Inputs::at_rest(system, grid);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = run.controls * number(i + run.seed + 7));
     let q = system.initial_coordinates();

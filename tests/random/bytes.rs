@@ -200,6 +200,8 @@ impl Bytes<'_> {
         Run {
             start: self.number(1.0),
             steps: self.many(6, |bytes| bytes.number(0.02)),
+            composition: None,
+            tolerance: None,
             from: [From::Momentum, From::Velocity, From::AnyVelocity][self.below(3)],
             speed: self.number(1.0),
             controls: self.number(1.0),

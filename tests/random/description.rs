@@ -3,7 +3,7 @@
 //! Every index counts round and round through what there is, so that a description stays valid when something is taken out of it;
 //! [`FOREIGN`] alone means a thing of another scene.
 
-use hamiltonian_adjoint::{Settings, Sum};
+use hamiltonian_adjoint::{Composition, Settings, Sum};
 
 /// The index of a thing that belongs to another scene.
 pub const FOREIGN: usize = usize::MAX;
@@ -178,6 +178,10 @@ pub enum TermKind {
 pub struct Run {
     pub start: f64,
     pub steps: Vec<f64>,
+    /// Macro steps of the first length in the place of the steps.
+    pub composition: Option<Composition>,
+    /// Steps by tolerance in the place of the steps.
+    pub tolerance: Option<f64>,
     pub from: From,
     /// The size of the velocities and of the controls at the start.
     pub speed: f64,

@@ -34,6 +34,12 @@ pub fn run(description: &Description) -> Result<Result<Moved, Error>, String> {
         Err(error) => return Ok(Err(error)),
     };
     let mut solver = Solver::new(&system, description.run.settings);
+    let adapted = description.run.tolerance.map(|tolerance| solver.adapt(&inputs, tolerance));
+    let inputs = match adapted {
+        Some(Err(error)) => return Ok(Err(error)),
+        Some(Ok(adapted)) => adapted,
+        None => inputs,
+    };
     let simulated = solver.simulate(&inputs).map(|_| ());
     let computed = solver.trajectory().computed;
     all_finite(solver.trajectory(), computed)?;

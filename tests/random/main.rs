@@ -7,6 +7,7 @@
 mod bench;
 mod build;
 mod bytes;
+mod crossed;
 mod description;
 mod elements;
 mod exact;
@@ -17,6 +18,7 @@ mod regular;
 
 use bytes::Bytes;
 use description::Description;
+use exact::Moved;
 use hamiltonian_adjoint::Error;
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
@@ -51,6 +53,9 @@ const NO_REFERENCE: &str = "simulated, without a reference";
 
 /// A motion that lost digits, but no more than its report says.
 const TOLD: &str = "simulated, digits lost as reported";
+
+/// A gradient from parts of a motion that are computed again.
+const CHECKPOINTS: &str = "from checkpoints";
 
 impl Tally {
     fn count(&self, what: &str) {
@@ -92,7 +97,12 @@ impl Tally {
             }
             Err(error) => return Err(TestCaseError::fail(format!("{error:?}"))),
         };
-        let Ok(found) = exact::disagreement(description, &moved) else {
+        self.compare(description, &moved)
+    }
+
+    /// Asserts that a gradient is exact, or as exact as its report says.
+    fn compare(&self, description: &Description, moved: &Moved) -> Result<(), TestCaseError> {
+        let Ok(found) = exact::disagreement(description, moved) else {
             self.count(NO_REFERENCE);
             return Ok(());
         };
@@ -178,4 +188,25 @@ fn no_scene_panics_or_gives_numbers_that_are_not_finite() {
     });
     tally.print("scenes of random bytes");
     assert!(tally.share("simulated") >= 0.1, "too few of the scenes get far");
+}
+
+#[test]
+fn gradients_are_exact_with_restarts_halved_steps_and_grids_of_all_kinds_and_the_same_from_checkpoints() {
+    let (tally, budgets) = (Tally::default(), Tally::default());
+    try_all(cases(), crossed::description(), |description| {
+        let moved = match exact::run(&description).map_err(TestCaseError::fail)? {
+            Ok(moved) => moved,
+            Err(error) => {
+                tally.count_error(&error);
+                return Ok(());
+            }
+        };
+        let fitting = crossed::compare_with_checkpoints(&description, &moved).map_err(TestCaseError::fail)?;
+        budgets.count(if fitting > 1 { CHECKPOINTS } else { "in one piece" });
+        tally.compare(&description, &moved)
+    });
+    tally.print("random scenes with restarts, halved steps and grids of all kinds");
+    budgets.print("the same within budgets of memory");
+    assert!(tally.share(EXACT) >= 0.9, "too few of the scenes can be simulated");
+    assert!(budgets.share(CHECKPOINTS) >= 0.3, "too few of the motions have checkpoints");
 }

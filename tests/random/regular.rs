@@ -146,6 +146,8 @@ fn run() -> impl Strategy<Value = Run> {
         |(start, steps, from, speed, controls, seed, scheme)| Run {
             start,
             steps,
+            composition: None,
+            tolerance: None,
             from,
             speed,
             controls,
