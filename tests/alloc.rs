@@ -201,7 +201,7 @@ fn the_bytes_that_halved_steps_take_grow_like_their_number() {
         });
         (inserted, bytes)
     };
-    let [(few, of_few), (many, of_many)] = [of(200), of(4000)];
+    let [(few, of_few), (many, of_many)] = [of(200), of(2500)];
     let ratio = of_many as f64 / of_few as f64 * few as f64 / many as f64;
     println!("{of_few} bytes for {few} inserted nodes, {of_many} for {many}: {ratio:.2}");
     assert!(few > 50 && many > 10 * few && ratio < 2.0, "{ratio}");

@@ -76,6 +76,18 @@ fn the_limit_of_halving_is_kept_and_then_it_is_an_error() {
     assert!(last > 0.85 && last < 1.0, "{last}");
 }
 
+#[test]
+fn a_solution_of_another_motion_is_told_from_none() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.2));
+    inputs.controls.fill(100.0);
+    let mut solver = Solver::new(&system, Settings { max_halvings: 0, ..Settings::default() });
+    let error = solver.simulate(&inputs).expect_err("a step too long").clone();
+    let Error::Newton { step: 2, jump: Some(jump), .. } = error else { panic!("{error:?}") };
+    assert!(jump > 10.0, "{error:?}");
+    assert_says(&error, &["no solution of step 2 continues the motion", "times their size", "shorter time step"]);
+}
+
 /// The same without a control.
 impl Force<1, 0, 1> for Runaway {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &SVector<S, 1>) -> SVector<S, 1> {

@@ -93,8 +93,8 @@ pub fn run(usual: &Settings, folder: &Path) -> Result<bool, Error> {
 
 fn start(Experiment { system, inputs, .. }: &Experiment) -> Result<Start, MotionError> {
     let mut solver = Solver::new(system, SolverSettings::default());
-    let motion = solver.simulate(inputs)?;
-    let (drift, times) = (median(&norms(&motion.phi(system, inputs)?)), motion.times.clone());
+    solver.simulate(inputs)?;
+    let (drift, times) = (median(&norms(&solver.trajectory().phi(system, solver.inputs())?)), inputs.grid.times());
     let gradient = solver.gradient()?;
     // The last nodes hardly act any more: their derivatives vanish in any case.
     let inner = &gradient.controls.as_slice()[1..times.len() * 9 / 10];

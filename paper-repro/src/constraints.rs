@@ -7,6 +7,8 @@ use num_dual::Dual64;
 /// The largest violation of any constraint equation, one for each node.
 #[derive(Clone, Debug)]
 pub struct Violations {
+    /// s; also of nodes that were inserted where steps were halved.
+    pub times: Vec<f64>,
     /// ‖Φ(q)‖∞, m or rad.
     pub position: Vec<f64>,
     /// ‖dΦ/dt(q, v)‖∞, m/s or rad/s.
@@ -20,6 +22,7 @@ impl Violations {
         let (at_start, _) = Mechanics::at_node(system, inputs, motion, 0)?.accelerations()?;
         let accelerations = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &at_start);
         Ok(Violations {
+            times: motion.times.clone(),
             position: norms(&motion.phi(system, inputs)?),
             velocity: norms(&motion.phi_dot(system, inputs)?),
             acceleration: norms(&phi_ddot(system, inputs, motion, &accelerations)?),

@@ -67,7 +67,7 @@ impl Experiment {
             let mut solver = Solver::new(&self.system, SolverSettings::default());
             solver.simulate(&self.inputs)?;
             self.note_warnings(&solver);
-            Ok(Violations::of(&self.system, &self.inputs, solver.trajectory())?)
+            Ok(Violations::of(&self.system, solver.inputs(), solver.trajectory())?)
         })
     }
 

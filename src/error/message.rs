@@ -117,7 +117,15 @@ impl fmt::Display for Error {
                 seconds(*time),
                 coordinates.join(", ")
             ),
-            Error::Newton { step, time, iterations, length, residual, equation, driven } => write!(
+            Error::Newton { step, time, iterations, length, driven, jump: Some(jump), .. } => write!(
+                f,
+                "no solution of step {step} continues the motion (t = {} s, last tried with Δt = {length:.3e} s): the one that Newton's method \
+                 found after {iterations} iterations has velocities that differ from what was to be expected by {jump:.0} times their size; {}try \
+                 a shorter time step, `Settings::rebase_every` if multipliers have grown in a long motion, or raise `Settings::max_halvings`",
+                seconds(*time),
+                out_of_reach(driven)
+            ),
+            Error::Newton { step, time, iterations, length, residual, equation, driven, jump: None } => write!(
                 f,
                 "Newton did not converge in step {step} (t = {} s, last tried with Δt = {length:.3e} s): the relative residual after \
                  iteration {iterations} is {residual:.2e} in {equation}; {}try a shorter time step, or raise \

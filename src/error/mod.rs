@@ -185,6 +185,9 @@ pub enum Error {
         equation: String,
         /// The constraint equations that depend on time there: what they ask for may be out of reach.
         driven: Vec<String>,
+        /// Where a solution was found and refused, since it belongs to another motion: by how much its velocities differ from those that were to be
+        /// expected, in sizes of these.
+        jump: Option<f64>,
     },
     /// Positions at the end of a step could not be projected onto Φ = 0.
     Projection {

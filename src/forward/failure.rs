@@ -28,10 +28,10 @@ impl ForwardSweep {
             StepFailure::Singular(breakdown) => {
                 self.near_singular(system, node).unwrap_or_else(|| system.singular_step(&breakdown, step, time))
             }
-            StepFailure::Diverged { iterations, residual, unknown } => {
+            StepFailure::Diverged { iterations, residual, unknown, jump } => {
                 self.near_singular(system, node).unwrap_or_else(|| {
                     let (equation, driven) = (system.residual_name(unknown), self.driven(system, node));
-                    Error::Newton { step, time, iterations, length, residual, equation, driven }
+                    Error::Newton { step, time, iterations, length, residual, equation, driven, jump }
                 })
             }
             StepFailure::LinearEnergy { coordinate, momentum } => {
@@ -106,6 +106,7 @@ impl ForwardSweep {
             residual: f64::INFINITY,
             equation: "all equations (the iteration overflowed)".into(),
             driven: self.driven(system, node),
+            jump: None,
         })
     }
 }

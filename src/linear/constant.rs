@@ -2,6 +2,7 @@
 
 use super::factorization::Breakdown;
 use super::symbolic::{Step, Symbolic};
+use crate::number::minus_product;
 
 /// A condensed pivot must exceed this fraction of the magnitudes that were added up in it.
 ///
@@ -158,12 +159,12 @@ impl Constant {
         let y = &mut y[..x.len()];
         let free = self.inverse.len()..;
         for (y, (s, x)) in y[free.clone()].iter_mut().zip(self.diagonal.iter().zip(&x[free])) {
-            *y -= s * x;
+            *y = minus_product(*y, *s, *x);
         }
         for at in &self.reduced {
             let (c, j) = (at.c as usize, at.j as usize);
-            y[c] -= at.row * x[j];
-            y[j] -= at.column * x[c];
+            y[c] = minus_product(y[c], at.row, x[j]);
+            y[j] = minus_product(y[j], at.column, x[c]);
         }
     }
 
@@ -190,7 +191,7 @@ impl Constant {
     /// x_f −= K_fc K_cc⁻¹ x_c, half way: x_c is left as `backward` wants it.
     pub(super) fn forward(&self, x: &mut [f64]) {
         for at in &self.couplings {
-            x[at.j as usize] -= at.column * x[at.c as usize];
+            x[at.j as usize] = minus_product(x[at.j as usize], at.column, x[at.c as usize]);
         }
     }
 
@@ -198,14 +199,14 @@ impl Constant {
     pub(super) fn backward(&self, x: &mut [f64]) {
         self.scale_condensed(x);
         for at in self.couplings.iter().rev() {
-            x[at.c as usize] -= at.row * x[at.j as usize];
+            x[at.c as usize] = minus_product(x[at.c as usize], at.row, x[at.j as usize]);
         }
     }
 
     /// As `forward`, for Kᵀ.
     pub(super) fn forward_transposed(&self, x: &mut [f64]) {
         for at in &self.couplings {
-            x[at.j as usize] -= at.row * x[at.c as usize];
+            x[at.j as usize] = minus_product(x[at.j as usize], at.row, x[at.c as usize]);
         }
         self.scale_condensed(x);
     }
@@ -213,7 +214,7 @@ impl Constant {
     /// As `backward`, for Kᵀ.
     pub(super) fn backward_transposed(&self, x: &mut [f64]) {
         for at in self.couplings.iter().rev() {
-            x[at.c as usize] -= at.column * x[at.j as usize];
+            x[at.c as usize] = minus_product(x[at.c as usize], at.column, x[at.j as usize]);
         }
     }
 

@@ -14,7 +14,7 @@ use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
 use super::node::{Node, Shape};
 use super::size::Fixed;
-use crate::number::larger;
+use crate::number::{larger, minus_product, plus_product};
 use std::marker::PhantomData;
 
 /// See the module.
@@ -67,7 +67,7 @@ impl<const S: usize> Link<S> {
             }
             for c in k + 1..S {
                 for i in k + 1..S {
-                    d[c][i] -= d[k][i] * d[c][k];
+                    d[c][i] = minus_product(d[c][i], d[k][i], d[c][k]);
                 }
             }
         }
@@ -81,14 +81,14 @@ impl<const S: usize> Link<S> {
         for column in &mut u[b..] {
             for k in a..S {
                 for i in k + 1..S {
-                    column[i] -= d[k][i] * column[k];
+                    column[i] = minus_product(column[i], d[k][i], column[k]);
                 }
             }
         }
         for row in &mut l[b..] {
             for k in a..S {
                 for m in a..k {
-                    row[k] -= row[m] * d[k][m];
+                    row[k] = minus_product(row[k], row[m], d[k][m]);
                 }
                 row[k] *= d[k][k];
             }
@@ -152,7 +152,7 @@ impl<const S: usize> Link<S> {
         for k in (0..S).rev() {
             y[k] *= d[k][k];
             for i in 0..k {
-                y[i] -= d[k][i] * y[k];
+                y[i] = minus_product(y[i], d[k][i], y[k]);
             }
         }
         own.copy_from_slice(&y);
@@ -166,7 +166,7 @@ impl<const S: usize> Link<S> {
         let d: Matrix<S> = load(values);
         for k in 0..S {
             for m in 0..k {
-                y[k] -= d[k][m] * y[m];
+                y[k] = minus_product(y[k], d[k][m], y[m]);
             }
             y[k] *= d[k][k];
         }
@@ -185,7 +185,7 @@ impl<const S: usize> Link<S> {
         let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             for i in k + 1..S {
-                y[k] -= d[k][i] * y[i];
+                y[k] = minus_product(y[k], d[k][i], y[i]);
             }
         }
         own.copy_from_slice(&y);
@@ -197,7 +197,7 @@ impl<const S: usize> Link<S> {
 fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
     let mut sum = x[a] * y[a];
     for k in a + 1..S {
-        sum += x[k] * y[k];
+        sum = plus_product(sum, x[k], y[k]);
     }
     sum
 }
@@ -226,7 +226,7 @@ fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f6
     let (lines, x): (Matrix<S>, _) = (load(lines), &later[next.first..][..S]);
     for c in b..S {
         for k in a..S {
-            y[k] -= lines[c][k] * x[c];
+            y[k] = minus_product(y[k], lines[c][k], x[c]);
         }
     }
 }
@@ -236,7 +236,7 @@ fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f6
 fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
     for k in 0..S {
         for i in k + 1..S {
-            y[i] -= d[k][i] * y[k];
+            y[i] = minus_product(y[i], d[k][i], y[k]);
         }
     }
 }

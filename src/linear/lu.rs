@@ -10,6 +10,7 @@
 
 use super::eigen::eigen;
 use super::size::{Fixed, Free, Size};
+use crate::number::minus_product;
 use nalgebra::DMatrix;
 
 /// A pivot must exceed this fraction of the magnitudes that were added up in it.
@@ -233,14 +234,14 @@ pub(super) fn permute_back(swaps: &[usize], y: &mut [f64]) {
 #[inline(always)]
 pub(super) fn subtract(factor: f64, x: &[f64], y: &mut [f64]) {
     for (y, x) in y.iter_mut().zip(x) {
-        *y -= factor * x;
+        *y = minus_product(*y, factor, *x);
     }
 }
 
 /// start − xᵀy, the last products being subtracted last: they are the last to be known.
 #[inline(always)]
 pub(super) fn minus_dot(start: f64, x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).fold(start, |sum, (x, y)| sum - x * y)
+    x.iter().zip(y).fold(start, |sum, (x, y)| minus_product(sum, *x, *y))
 }
 
 /// y := L⁻¹ y.
@@ -286,7 +287,7 @@ pub(super) fn solve_lower_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
     let (lu, y) = (&lu[..s * s], &mut y[..s]);
     for (k, column) in lu.chunks_exact(s).enumerate().rev() {
         let known = column[k + 1..].iter().zip(&y[k + 1..]).rev();
-        y[k] = known.fold(y[k], |sum, (l, y)| sum - l * y);
+        y[k] = known.fold(y[k], |sum, (l, y)| minus_product(sum, *l, *y));
     }
 }
 

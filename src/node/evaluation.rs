@@ -136,6 +136,12 @@ impl Evaluation {
             matrix.select(which);
             return Ok(());
         }
+        self.make_step(system, h, matrix)
+    }
+
+    /// Makes L for a half step that was not met before.
+    #[cold]
+    fn make_step<F: Factorization>(&mut self, system: &System, h: f64, matrix: &mut Matrix<F>) -> Result<(), Breakdown> {
         let which = self.oldest;
         self.oldest = (self.oldest + 1) % KEPT_STEPS;
         if which >= self.steps.len() {

@@ -160,13 +160,14 @@ impl<F: Factorization> Newton<F> {
             // Momentum equations against their terms, velocity constraints against the velocities.
             let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
             if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
-                if iteration > DIRECT && self.distance(system, y.v) > FAR * larger(self.size.v, scale) {
-                    return Err(self.diverged(system, iteration, convergence.residual));
+                let jump = if iteration > DIRECT { self.distance(system, y.v) / larger(self.size.v, scale) } else { 0.0 };
+                if jump > FAR {
+                    return Err(self.diverged(system, iteration, convergence.residual, Some(jump)));
                 }
                 return self.finish(system, from, given, y, report);
             }
         }
-        Err(self.diverged(system, settings.max_iterations, convergence.residual))
+        Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
     /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
@@ -267,13 +268,13 @@ impl<F: Factorization> Newton<F> {
         self.weights.of_velocities(differences)
     }
 
-    fn diverged(&self, system: &System, iterations: usize, residual: f64) -> StepFailure {
+    fn diverged(&self, system: &System, iterations: usize, residual: f64, jump: Option<f64>) -> StepFailure {
         let size = |position: &usize| self.delta[*position].abs() * self.weights.of_any_equation(*position);
         let free = self.condensed..self.delta.len();
         let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
         let positions = system.positions();
         let all = positions.v.iter().chain(&positions.sigma);
         let unknown = all.clone().position(|&position| position == worst).unwrap_or(0);
-        StepFailure::Diverged { iterations, residual, unknown }
+        StepFailure::Diverged { iterations, residual, unknown, jump }
     }
 }

@@ -18,6 +18,8 @@ pub(crate) enum StepFailure {
         iterations: usize,
         residual: f64,
         unknown: usize,
+        /// Of a solution that was refused: by how much its velocities differ from the guess, in sizes of both.
+        jump: Option<f64>,
     },
     /// The projection onto Φ = 0.
     Projection {

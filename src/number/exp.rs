@@ -9,6 +9,7 @@
 
 use std::f64::consts::LOG2_E;
 
+use super::lanes::{minus_product, plus_product, polynomial};
 use super::sincos::ROUND;
 
 /// ln 2 to 32 bits, and the rest.
@@ -33,16 +34,19 @@ pub(crate) fn exp_lanes<const L: usize>(x: &[f64; L]) -> [f64; L] {
 
 #[inline(always)]
 fn exp_moderate(x: f64) -> f64 {
-    let shifted = x * LOG2_E + ROUND;
+    let shifted = plus_product(ROUND, x, LOG2_E);
     let n = shifted - ROUND;
-    let (high, low) = (x - n * LN_2_HIGH, n * LN_2_LOW);
+    let (high, low) = (minus_product(x, n, LN_2_HIGH), n * LN_2_LOW);
     let r = high - low;
     let z = r * r;
-    let p = 1.666_666_666_666_660_190_37e-1
-        + z * (-2.777_777_777_701_559_338_42e-3
-            + z * (6.613_756_321_437_934_361_17e-5
-                + z * (-1.653_390_220_546_525_153_90e-6 + z * 4.138_136_797_057_238_460_39e-8)));
-    let c = r - z * p;
+    let p = [
+        1.666_666_666_666_660_190_37e-1,
+        -2.777_777_777_701_559_338_42e-3,
+        6.613_756_321_437_934_361_17e-5,
+        -1.653_390_220_546_525_153_90e-6,
+        4.138_136_797_057_238_460_39e-8,
+    ];
+    let c = minus_product(r, z, polynomial(z, p));
     // n stands in the lowest bits of the sum; with the bias it becomes the exponent.
     let power = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     (1.0 - ((low - r * c / (2.0 - c)) - high)) * power

@@ -6,10 +6,22 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// The smaller of two numbers, likewise.
+/// c − a b, rounded once where the processor that is compiled for does so.
 #[inline(always)]
-pub(crate) fn smaller(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
+pub(crate) fn minus_product(c: f64, a: f64, b: f64) -> f64 {
+    if cfg!(target_feature = "fma") { (-a).mul_add(b, c) } else { c - a * b }
+}
+
+/// c + a b, likewise.
+#[inline(always)]
+pub(crate) fn plus_product(c: f64, a: f64, b: f64) -> f64 {
+    if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { c + a * b }
+}
+
+/// c₀ + c₁ z + c₂ z² + … by Horner's rule.
+#[inline(always)]
+pub(super) fn polynomial<const N: usize>(z: f64, coefficients: [f64; N]) -> f64 {
+    coefficients.into_iter().rev().reduce(|sum, c| plus_product(c, z, sum)).unwrap_or(0.0)
 }
 
 /// The maximum norm; NaN is passed over.
@@ -63,10 +75,10 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     for (x, y) in x.iter().zip(y) {
         for k in 0..4 {
-            lanes[k] += x[k] * y[k];
+            lanes[k] = plus_product(lanes[k], x[k], y[k]);
         }
     }
-    let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+    let rest = x_rest.iter().zip(y_rest).fold(0.0, |sum, (x, y)| plus_product(sum, *x, *y));
     // Halves of the lanes are added as they lie in registers.
     (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]) + rest
 }

@@ -9,6 +9,8 @@
 
 use std::f64::consts::FRAC_2_PI;
 
+use super::lanes::{minus_product, plus_product, polynomial};
+
 /// π/2 to 33 bits, and the rest.
 const FRAC_PI_2_HIGH: f64 = 1.570_796_326_734_125_614_17;
 const FRAC_PI_2_LOW: f64 = 6.077_100_506_506_192_249_32e-11;
@@ -22,9 +24,9 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     if x.abs() > MOST || x.is_nan() {
         return x.sin_cos();
     }
-    let shifted = x * FRAC_2_PI + ROUND;
+    let shifted = plus_product(ROUND, x, FRAC_2_PI);
     let n = shifted - ROUND;
-    let r = (x - n * FRAC_PI_2_HIGH) - n * FRAC_PI_2_LOW;
+    let r = reduced(x, n);
     let (sin, cos) = (sine(r), cosine(r));
     let quadrant = shifted.to_bits();
     let (s, c) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
@@ -43,9 +45,9 @@ pub(crate) fn sin_cos_lanes<const L: usize>(x: &[f64; L]) -> ([f64; L], [f64; L]
         return (sines, cosines);
     }
     for lane in 0..L {
-        let shifted = x[lane] * FRAC_2_PI + ROUND;
+        let shifted = plus_product(ROUND, x[lane], FRAC_2_PI);
         let n = shifted - ROUND;
-        let r = (x[lane] - n * FRAC_PI_2_HIGH) - n * FRAC_PI_2_LOW;
+        let r = reduced(x[lane], n);
         let (sin, cos, quadrant) = (sine(r).to_bits(), cosine(r).to_bits(), shifted.to_bits());
         // All bits set in odd quadrants, where the two change places.
         let swap = 0u64.wrapping_sub(quadrant & 1);
@@ -77,9 +79,10 @@ impl Known {
         // False for NaN.
         if turn.abs() <= Self::NEAR {
             let z = turn * turn;
-            let (sine, versine) = (turn - turn * z * (1.0 / 6.0 - z * (1.0 / 120.0)), z * (0.5 - z * (1.0 / 24.0)));
+            let sine = minus_product(turn, turn * z, minus_product(1.0 / 6.0, z, 1.0 / 120.0));
+            let versine = z * minus_product(0.5, z, 1.0 / 24.0);
             let Known { sin, cos, .. } = *self;
-            (sin + (cos * sine - sin * versine), cos - (sin * sine + cos * versine))
+            (sin + minus_product(cos * sine, sin, versine), cos - plus_product(sin * sine, cos, versine))
         } else {
             let (sin, cos) = sin_cos(x);
             *self = Known { angle: x, sin, cos };
@@ -88,29 +91,41 @@ impl Known {
     }
 }
 
+/// r = x − n π/2.
+#[inline(always)]
+fn reduced(x: f64, n: f64) -> f64 {
+    minus_product(minus_product(x, n, FRAC_PI_2_HIGH), n, FRAC_PI_2_LOW)
+}
+
 /// sin r for |r| ≤ π/4.
 #[inline(always)]
 fn sine(r: f64) -> f64 {
     let z = r * r;
-    let high = 8.333_333_333_322_489_461_24e-3
-        + z * (-1.984_126_982_985_794_931_34e-4
-            + z * (2.755_731_370_707_006_767_89e-6
-                + z * (-2.505_076_025_340_686_341_95e-8 + z * 1.589_690_995_211_550_102_21e-10)));
-    r + z * r * (-1.666_666_666_666_663_243_48e-1 + z * high)
+    let high = [
+        8.333_333_333_322_489_461_24e-3,
+        -1.984_126_982_985_794_931_34e-4,
+        2.755_731_370_707_006_767_89e-6,
+        -2.505_076_025_340_686_341_95e-8,
+        1.589_690_995_211_550_102_21e-10,
+    ];
+    plus_product(r, z * r, plus_product(-1.666_666_666_666_663_243_48e-1, z, polynomial(z, high)))
 }
 
 /// cos r for |r| ≤ π/4; 1 − z/2 is split so that its rounding error is kept.
 #[inline(always)]
 fn cosine(r: f64) -> f64 {
     let z = r * r;
-    let rest = 4.166_666_666_666_660_190_37e-2
-        + z * (-1.388_888_888_887_410_957_49e-3
-            + z * (2.480_158_728_947_672_941_78e-5
-                + z * (-2.755_731_435_139_066_330_35e-7
-                    + z * (2.087_572_321_298_174_827_90e-9 - z * 1.135_964_755_778_819_482_65e-11))));
+    let rest = [
+        4.166_666_666_666_660_190_37e-2,
+        -1.388_888_888_887_410_957_49e-3,
+        2.480_158_728_947_672_941_78e-5,
+        -2.755_731_435_139_066_330_35e-7,
+        2.087_572_321_298_174_827_90e-9,
+        -1.135_964_755_778_819_482_65e-11,
+    ];
     let half = 0.5 * z;
     let main = 1.0 - half;
-    main + (((1.0 - main) - half) + z * z * rest)
+    main + plus_product((1.0 - main) - half, z * z, polynomial(z, rest))
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 //!
 //! Two numbers say where they stand, and loops over them need not look whether each place is there: half the work of a list of places.
 
+use super::plus_product;
+
 /// The first of several numbers, and how far each stands from the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Strided {
@@ -36,15 +38,15 @@ fn add_products<const D: usize>(x: &[f64], y: &[f64], to: &mut [f64]) {
     // After the last number there may be less than the distance to another.
     let Some((last, x)) = x.split_last() else { return };
     let end = x.len() * D;
-    to[end] += last * y[end];
+    to[end] = plus_product(to[end], *last, y[end]);
     let (y, to) = (y[..end].as_chunks::<D>().0, to[..end].as_chunks_mut::<D>().0);
     let ((x, x_rest), (y, y_rest), (to, to_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>(), to.as_chunks_mut::<4>());
     for ((x, y), to) in x.iter().zip(y).zip(to) {
         for k in 0..4 {
-            to[k][0] += x[k] * y[k][0];
+            to[k][0] = plus_product(to[k][0], x[k], y[k][0]);
         }
     }
-    x_rest.iter().zip(y_rest).zip(to_rest).for_each(|((x, y), to)| to[0] += x * y[0]);
+    x_rest.iter().zip(y_rest).zip(to_rest).for_each(|((x, y), to)| to[0] = plus_product(to[0], *x, y[0]));
 }
 
 #[cfg(test)]
@@ -69,7 +71,10 @@ mod tests {
                 let x: Vec<f64> = (0..count).map(|k| number(k + 50)).collect();
                 let (mut sums, mut expected) = (y[3..].to_vec(), y[3..].to_vec());
                 at(2, stride).add_products(&x, (at(5, stride), &y), &mut sums);
-                (0..count).for_each(|k| expected[2 + k * stride] += x[k] * y[5 + k * stride]);
+                (0..count).for_each(|k| {
+                    let to = &mut expected[2 + k * stride];
+                    *to = plus_product(*to, x[k], y[5 + k * stride]);
+                });
                 assert_eq!(sums, expected, "{count} at {stride}");
             }
         }

@@ -13,7 +13,7 @@
 use super::batch::{Covector, StateRows, Sums};
 use super::cost::CostRows;
 use super::view::NodeView;
-use crate::number::Known;
+use crate::number::{Known, minus_product, plus_product};
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,9 +182,9 @@ impl Sines {
             let (mut a, mut b) = (0.0, 0.0);
             for term in &self.terms[angle.terms.clone()] {
                 let sigma = x[term.position];
-                a += sigma * term.sine;
-                b += sigma * term.cosine;
-                r[term.position] -= term.sine * v_cos - term.cosine * v_sin;
+                a = plus_product(a, sigma, term.sine);
+                b = plus_product(b, sigma, term.cosine);
+                r[term.position] = plus_product(minus_product(r[term.position], term.sine, v_cos), term.cosine, v_sin);
             }
             let (s, s_prime) = (a * cos - b * sin, -(a * sin + b * cos));
             r[angle.position] -= s - h * v * s_prime;
@@ -211,8 +211,10 @@ impl Sines {
             let (below_cos, below_sin) = (at.cos - theta * at.sin, at.sin + theta * at.cos);
             let (beside_cos, beside_sin) = (at.cos + theta * at.sin, at.sin - theta * at.cos);
             for term in terms {
-                values[term.below] += term.sine * below_cos - term.cosine * below_sin;
-                values[term.beside] += term.sine * beside_cos - term.cosine * beside_sin;
+                values[term.below] =
+                    minus_product(plus_product(values[term.below], term.sine, below_cos), term.cosine, below_sin);
+                values[term.beside] =
+                    minus_product(plus_product(values[term.beside], term.sine, beside_cos), term.cosine, beside_sin);
             }
         }
     }

@@ -10,10 +10,15 @@ use crate::statistics::{largest, median};
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
-    let (violations, times) = (experiment.violations()?, experiment.times());
+    let violations = experiment.violations()?;
     // Node 0 is where the motion was put: nothing was integrated yet.
     let series = |name: &str, values: &[f64], colour| {
-        Series::new(name, times.iter().copied().zip(values.iter().copied()).skip(1).collect(), colour, Style::Line)
+        Series::new(
+            name,
+            violations.times.iter().copied().zip(values.iter().copied()).skip(1).collect(),
+            colour,
+            Style::Line,
+        )
     };
     let chart = Chart {
         x: Axis::linear("time t [s]"),
@@ -35,7 +40,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
 }
 
 fn claims(violations: &Violations) -> Vec<Row> {
-    let Violations { position, velocity, acceleration } = violations;
+    let Violations { position, velocity, acceleration, .. } = violations;
     let (middle, worst) = (median(position), largest(position));
     let within = position.iter().filter(|norm| (1e-5..=1e-4).contains(*norm)).count();
     let share = 100.0 * within as f64 / position.len() as f64;

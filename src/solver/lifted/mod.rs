@@ -314,6 +314,7 @@ impl<R: Real> Lifted<R> {
             residual,
             equation: what.into(),
             driven: Vec::new(),
+            jump: None,
         }
     }
 
