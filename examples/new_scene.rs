@@ -70,16 +70,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = Settings::default();
     let mut solver = Solver::new(&system, settings);
 
-    let motion = solver.simulate(&inputs)?;
+    solver.simulate(&inputs)?;
+    let motion = solver.trajectory();
     println!("  t, s    crank, °   slider, m   |Φ|, m");
-    let phi = motion.phi(&system, &inputs)?;
+    let phi = motion.phi(&system, solver.inputs())?;
     for i in (0..=steps).step_by(25) {
         let (crank, slider) = (motion.q[(2, i)].to_degrees(), motion.q[(6, i)]);
         println!("{:7.4}   {crank:8.2}   {slider:9.5}   {:.1e}", motion.times[i], phi.column(i).amax());
     }
 
     let page = std::env::temp_dir().join("slider-crank.html");
-    Animation::new(&system, &inputs, motion)?.title("Slider-crank").write_html(&page)?;
+    Animation::new(&system, solver.inputs(), motion)?.title("Slider-crank").write_html(&page)?;
     println!("{} plays it", page.display());
 
     let gradient = solver.gradient()?;

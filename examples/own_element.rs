@@ -73,8 +73,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     inputs.controls.fill(0.1);
     let settings = Settings::default();
     let mut solver = Solver::new(&system, settings);
-    let motion = solver.simulate(&inputs)?;
-    let phi = motion.phi(&system, &inputs)?;
+    solver.simulate(&inputs)?;
+    let motion = solver.trajectory();
+    let phi = motion.phi(&system, solver.inputs())?;
     for i in (0..=steps).step_by(50) {
         println!(
             "t = {:.2} s: x {:+.4} m, y {:.4} m, Φ {:+.1e} m",

@@ -21,12 +21,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The motion: one column of q, v, p*, ṗ*, σ for each node.
     let settings = Settings::default();
     let mut solver = Solver::new(&system, settings);
-    let motion = solver.simulate(&inputs)?;
+    solver.simulate(&inputs)?;
+    let motion = solver.trajectory();
     println!("t = {:.2} s:  x of the cart {:.4} m", motion.times[steps], motion.q[(0, steps)]);
     for i in (0..system.n()).filter(|&i| system.coordinate_name(i).starts_with("link") && i % 3 == 2) {
         println!("            {} = {:.4} rad", system.coordinate_name(i), motion.q[(i, steps)]);
     }
-    let (phi, phi_dot) = (motion.phi(&system, &inputs)?.amax(), motion.phi_dot(&system, &inputs)?.amax());
+    let (phi, phi_dot) = (motion.phi(&system, solver.inputs())?.amax(), motion.phi_dot(&system, solver.inputs())?.amax());
     println!("largest |Φ| {phi:.1e}, largest |dΦ/dt| {phi_dot:.1e}");
 
     // The gradient, by one backward sweep.
