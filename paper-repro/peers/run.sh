@@ -44,7 +44,7 @@ machine() {
 yardstick() {
     local k dt repeat round
     local target=${CARGO_TARGET_DIR:-$repository/target}
-    build "$target"
+    RUSTFLAGS= build "$target"
     RUSTFLAGS="-C target-cpu=native" build "$target/native"
     echo
     echo "$(g++ --version | head -n 1), $(rustc --version); medians of $rounds rounds, ms:"

@@ -1,4 +1,4 @@
-//! Norms and sums in four independent chains, which the processor works on side by side.
+//! Norms and sums in four independent chains, which the processor works on side by side, and products that it may fuse with sums.
 
 /// The larger of two numbers; a single instruction, where `f64::max` takes care of NaN too.
 #[inline(always)]
