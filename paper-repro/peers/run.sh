@@ -40,17 +40,20 @@ machine() {
 }
 
 # Alternates the programs, so that all see the same load, and prints medians over the rounds. The crate is built as cargo does by default, and for
-# this processor, as the program by hand is.
+# processors with AVX2 and for this one, as the program by hand is.
 yardstick() {
     local k dt repeat round
     local target=${CARGO_TARGET_DIR:-$repository/target}
     RUSTFLAGS= build "$target"
+    local wide=x86-64-v3
+    grep -qw avx2 /proc/cpuinfo || wide=native
+    RUSTFLAGS="-C target-cpu=$wide" build "$target/v3"
     RUSTFLAGS="-C target-cpu=native" build "$target/native"
     echo
     echo "$(g++ --version | head -n 1), $(rustc --version); medians of $rounds rounds, ms:"
     echo
-    echo "| links | crate: simulation | with gradient | built for this processor | by hand | ratio | ratio, both for this processor | by hand, 1e-6 | dJ/du differs by |"
-    echo "|---|---|---|---|---|---|---|---|---|"
+    echo "| links | crate: simulation | with gradient | $wide | this processor | by hand | ratio | $wide | this processor | by hand, 1e-6 | dJ/du differs by |"
+    echo "|---|---|---|---|---|---|---|---|---|---|---|"
     for k in 3 10 30 100; do
         dt=0.01 && [ "$k" -gt 3 ] || dt=0.02
         repeat=$((1500 / k))
@@ -58,11 +61,12 @@ yardstick() {
         : >"$scratch/rounds"
         for ((round = 0; round < rounds; round++)); do
             crate "$target" plain
+            crate "$target/v3" v3
             crate "$target/native" native
             anew "$scratch/floor" 100 "$dt" 1e-9 0 >"$scratch/floor.txt" 2>"$scratch/floor9.log"
             anew "$scratch/floor" 100 "$dt" 1e-6 0 2>"$scratch/floor6.log" >/dev/null
-            echo "$(seconds plain forward_s) $(seconds plain value_and_gradient_s) $(seconds native value_and_gradient_s)" \
-                "$(floor_ms 9) $(floor_ms 6)" >>"$scratch/rounds"
+            echo "$(seconds plain forward_s) $(seconds plain value_and_gradient_s) $(seconds v3 value_and_gradient_s)" \
+                "$(seconds native value_and_gradient_s) $(floor_ms 9) $(floor_ms 6)" >>"$scratch/rounds"
         done
         row "$k"
     done
@@ -94,10 +98,10 @@ median() { sort -g | awk '{ x[NR] = $1 } END { print x[int((NR + 1) / 2)] }'; }
 # One line of the table from all rounds.
 row() {
     local column medians=()
-    for column in '$1' '$2' '$3' '$4' '$2 / $4' '$3 / $4' '$5'; do
+    for column in '$1' '$2' '$3' '$4' '$5' '$2 / $5' '$3 / $5' '$4 / $5' '$6'; do
         medians+=("$(awk "{ print $column }" "$scratch/rounds" | median)")
     done
-    printf '| %s | %.3f | %.3f | %.3f | %.4f | **%.2f** | **%.2f** | %.4f | %.0e |\n' "$1" "${medians[@]}" "$(difference)"
+    printf '| %s | %.3f | %.3f | %.3f | %.3f | %.4f | **%.2f** | **%.2f** | **%.2f** | %.4f | %.0e |\n' "$1" "${medians[@]}" "$(difference)"
 }
 
 # The largest difference of the two gradients, relative to the largest entry.

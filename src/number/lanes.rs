@@ -6,16 +6,19 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
+/// Whether the processor that is compiled for multiplies and adds in one instruction, rounded once.
+const IS_FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
 /// c − a b, rounded once where the processor that is compiled for does so.
 #[inline(always)]
 pub(crate) fn minus_product(c: f64, a: f64, b: f64) -> f64 {
-    if cfg!(target_feature = "fma") { (-a).mul_add(b, c) } else { c - a * b }
+    if IS_FUSED { (-a).mul_add(b, c) } else { c - a * b }
 }
 
 /// c + a b, likewise.
 #[inline(always)]
 pub(crate) fn plus_product(c: f64, a: f64, b: f64) -> f64 {
-    if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { c + a * b }
+    if IS_FUSED { a.mul_add(b, c) } else { c + a * b }
 }
 
 /// c₀ + c₁ z + c₂ z² + … by Horner's rule.
