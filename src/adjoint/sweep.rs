@@ -25,7 +25,7 @@ use crate::forward::restart::Restart;
 use crate::linear::Breakdown;
 use crate::motion::{Refinement, Report, column_mut};
 use crate::node::Newton;
-use crate::number::{add, all_finite, dot};
+use crate::number::{add, add_dot, all_finite, total};
 use crate::scheme::{Carried, StageAdjoint};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Scheme, Settings, Start, System};
@@ -228,14 +228,17 @@ impl AdjointSweep {
             (j, Some(end)) if j == last => (end.v, end.p_star_dot),
             (j, _) => trajectory.rates(k, j),
         };
-        let mut own = 0.0;
+        let mut own = [0.0; 4];
         for (stage, row) in self.step.iter().zip(scheme.rows) {
-            for (j, weight) in row.iter().enumerate() {
-                let (v, rate) = rates(j);
-                own += weight * (dot(&stage.a, v) + dot(&stage.b, rate));
+            // Two rates at a time; of an odd number the last stands beside itself.
+            for (pair, weights) in row.chunks(2).enumerate() {
+                let (first, second) = (weights[0], weights.get(1).copied().unwrap_or(0.0));
+                let ((v, rate), (next_v, next_rate)) = (rates(2 * pair), rates(2 * pair + weights.len() - 1));
+                add_dot(&stage.a, (first, v), (second, next_v), &mut own);
+                add_dot(&stage.b, (first, rate), (second, next_rate), &mut own);
             }
         }
-        self.refinement.add_step(i, self.time - own, &mut self.gradient.steps);
+        self.refinement.add_step(i, self.time - total(own), &mut self.gradient.steps);
     }
 
     /// Keeps the adjoint variables of node `i`, if they are wanted.

@@ -75,20 +75,39 @@ pub(crate) fn add(x: &mut [f64], y: &[f64]) {
 /// The scalar product; the vectors have the same length.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y[..x.len()].as_chunks::<4>());
-    let mut lanes = [0.0; 4];
+    let mut sums = [0.0; 4];
     for (x, y) in x.iter().zip(y) {
         for k in 0..4 {
-            lanes[k] = plus_product(lanes[k], x[k], y[k]);
+            sums[k] = plus_product(sums[k], x[k], y[k]);
         }
     }
-    let rest = x_rest.iter().zip(y_rest).fold(0.0, |sum, (x, y)| plus_product(sum, *x, *y));
-    // Halves of the lanes are added as they lie in registers.
-    (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]) + rest
+    total(sums) + x_rest.iter().zip(y_rest).fold(0.0, |sum, (x, y)| plus_product(sum, *x, *y))
+}
+
+/// Adds xᵀ(a y + b z) to four partial sums; the vectors have the same length.
+#[inline(always)]
+pub(crate) fn add_dot(x: &[f64], (a, y): (f64, &[f64]), (b, z): (f64, &[f64]), sums: &mut [f64; 4]) {
+    let (y, z) = (&y[..x.len()], &z[..x.len()]);
+    let ((x, x_rest), (y, y_rest), (z, z_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>(), z.as_chunks::<4>());
+    for (x, (y, z)) in x.iter().zip(y.iter().zip(z)) {
+        for k in 0..4 {
+            sums[k] = plus_product(sums[k], x[k], plus_product(a * y[k], b, z[k]));
+        }
+    }
+    for ((sum, x), (y, z)) in sums.iter_mut().zip(x_rest).zip(y_rest.iter().zip(z_rest)) {
+        *sum = plus_product(*sum, *x, plus_product(a * y, b, *z));
+    }
+}
+
+/// The total of partial sums: halves are added as they lie in registers.
+#[inline(always)]
+pub(crate) fn total(sums: [f64; 4]) -> f64 {
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{all_finite, by_fours, dot, largest};
+    use super::{add_dot, all_finite, by_fours, dot, largest, total};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
@@ -97,6 +116,9 @@ mod tests {
             let y: Vec<f64> = (0..len).map(f64::from).collect();
             assert_eq!(largest(&x), x.iter().fold(0.0, |a: f64, b| a.max(b.abs())));
             assert_eq!(dot(&x, &y), x.iter().zip(&y).map(|(x, y)| x * y).sum::<f64>());
+            let mut sums = [1.0, 2.0, 3.0, 4.0];
+            add_dot(&x, (0.5, &y), (2.0, &x), &mut sums);
+            assert_eq!(total(sums), 10.0 + x.iter().zip(&y).map(|(x, y)| x * (0.5 * y + 2.0 * x)).sum::<f64>());
             assert!(all_finite(&x));
             let mut pairs = Vec::new();
             by_fours(&x, &y, |x, y| pairs.push((*x, *y)));

@@ -17,7 +17,7 @@ pub(crate) use exp::exp_lanes;
 pub(crate) use fingerprint::Fingerprint;
 pub use hyper::Hyper;
 pub(crate) use hyper::{Slope, hyper, hyper_parts, slope, with_slope};
-pub(crate) use lanes::{add, all_finite, by_fours, dot, larger, largest, minus_product, plus_product};
+pub(crate) use lanes::{add, add_dot, all_finite, by_fours, dot, larger, largest, minus_product, plus_product, total};
 pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};

@@ -11,6 +11,7 @@ mod pipe;
 mod progress;
 #[cfg(feature = "files")]
 mod scenes;
+#[cfg(feature = "files")]
 mod study;
 #[cfg(feature = "files")]
 mod worksheet;
