@@ -244,3 +244,24 @@ fn the_checks_know_it() {
     let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
     assert!(report.passed(), "{report}");
 }
+
+#[test]
+fn a_start_that_the_motion_forgets_has_a_gradient() {
+    let mut scene = Scene::new();
+    let torque = scene.control("torque");
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    scene.torsional_spring_damper("spring", Body::GROUND, rod, 1.0, 0.3, 2.0);
+    scene.cost("angle", AngleError, Sum::Terminal, [rod.coordinates[2]], [], [], [0.4.into()]);
+    let system = scene.compile().expect("a scene");
+    let settings = Settings { scheme: Scheme::TR_BDF2, rebase_every: 1, drift_bound: 0.0, ..Settings::default() };
+    let mut least = f64::INFINITY;
+    for steps in (1000..1500).step_by(5) {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 1.0));
+        inputs.start = Start::assembled(&system).hold(&[rod.coordinates[2]]);
+        let gradient = gradient(&system, &inputs, settings).expect("a gradient");
+        least = least.min(largest(gradient.start.rate().as_slice()));
+    }
+    assert!(least < f64::MIN_POSITIVE, "{least:e}");
+}

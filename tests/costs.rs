@@ -4,7 +4,9 @@ mod common;
 
 use common::bench::number;
 use hamiltonian_adjoint::scenes::{CartPendulum, CartScene};
-use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Settings, Solver, Sum};
+use hamiltonian_adjoint::{
+    Coordinate, Cost, CostPoint, Grid, Inputs, KineticEnergy, Scalar, Settings, Solver, Sum, gradient,
+};
 use nalgebra::SVector;
 
 /// x² + t v + b u.
@@ -55,5 +57,44 @@ fn every_way_of_summing_gives_the_sum_written_by_hand() {
         for j in found {
             assert!((j - by_hand).abs() <= 1e-14 * by_hand.abs(), "{sum:?}: {found:?} instead of {by_hand}");
         }
+    }
+}
+
+/// Σ (q_i − b_i)².
+struct Tracking;
+impl<const N: usize> Cost<N, 0, 0, N> for Tracking {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, 0, 0>, b: &SVector<S, N>) -> S {
+        (0..N).map(|i| (at.q[i] - b[i]).powi(2)).sum()
+    }
+}
+
+/// J and dJ/dΔt of a cost whose squares are far smaller than the numbers in them; with programs or without.
+fn tracking<const N: usize>(programs: bool) -> [f64; 2] {
+    let mut scene = CartPendulum::with_links(4).mechanism().scene;
+    let far = |i: usize| 1e4 * (1.0 + 0.1 * i as f64);
+    let free: [Coordinate; N] = std::array::from_fn(|i| scene.coordinates(&format!("free {i}"), ["x"])[0]);
+    for (i, x) in free.into_iter().enumerate() {
+        scene.place(x, far(i) + 1e-5);
+        scene.kinetic_energy(&format!("mass {i}"), Mass, [x], []);
+    }
+    scene.cost("tracking", Tracking, Sum::Trapezoidal, free, [], [], std::array::from_fn(|i| far(i).into()));
+    let system = if programs { scene.compile() } else { scene.compile_without_programs() }.expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+    let gradient = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+    [gradient.value, gradient.steps[2]]
+}
+
+struct Mass;
+impl KineticEnergy<1> for Mass {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
+}
+
+#[test]
+fn small_sums_of_squares_of_many_arguments_keep_their_digits() {
+    for [with, without] in [[true, false].map(tracking::<3>), [true, false].map(tracking::<8>)] {
+        let differences = [0, 1].map(|k| (with[k] - without[k]).abs() / without[k].abs());
+        assert!(without[0] > 0.0 && differences.iter().all(|x| *x <= 1e-13), "{with:?} {without:?}");
     }
 }

@@ -64,10 +64,14 @@ impl Pantograph {
         Pantograph { scene, arms, foot, stylus }
     }
 
-    fn compile(mut self, measure: Measure) -> System {
+    fn compile(self, measure: Measure) -> System {
+        self.compile_with(measure, Sum::Integral)
+    }
+
+    fn compile_with(mut self, measure: Measure, sum: Sum) -> System {
         let torque = self.scene.control_named("torque").expect("a control");
         for (name, arm) in ["upper", "lower"].into_iter().zip(self.arms) {
-            self.scene.cost(name, measure, Sum::Integral, [arm.coordinates[2]], [], [torque], []);
+            self.scene.cost(name, measure, sum, [arm.coordinates[2]], [], [torque], []);
         }
         self.scene.compile().expect("scene")
     }
@@ -176,6 +180,25 @@ fn the_gradient_is_exact_through_choices() {
         assert!(choices > 0 && errors.iter().all(|error| *error <= 1e-9), "{what}: {errors:?}");
         product_of_hessian(&system, &mut solver, &given, settings);
     }
+}
+
+#[test]
+fn costs_at_early_nodes_know_the_choices_before_them() {
+    let mut most = 0;
+    for node in (4..60).step_by(3) {
+        let system = Pantograph::new(true, 12.0).compile_with(Measure::Angle, Sum::Node(node));
+        let given = inputs(&system, Grid::uniform(100, 0.02), 4.0);
+        let mut solver = Solver::new(&system, Settings::default());
+        let choices = &solver.simulate(&given).expect("motion").compliance;
+        most = most.max(choices.iter().filter(|part| part.from > node).count());
+        let gradient = solver.gradient().expect("gradient").controls.clone();
+        // Second derivatives want the adjoint variables of all nodes, those behind the cost included.
+        solver.hessian_product(&given.no_change()).expect("a product");
+        let again = &solver.gradient().expect("gradient").controls;
+        let difference = largest_difference(gradient.as_slice(), again.as_slice()) / largest(gradient.as_slice());
+        assert!(difference <= 1e-12, "node {node}: {difference:e}");
+    }
+    assert!(most > 0, "no choice behind a cost");
 }
 
 /// Asserts that dᵀ H d for controls is what hyper-dual numbers say.

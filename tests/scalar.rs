@@ -176,3 +176,17 @@ fn complex_numbers_have_the_values_of_real_ones_at_the_ends_of_domains() {
         assert!(value.0.re == expected && value.0.im == 0.0, "{k}: {value:?}");
     }
 }
+
+#[test]
+fn functions_of_complex_numbers_have_values_where_those_of_real_ones_do() {
+    fn functions<S: Scalar>(x: S) -> [S; 9] {
+        [x.sqrt(), x.ln(), x.powf(1.5), x.powf(2.0), x.ln_1p(), x.asin(), x.acos(), x.powi(-3), x.max(x.sqrt())]
+    }
+    for x in [-2.5, -1.2, -0.3, 0.4, 0.9, 1.7] {
+        for (k, (real, complex)) in functions(x).into_iter().zip(functions(Cx::new(x, 1e-30))).enumerate() {
+            let re = complex.0.re;
+            let is_same = real == re || real.is_nan() && re.is_nan() || (real - re).abs() <= 4e-16 * real.abs();
+            assert!(is_same, "function {k} of {x}: {real}, {re}");
+        }
+    }
+}

@@ -181,6 +181,8 @@ fn visit(
     side_by_side(sweeps, |sweep, is_factored| sweep.arrive(system, motion, newton, (node, restart.is_some()), is_factored))?;
     if let Some(restart) = &restart {
         sweeps.iter_mut().try_for_each(|sweep| sweep.cross_restart(system, motion, newton, (node, restart)))?;
+        // Also where no sweep had anything to cross with: one may begin at an earlier node.
+        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         side_by_side(sweeps, |sweep, is_factored| sweep.end_step(system, motion, newton, (node, restart), is_factored))?;
     }
     for sweep in &mut *sweeps {

@@ -17,7 +17,8 @@ pub(super) fn is_rounding(correction: f64, last: f64, size: f64) -> bool {
 }
 
 impl AdjointSweep {
-    /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻.
+    /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻; the compliances are then those of
+    /// the projection.
     pub(crate) fn cross(
         &mut self,
         system: &System,
@@ -30,7 +31,6 @@ impl AdjointSweep {
         self.cross_momentum(system, motion, newton, restart, node);
         newton.evaluation.set_compliance(&motion.shared);
         self.cross_projection(system, motion, newton, (restart, None), node)?;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         if let Some(record) = &mut self.record {
             record.end_crossing(&self.step[self.stage]);
         }

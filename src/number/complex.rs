@@ -12,7 +12,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssi
 ///
 /// Comparisons look at the real part, as num-dual's do, so that a program takes the branch it takes for real numbers.
 /// Functions whose num-complex version rounds a tiny imaginary part away (atan, asin, acos) or overflows (tanh) are given
-/// by formulas that do not.
+/// by formulas that do not. Where a function has no real value (√x of x < 0), it has none here either.
 #[derive(Clone, Copy, Debug)]
 pub struct Cx(pub Complex64);
 
@@ -20,6 +20,11 @@ impl Cx {
     /// re + i im.
     pub fn new(re: f64, im: f64) -> Self {
         Cx(Complex64::new(re, im))
+    }
+
+    /// This, but not a number where the real function has no value: a formula may choose between numbers by that.
+    fn unless(self, is_undefined: bool) -> Self {
+        if is_undefined { Cx::new(f64::NAN, f64::NAN) } else { self }
     }
 }
 
@@ -237,10 +242,10 @@ impl DualNum for Cx {
         Cx(self.0.powi(n))
     }
     fn powf(&self, n: f64) -> Self {
-        Cx(self.0.powf(n))
+        Cx(self.0.powf(n)).unless(self.0.re < 0.0 && n.fract() != 0.0)
     }
     fn sqrt(&self) -> Self {
-        Cx(self.0.sqrt())
+        Cx(self.0.sqrt()).unless(self.0.re < 0.0)
     }
     fn cbrt(&self) -> Self {
         // The real branch, as f64's: num-complex returns the principal root of a negative number.
@@ -256,19 +261,19 @@ impl DualNum for Cx {
         Cx(exp_m1(self.0))
     }
     fn ln(&self) -> Self {
-        Cx(self.0.ln())
+        Cx(self.0.ln()).unless(self.0.re < 0.0)
     }
     fn log(&self, base: f64) -> Self {
-        Cx(self.0.log(base))
+        Cx(self.0.log(base)).unless(self.0.re < 0.0)
     }
     fn log2(&self) -> Self {
-        Cx(self.0.log2())
+        Cx(self.0.log2()).unless(self.0.re < 0.0)
     }
     fn log10(&self) -> Self {
-        Cx(self.0.log10())
+        Cx(self.0.log10()).unless(self.0.re < 0.0)
     }
     fn ln_1p(&self) -> Self {
-        Cx(ln_1p(self.0))
+        Cx(ln_1p(self.0)).unless(self.0.re < -1.0)
     }
     fn sin(&self) -> Self {
         Cx(self.0.sin())
@@ -288,7 +293,7 @@ impl DualNum for Cx {
         if z.re.abs() == 1.0 && z.im == 0.0 {
             return Cx::from(z.re.asin());
         }
-        Cx(atan(z / ((1.0 - z) * (1.0 + z)).sqrt()))
+        Cx(atan(z / ((1.0 - z) * (1.0 + z)).sqrt())).unless(z.re.abs() > 1.0)
     }
     fn acos(&self) -> Self {
         -self.asin() + std::f64::consts::FRAC_PI_2
@@ -315,10 +320,10 @@ impl DualNum for Cx {
         Cx(if self.0.re < 0.0 { -y } else { y })
     }
     fn acosh(&self) -> Self {
-        Cx((self.0 + ((self.0 - 1.0) * (self.0 + 1.0)).sqrt()).ln())
+        Cx((self.0 + ((self.0 - 1.0) * (self.0 + 1.0)).sqrt()).ln()).unless(self.0.re < 1.0)
     }
     fn atanh(&self) -> Self {
-        Cx(0.5 * (ln_1p(self.0) - ln_1p(-self.0)))
+        Cx(0.5 * (ln_1p(self.0) - ln_1p(-self.0))).unless(self.0.re.abs() > 1.0)
     }
     fn sph_j0(&self) -> Self {
         if self.0.norm() < 1e-4 { Cx(1.0 - self.0 * self.0 / 6.0) } else { self.sin() / *self }

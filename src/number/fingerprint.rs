@@ -154,8 +154,14 @@ impl Scalar for Fingerprint {
     fn hypot(&self, y: Self) -> Self {
         self.function(9).then(y.0)
     }
+    fn max(&self, other: Self) -> Self {
+        self.function(26).then(other.0)
+    }
+    fn min(&self, other: Self) -> Self {
+        self.function(27).then(other.0)
+    }
     functions! {
-        recip 10; sqrt 11; exp 12; exp_m1 13; ln 14; ln_1p 15; sin 16; cos 17; tan 18; asin 19; acos 20; atan 21; sinh 22; cosh 23;
+        abs 25; recip 10; sqrt 11; exp 12; exp_m1 13; ln 14; ln_1p 15; sin 16; cos 17; tan 18; asin 19; acos 20; atan 21; sinh 22; cosh 23;
         tanh 24;
     }
 }
@@ -171,7 +177,7 @@ mod tests {
 
     #[test]
     fn formulas_have_different_fingerprints_unless_they_are_the_same() {
-        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 14] = [
+        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 20] = [
             |x, _| x,
             |_, y| y,
             |x, y| x + y,
@@ -186,6 +192,12 @@ mod tests {
             |x, _| x.cos(),
             |x, _| x.powi(2),
             |x, _| x.powf(2.0),
+            |x, _| x.abs(),
+            |x, y| x.max(y),
+            |x, y| x.min(y),
+            |x, _| x.max(Fingerprint::from(2.0)),
+            |x, _| x.max(Fingerprint::from(3.0)),
+            |x, y| x.hypot(y),
         ];
         for (i, f) in formulas.iter().enumerate() {
             for (j, g) in formulas.iter().enumerate() {

@@ -1,7 +1,6 @@
 //! [`CostFormula`]: a recorded cost, and the program for its value and gradient.
 
 use super::derivatives::without_zeros;
-use crate::number::dot;
 use crate::program::{Graph, Kernel, Node, Obstacle, Template};
 
 /// What a cost is differentiated by: one of its arguments, or one of its constants.
@@ -30,10 +29,19 @@ pub struct CostFormula {
     kernel: Kernel,
     /// What the results after the first, the value, are.
     partials: Vec<Partial>,
-    /// Of a polynomial of degree two in many arguments: its second derivatives, which are constant.
-    quadratic: Option<Kernel>,
+    /// Of a polynomial of degree two in many arguments.
+    quadratic: Option<Quadratic>,
     /// Where what the prelude computes, or a quadratic form, stands among those of all costs.
     offset: usize,
+}
+
+/// A polynomial of degree two, whose slopes are g + H x.
+#[derive(Clone, Debug)]
+struct Quadratic {
+    /// The second derivatives H by columns, which are constant.
+    second: Kernel,
+    /// The value as it is written: a sum of squares that is small has no digits left in c + gᵀx + ½ xᵀH x.
+    value: Kernel,
 }
 
 /// For fewer arguments than these a program is at least as fast as a matrix.
@@ -73,7 +81,7 @@ impl CostFormula {
     /// Where the next cost's fixed numbers may stand.
     pub fn end(&self) -> usize {
         let n = self.partials.len();
-        self.offset + if self.quadratic.is_some() { n * n + n + 1 } else { self.kernel.fixed() }
+        self.offset + self.quadratic.as_ref().map_or(self.kernel.fixed(), |form| n * n + n + form.value.fixed())
     }
 
     /// Takes over constants, and the numbers in the formula if it was recorded anew; whether its program is still the right one.
@@ -84,43 +92,43 @@ impl CostFormula {
         }
         let parameters: Vec<f64> = b.iter().chain(numbers).copied().collect();
         memory.fixed.resize(memory.fixed.len().max(self.end()), 0.0);
-        memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
-        let Some(second) = &self.quadratic else {
-            self.kernel.run_prelude(&parameters, |k, value| memory.fixed[self.offset + k] = value);
-            return true;
-        };
+        let program = self.program();
+        memory.registers.resize(memory.registers.len().max(program.main().registers()), [0.0]);
         let n = self.partials.len();
+        let first = self.end() - program.fixed();
+        program.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
+        let Some(form) = &self.quadratic else { return true };
         memory.x.resize(memory.x.len().max(n), 0.0);
         memory.product.resize(memory.product.len().max(n), 0.0);
-        let own = &mut memory.fixed[self.offset..self.end()];
-        let (matrix, rest) = own.split_at_mut(n * n);
-        matrix.copy_from_slice(&second.evaluate(&parameters, |_| 0.0));
-        rest.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
-        own.iter().all(|x| x.is_finite())
+        let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
+        matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
+        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0)[1..]);
+        memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
 
-    /// c + gᵀx + ½ xᵀH x, and g + H x, with c and g the value and the gradient at zero.
-    fn evaluate_quadratic(
+    /// What runs at every node: value and slopes, or the value alone where the slopes are g + H x.
+    fn program(&self) -> &Kernel {
+        self.quadratic.as_ref().map_or(&self.kernel, |form| &form.value)
+    }
+
+    /// g + H x, with the gradient g at zero.
+    fn slopes_of_quadratic(
         &self,
         memory: &mut CostMemory,
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
-    ) -> f64 {
+    ) {
         let (n, CostMemory { fixed, x, product, .. }) = (self.partials.len(), memory);
-        let (matrix, rest) = fixed[self.offset..self.end()].split_at(n * n);
+        let (matrix, gradient) = fixed[self.offset..][..n * n + n].split_at(n * n);
         let (x, product) = (&mut x[..n], &mut product[..n]);
         for (x, of) in x.iter_mut().zip(&self.partials) {
             *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
         }
-        product.fill(0.0);
+        product.copy_from_slice(gradient);
         for (column, x) in matrix.chunks_exact(n).zip(&*x) {
             product.iter_mut().zip(column).for_each(|(y, h)| *y += h * x);
         }
-        let (value, gradient) = (rest[0], &rest[1..]);
-        for ((of, y), g) in self.partials.iter().zip(&*product).zip(gradient) {
-            put(*of, g + y);
-        }
-        value + dot(x, gradient) + 0.5 * dot(x, product)
+        self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
     }
 
     /// The value, and each partial derivative by what it is one.
@@ -130,23 +138,23 @@ impl CostFormula {
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
     ) -> f64 {
-        if self.quadratic.is_some() {
-            return self.evaluate_quadratic(memory, argument, put);
-        }
-        let CostMemory { fixed, registers, .. } = memory;
-        let given =
-            self.kernel.inputs().iter().map(|&which| argument(which)).chain(fixed[self.offset..self.end()].iter().copied());
+        let (program, CostMemory { fixed, registers, .. }) = (self.program(), &mut *memory);
+        let fixed = &fixed[self.end() - program.fixed()..self.end()];
+        let given = program.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
         registers.iter_mut().zip(given).for_each(|(register, x)| *register = [x]);
-        self.kernel.main().run(registers);
-        let mut results = self.kernel.main().results().map(|register| registers[register][0]);
+        program.main().run(registers);
+        let mut results = program.main().results().map(|register| registers[register][0]);
         let value = results.next().unwrap_or(0.0);
-        self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
+        match self.quadratic {
+            Some(_) => self.slopes_of_quadratic(memory, argument, put),
+            None => self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope)),
+        }
         value
     }
 }
 
-/// The second derivatives of a polynomial of degree two by columns, if it is one of many arguments; of its value and slopes.
-fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Kernel> {
+/// A polynomial of degree two, if it is one of many arguments; from its value and slopes.
+fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
     for of in partials.iter().filter(|_| partials.len() >= FEW) {
@@ -155,8 +163,11 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
         second.extend(graph.forward(&results[1..], &[(x, one)]));
     }
     let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
-    let is_quadratic = is_quadratic && !graph.is_piecewise(results.iter().copied());
-    is_quadratic.then(|| Kernel::new(graph, parameters, &second)).flatten()
+    if !is_quadratic || graph.is_piecewise(results.iter().copied()) {
+        return None;
+    }
+    let [second, value] = [&second[..], &results[..1]].map(|results| Kernel::new(graph, parameters, results));
+    Some(Quadratic { second: second?, value: value? })
 }
 
 /// The partial derivatives of a node, without those that vanish.

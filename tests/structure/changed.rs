@@ -50,6 +50,15 @@ impl PotentialEnergy<1> for Looking {
     }
 }
 
+/// V = x max(x, c) + min(x, c) + |c x|.
+struct Limits(Cell);
+impl PotentialEnergy<1> for Limits {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, _t: S) -> S {
+        let c = S::from(self.0.get());
+        q[0] * q[0].max(c) + q[0].min(c) + (q[0] * c).abs()
+    }
+}
+
 fn masses(add: impl FnOnce(&mut Scene, [hamiltonian_adjoint::Coordinate; 2])) -> hamiltonian_adjoint::System {
     let mut scene = Scene::new();
     let ([x], [y]) = (scene.coordinates("a", ["x"]), scene.coordinates("b", ["y"]));
@@ -101,6 +110,21 @@ fn a_constant_that_changes_but_not_what_it_means_is_taken_over_by_the_next_run()
         assert_eq!(after, fresh);
         assert!(distance(before, after) > 1e-3);
     }
+}
+
+#[test]
+fn limits_that_change_are_taken_over_too() {
+    let c = Cell::default();
+    c.set(0.3);
+    let make = || masses(|scene, [x, _]| scene.potential_energy("limits", Limits(c.clone()), [x], []));
+    let system = make();
+    let all = inputs(&system);
+    let mut solver = Solver::new(&system, Settings::default());
+    let before = solver.simulate(&all).expect("a motion").clone();
+    c.set(1.8);
+    let after = solver.simulate(&all).expect("a motion").clone();
+    assert_eq!(after, *Solver::new(&make(), Settings::default()).simulate(&all).expect("a motion"));
+    assert!((after.q - before.q).amax() > 1e-2);
 }
 
 #[test]

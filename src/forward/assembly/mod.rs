@@ -35,6 +35,8 @@ const LEAST_CORRECTIONS_OF_START: usize = 3;
 const ROUNDING: f64 = 1e-15;
 /// … and below this one if corrections have stopped shrinking.
 const STALLED: f64 = 1e-11;
+/// Corrections below this are nothing but rounding, whatever the size: what they are made of begins to underflow.
+const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// A correction of coordinates is halved so often until Φ gets smaller.
 const MOST_HALVINGS: i32 = 12;
 /// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
@@ -202,7 +204,8 @@ impl Assembler<'_> {
             let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
             last = correction;
-            if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= ROUNDING * size || is_stalled) {
+            if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled)
+            {
                 break;
             }
         }
@@ -254,7 +257,7 @@ impl Assembler<'_> {
                 let is_stalled = correction >= 0.5 * *last && correction <= STALLED * size;
                 // A real part that other parts come with was solved for before. Of a start at rest it is but their products, which never settle.
                 let is_known = k == 0 && R::PARTS > 1;
-                is_done &= is_known || correction <= ROUNDING * size || is_stalled;
+                is_done &= is_known || correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled;
                 *last = correction;
             }
             if corrections >= LEAST_CORRECTIONS_OF_START && is_done {

@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use super::bordered::Bordered;
-use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, STALLED};
+use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, STALLED, UNDERFLOW};
 use crate::forward::redundancy::masses;
 use crate::node::Newton;
 use crate::number::{larger, largest};
@@ -155,7 +155,8 @@ impl Tangent {
             product(newton, &x, &mut left);
             left.subtract_from(right);
             let size = larger(given, largest(&x.v));
-            let is_done = correction <= ROUNDING * size || correction >= 0.5 * last && correction <= STALLED * size;
+            let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
+            let is_done = correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled;
             if corrections >= LEAST_CORRECTIONS_OF_START && is_done {
                 return Ok((x, left));
             }
