@@ -5,11 +5,12 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::optimize::{Outcome, Problem};
+use crate::optimize::{Outcome, Problem, Reason};
 use crate::solver::each;
 
 const FORMAT: &str = "hamiltonian-adjoint study";
@@ -217,6 +218,8 @@ impl Study {
 
     /// Computes what is missing; with the feature `rayon` on all cores, each thread making one problem.
     ///
+    /// A start that was stopped because a watcher asked to ([`Reason::Asked`], [`Error::Interrupted`]) and those that were not begun then stay missing.
+    ///
     /// # Errors
     /// A file that cannot be written any more. Errors of problems and methods are outcomes.
     pub fn run<P: Problem>(
@@ -225,14 +228,21 @@ impl Study {
         method: impl Fn(&mut P, &[f64]) -> Result<Outcome, Error> + Sync,
     ) -> Result<(), Error> {
         let (starts, missing) = (self.starts.clone(), self.missing().collect::<Vec<_>>());
-        let study = Mutex::new(self);
+        let (study, was_asked) = (Mutex::new(self), AtomicBool::new(false));
         let one = |worker: &mut Option<P>, start: &usize| {
+            if was_asked.load(Ordering::Relaxed) {
+                return Ok(());
+            }
             let own = worker.take().map_or_else(&problem, Ok);
             let outcome = own.and_then(|mut own| {
                 let outcome = method(&mut own, &starts[*start]);
                 *worker = Some(own);
                 outcome
             });
+            if matches!(&outcome, Ok(Outcome { reason: Reason::Asked, .. }) | Err(Error::Interrupted { .. })) {
+                was_asked.store(true, Ordering::Relaxed);
+                return Ok(());
+            }
             let of = Finished::new(*start, &outcome);
             study.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(of)
         };

@@ -1,11 +1,12 @@
 //! A study: outcomes kept in a file, a run that is lost in the middle, files that are none.
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use super::common::assert_says;
-use hamiltonian_adjoint::optimize::{Options, Outcome, Problem, lbfgs, silent};
+use hamiltonian_adjoint::optimize::{Iterate, Options, Outcome, Problem, lbfgs, silent};
 use hamiltonian_adjoint::{Error, Finished, Study};
 
 /// (x² − 1)² + y²/2, which has no value left of −3.
@@ -143,4 +144,26 @@ fn files_that_are_no_such_study_are_left_alone() {
     refuse(&good.replacen(&second, "{\"start\":0}", 1), &["line 2"]);
     refuse(&good.replacen(&second, &second.replacen("\"start\":", "\"start\":7", 1), 1), &["line 2", "no start 7"]);
     assert_says(&Study::open(&folder.0, "valleys", &starts()).expect_err("a folder"), &["a study"]);
+}
+
+#[test]
+fn starts_that_were_stopped_when_asked_to_stay_missing() {
+    let folder = Folder::new("asked");
+    let path = folder.0.join("asked.jsonl");
+    let all = starts();
+    let mut study = Study::open(&path, "valleys", &all).expect("a study");
+    let begun = AtomicUsize::new(0);
+    let until_third = |problem: &mut Valleys, start: &[f64]| {
+        let stop = begun.fetch_add(1, Relaxed) >= 2;
+        let mut watch = |_: &Iterate, _: &[f64]| if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        lbfgs(problem, start, &Options::default(), &mut watch)
+    };
+    study.run(|| Ok(Valleys(0.0, 0.0)), until_third).expect("kept");
+    let finished = study.finished().count();
+    assert!(finished >= 2 && finished < all.len() && study.finished().all(|of| of.reason != "Asked"), "{finished}");
+    study.run(|| Ok(Valleys(0.0, 0.0)), method).expect("kept");
+    assert_eq!(study.missing().count(), 0);
+    let mut whole = Study::open(&folder.0.join("whole.jsonl"), "valleys", &all).expect("a study");
+    whole.run(|| Ok(Valleys(0.0, 0.0)), method).expect("kept");
+    assert!(study.finished().eq(whole.finished()));
 }
