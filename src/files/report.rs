@@ -94,6 +94,7 @@ impl Trajectory {
         }
         let computed = self.computed.min(self.times.len());
         let written = |nodes: &[usize]| nodes.iter().copied().filter(|node| *node < computed).collect();
+        let known = self.compliance.iter().filter(|part| part.from < computed);
         let inner = (computed * self.scheme.inner()).min(self.stages.times.len());
         let states = |count: usize, times: &[f64], parts: [&DMatrix<f64>; 5], u: Option<&DMatrix<f64>>| {
             let rows = |part: &DMatrix<f64>| -> Vec<Vec<f64>> {
@@ -123,7 +124,7 @@ impl Trajectory {
                 [&stages.q, &stages.v, &stages.p_star, &stages.p_star_dot, &stages.sigma],
                 Some(&stages.u),
             ),
-            compliance: self.compliance.iter().map(|part| (part.from, part.equations.clone())).collect(),
+            compliance: known.map(|part| (part.from, part.equations.clone())).collect(),
             inserted: written(&self.inserted),
             restarted: written(&self.restarted),
         };

@@ -25,7 +25,7 @@
 use nalgebra::DMatrix;
 
 use super::{ForwardSweep, HISTORY, restart};
-use crate::motion::{column, column_mut};
+use crate::motion::{Task, column, column_mut};
 use crate::node::StepFailure;
 use crate::scheme::local_error;
 use crate::system::Pair;
@@ -177,6 +177,10 @@ impl ForwardSweep {
                         if is_last {
                             growing.kinks.next();
                         }
+                        // As many nodes as it will be if steps go on like this.
+                        let share = (begin + length - growing.times[0]) / duration;
+                        let nodes = 1 + ((node - 1) as f64 / share).round() as usize;
+                        self.watch.tell(Task::Simulation, node, nodes)?;
                     }
                     factor
                 }

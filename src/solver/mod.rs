@@ -146,7 +146,8 @@ impl<'s> Solver<'s> {
     }
 
     /// Tells of the progress of every motion and gradient from now on, some hundred times each; what answers `Break` stops it with
-    /// [`Error::Interrupted`], and the nodes before remain in [`trajectory`](Self::trajectory).
+    /// [`Error::Interrupted`], and the nodes before remain in [`trajectory`](Self::trajectory). Of [`adapt`](Self::adapt) the number of all nodes is
+    /// what it will be if steps go on like those before.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Progress, Settings, Solver, Task, scenes::CartPendulum};

@@ -1,7 +1,7 @@
 //! Progress: told some hundred times, in order, and stopped when asked to.
 
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Progress, Settings, Solver, System, Task};
+use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Progress, Scheme, Settings, Solver, System, Task};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
@@ -128,4 +128,24 @@ fn what_is_stopped_between_halved_steps_keeps_the_grid_as_far_as_it_is_known() {
     solver.simulate(&inputs).expect("a motion");
     assert_eq!(solver.inputs(), whole.inputs());
     assert_eq!(long.gradient(&inputs).expect("a gradient"), whole.gradient().expect("a gradient"));
+}
+
+#[test]
+fn steps_by_tolerance_are_told_of_and_stop_when_asked_to() {
+    let (system, mut inputs) = cart();
+    inputs.controls.fill(10.0);
+    let told = Told::default();
+    let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK3, ..Settings::default() });
+    solver.watch(note(&told));
+    let adapted = solver.adapt(&inputs, 1e-9).expect("a grid");
+    let nodes = adapted.grid.nodes();
+    let last = told.lock().expect("nobody panics").last().copied();
+    assert_eq!(last.map(|last| (last.done, last.of)), Some((nodes, nodes)));
+    let done = of(&told, Task::Simulation);
+    assert!(done.len() >= 20 && done.is_sorted(), "{done:?}");
+    solver.watch(|progress| if progress.done > 40 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) });
+    let stopped = solver.adapt(&inputs, 1e-9);
+    assert!(matches!(stopped, Err(Error::Interrupted { done: 41..100, .. })), "{stopped:?}");
+    solver.watch(|_| ControlFlow::Continue(()));
+    assert_eq!(solver.adapt(&inputs, 1e-9).expect("a grid"), adapted);
 }
