@@ -248,11 +248,15 @@ fn assert_every_budget(what: &str, system: &System, inputs: &Inputs, settings: S
     assert!(works.last() == Some(&1.0) || stored.inserted > 0, "{what}: {works:?}");
     // As much as is asked for is enough in the end.
     let mut bytes = 500;
+    let mut errors = 0;
     while let Err(error) = LongSolver::new(system, settings, bytes).gradient(inputs) {
         let Error::Memory { needed, .. } = error else { panic!("{error:?}") };
         assert!(needed > bytes, "{needed} of {bytes}");
-        bytes = needed;
+        (bytes, errors) = (needed, errors + 1);
     }
+    // One for the given grid, and one for each time that the nodes become twice as many.
+    let doublings = (stored.inputs.grid.nodes() as f64 / inputs.grid.nodes() as f64).log2().ceil() as usize;
+    assert!(errors <= 2 + doublings, "{what}: {errors} errors");
     assert!(bytes < 4 * all, "{bytes} for {all}");
     assert!(assert_same_or_too_little(system, inputs, settings, bytes, &stored).is_some());
     stored.inserted
@@ -266,6 +270,34 @@ fn nodes_that_halved_steps_insert_fit_into_every_budget() {
         assert_every_budget(&format!("{steps} steps, {force} N"), &system, &jumps(&system, steps, force), settings)
     });
     assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
+}
+
+/// A wall at x = 0.05 m that long steps do not get past.
+struct Wall;
+impl Force<1> for Wall {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        SVector::from([-((at.q[0] - 0.05) * 200.0).exp()])
+    }
+}
+
+#[test]
+fn the_memory_that_is_named_is_enough_for_motions_shorter_than_a_window() {
+    let mut scene = Scene::new();
+    let [x] = scene.coordinates("ball", ["x"]);
+    scene.kinetic_energy("mass", Dragged, [x], []);
+    scene.force("wall", Wall, [x], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.05));
+    inputs.start.rate_mut()[0] = 40.0;
+    let inserted = simulate(&system, &inputs, Settings::default()).expect("motion").inserted.len();
+    assert!(inserted > 1);
+    let mut bytes = 200;
+    let mut errors = 0;
+    while let Err(error) = LongSolver::new(&system, Settings::default(), bytes).gradient(&inputs) {
+        let Error::Memory { needed, .. } = error else { panic!("{error:?}") };
+        (bytes, errors) = (needed, errors + 1);
+    }
+    assert!(errors <= 3, "{errors} errors, {bytes} bytes in the end");
 }
 
 #[test]

@@ -145,7 +145,8 @@ fn rounds<P: Problem + ?Sized>(
         reason = descent.run(problem, merit, goal, watch);
         // The constraints of the point itself, not of the last trial.
         if !merit.value(problem, &descent.at.x).is_finite() {
-            return Ok(reason);
+            // A problem that failed where it did not before: nothing is known of the constraints.
+            return Ok(if reason.is_converged() { Reason::NoDerivative } else { reason });
         }
         let next = merit.multipliers(problem);
         let now = problem.violation().max(merit.change(&next));

@@ -19,7 +19,7 @@ use super::checkpoint::Checkpoint;
 use super::{check_weights, choose, choose_weights};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
-use crate::forward::{ForwardSweep, HISTORY};
+use crate::forward::{ForwardSweep, HISTORY, first_step};
 use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Trajectory, Watch};
 use crate::{Error, Inputs, Settings, System};
@@ -167,7 +167,7 @@ impl<'s> LongSolver<'s> {
         self.begin(inputs)?;
         if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
             let taken = self.forward.motion.nodes();
-            self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken))?;
+            self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken, 0))?;
             self.forward.motion.make_room(self.plan.window + HISTORY);
             self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
             self.forward.begin_again(system, &settings)?;
@@ -226,7 +226,7 @@ impl<'s> LongSolver<'s> {
         self.settings.check()?;
         inputs.check(self.system)?;
         self.given = inputs.grid.nodes();
-        let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given))?;
+        let Some(tight) = self.plan_within(self.bytes, self.given) else { return Err(self.too_little_from_start(inputs)) };
         // Some nodes more, should steps be halved, unless they make the work much larger.
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
         self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
@@ -250,8 +250,17 @@ impl<'s> LongSolver<'s> {
         columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
     }
 
-    /// How much would do for so many nodes.
-    fn too_little(&self, nodes: usize) -> Error {
+    /// How much would do for the given grid, which depends on whether constraints are left out: its first step tells.
+    fn too_little_from_start(&mut self, inputs: &Inputs) -> Error {
+        let mut first = ForwardSweep::new(self.system, self.settings.scheme);
+        let dt = inputs.grid.steps.first().copied().unwrap_or(1.0);
+        let begun = first.begin(self.system, &first_step(inputs, dt), HISTORY + 1, &self.settings);
+        self.leaves_out = begun.is_ok() && first.motion.leaves_out();
+        self.too_little(self.given, 0)
+    }
+
+    /// How much would do for so many nodes, and as much as this at least.
+    fn too_little(&self, nodes: usize, least: usize) -> Error {
         let plan = |bytes| self.plan_within(bytes, nodes);
         let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
         while plan(needed).is_none() {
@@ -261,7 +270,7 @@ impl<'s> LongSolver<'s> {
             let middle = too_few + (needed - too_few) / 2;
             *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
         }
-        Error::Memory { given: self.bytes, needed }
+        Error::Memory { given: self.bytes, needed: needed.max(least) }
     }
 
     /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
@@ -319,8 +328,8 @@ impl<'s> LongSolver<'s> {
         let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
         let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
         if free < of_one_more {
-            // That many at least.
-            return Err(self.too_little(2 * nodes));
+            // That many at least, which must have room beside the shortest window too.
+            return Err(self.too_little(2 * nodes, window + self.bytes_of_grid(2 * nodes)));
         }
         self.plan.nodes = nodes + free / of_one_more;
         self.forward.motion.ahead.most_nodes = self.plan.nodes;
