@@ -9,8 +9,8 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Scalar, Scene, Scheme, Settings, Solver, Start, Sum,
-    System, gradient, simulate,
+    Constraint, Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Scalar, Scene, Scheme, Settings, Solver,
+    Start, Sum, System, gradient, simulate,
 };
 use nalgebra::SVector;
 
@@ -264,4 +264,49 @@ fn a_start_that_the_motion_forgets_has_a_gradient() {
         least = least.min(largest(gradient.start.rate().as_slice()));
     }
     assert!(least < f64::MIN_POSITIVE, "{least:e}");
+}
+
+/// Φ = ln x + 1.2, and T = ½ (√x + 2) v².
+struct Logarithm;
+impl Constraint<1, 1> for Logarithm {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0].ln() + 1.2])
+    }
+}
+struct Root;
+impl KineticEnergy<1> for Root {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * (q[0].sqrt() + 2.0) * 0.5
+    }
+}
+
+#[test]
+fn elements_without_a_number_at_the_guess_are_named() {
+    for (x, programs) in [(0.0, true), (0.0, false), (-0.5, true), (-0.5, false)] {
+        let mut scene = Scene::new();
+        let [near, far] = scene.coordinates("slide", ["near", "far"]);
+        scene.place(near, 0.3);
+        scene.place(far, x);
+        scene.kinetic_energy("first mass", Root, [near], []);
+        match x {
+            0.0 => scene.kinetic_energy("guilty", Root, [far], []),
+            _ => {
+                scene.kinetic_energy("second mass", Line, [far], []);
+                scene.constraint("guilty", Logarithm, [far], []);
+            }
+        }
+        let system = if programs { scene.compile() } else { scene.compile_without_programs() }.expect("a scene");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+        inputs.start = Start::assembled(&system);
+        let error = Solver::new(&system, Settings::default()).simulate(&inputs).map(|_| ()).expect_err("no number");
+        assert!(matches!(&error, Error::Model { element, node: 0, .. } if element == "`guilty`"), "{error:?}");
+    }
+}
+
+/// T = ½ v².
+struct Line;
+impl KineticEnergy<1> for Line {
+    fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        v[0] * v[0] * 0.5
+    }
 }

@@ -79,7 +79,7 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
     system.phi(&at, &mut phi);
     let Some((j, violation)) = worst(&phi, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
-        return Err(not_finite(forward, system, q, j));
+        return Err(system.constraint_not_finite(&point(forward, q), j));
     }
     let clash = Scaled::at(system, &at).and_then(|here| {
         let clash = here.contradiction(system, &phi, at.t)?;
@@ -87,15 +87,6 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
     });
     let equation = system.equation_name(j).into();
     Err(clash.unwrap_or(Error::InitialPosition { equation, violation, tolerance }))
-}
-
-fn not_finite(forward: &ForwardSweep, system: &System, q: &[f64], equation: usize) -> Error {
-    let (element, time) = (system.equation_name(equation).into(), forward.motion.trajectory.times[0]);
-    match system.find_not_finite(&point(forward, q), 0) {
-        // By the equation, since a constraint may have several.
-        Some(Error::Model { arguments, .. }) => Error::Model { element, arguments, node: 0, time },
-        _ => Error::Model { element, arguments: String::new(), node: 0, time },
-    }
 }
 
 fn check_velocity(
@@ -108,7 +99,7 @@ fn check_velocity(
     let (at, tolerance) = (point(forward, q), settings.velocity_tolerance);
     let Some((j, violation)) = worst(phi_dot, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
-        return Err(not_finite(forward, system, q, j));
+        return Err(system.constraint_not_finite(&point(forward, q), j));
     }
     // No other velocities satisfy them either, since dΦ/dt is linear in v.
     let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));

@@ -130,6 +130,16 @@ impl System {
         self.blame_element(|item| item.find_not_finite(at), &at.without_momenta(), node)
     }
 
+    /// A constraint equation that has no number at node 0.
+    pub(crate) fn constraint_not_finite(&self, at: &NodeView<f64>, equation: usize) -> Error {
+        // By the equation, since a constraint may have several.
+        let arguments = match self.find_not_finite(at, 0) {
+            Some(Error::Model { arguments, .. }) => arguments,
+            _ => String::new(),
+        };
+        Error::Model { element: self.equation_name(equation).into(), arguments, node: 0, time: at.t }
+    }
+
     /// The first element that has arguments at fault, as an error.
     fn blame_element(
         &self,

@@ -87,12 +87,15 @@ impl Assembly {
 }
 
 impl Assembler<'_> {
-    /// The start for a guess.
-    pub(crate) fn assemble(
-        &mut self,
-        (q, v, held): (&[f64], &[f64], &Held),
-        given: Given,
-    ) -> Result<(Start, Assembly), Error> {
+    /// The start for a guess. Where that fails and an element has no number at the guess, the error is about the element.
+    pub(crate) fn assemble(&mut self, guess: (&[f64], &[f64], &Held), given: Given) -> Result<(Start, Assembly), Error> {
+        let multipliers = vec![0.0; self.system.m()];
+        let system = self.system;
+        let blame = |error| system.find_not_finite(&given.at(guess.0, guess.1, &multipliers), 0).unwrap_or(error);
+        self.assemble_from(guess, given).map_err(blame)
+    }
+
+    fn assemble_from(&mut self, (q, v, held): (&[f64], &[f64], &Held), given: Given) -> Result<(Start, Assembly), Error> {
         let zeros = Pair::new(self.system.n(), self.system.m());
         let mut moved = zeros.clone();
         self.move_coordinates(q, &indices(&held.coordinates), &mut moved, given)?;
@@ -210,9 +213,11 @@ impl Assembler<'_> {
             }
         }
         let (equation, violation) = largest_of(&self.phi(q, &moved.v, given));
-        // False for a NaN.
-        let holds = violation <= self.tolerance;
-        if !holds {
+        if !violation.is_finite() {
+            let (q0, zeros) = (sum(q, &moved.v), Pair::new(q.len(), self.system.m()));
+            return Err(self.system.constraint_not_finite(&given.at(&q0, &zeros.v, &zeros.sigma), equation));
+        }
+        if violation > self.tolerance {
             let equation = self.system.equation_name(equation).to_string();
             return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
         }
