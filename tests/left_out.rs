@@ -201,19 +201,6 @@ fn costs_at_early_nodes_know_the_choices_before_them() {
     assert!(most > 0, "no choice behind a cost");
 }
 
-#[test]
-fn the_memory_that_is_named_is_enough_where_constraints_are_left_out() {
-    let system = Pantograph::new(true, 12.0).compile(Measure::Angle);
-    let given = inputs(&system, Grid::uniform(100, 0.02), 4.0);
-    let expected = hamiltonian_adjoint::gradient(&system, &given, Settings::default()).expect("a gradient");
-    for bytes in [1_000, 20_000, 60_000] {
-        let error = LongSolver::new(&system, Settings::default(), bytes).gradient(&given).map(|_| ());
-        let Err(Error::Memory { needed, .. }) = error else { panic!("{bytes} bytes: {error:?}") };
-        let mut solver = LongSolver::new(&system, Settings::default(), needed);
-        assert_eq!(solver.gradient(&given).map(|gradient| &gradient.controls), Ok(&expected.controls), "{needed} bytes");
-    }
-}
-
 /// Asserts that dᵀ H d for controls is what hyper-dual numbers say.
 fn product_of_hessian(system: &System, solver: &mut Solver, given: &Inputs, settings: Settings) {
     let mut direction = given.no_change();

@@ -253,7 +253,7 @@ fn is_too_short(length: f64, begin: f64, duration: f64) -> bool {
 }
 
 /// The start of the given inputs, with one step.
-pub(crate) fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
+fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
     let controls = DMatrix::from_fn(inputs.controls.nrows(), 2, |channel, _| inputs.controls[(channel, 0)]);
     Inputs { grid: Grid::new(inputs.grid.start, vec![dt]), controls, ..inputs.clone() }
 }

@@ -21,7 +21,6 @@ mod surprise;
 mod window;
 
 pub(crate) use accelerations::{Accelerations, AccelerationsOfCosts};
-pub(crate) use adapt::first_step;
 pub(crate) use assembly::{Assembler, Assembly};
 pub(crate) use cost::{CostSum, control_rates};
 use monitor::Monitor;

@@ -19,7 +19,7 @@ use super::checkpoint::Checkpoint;
 use super::{check_weights, choose, choose_weights};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
-use crate::forward::{ForwardSweep, HISTORY, first_step};
+use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Trajectory, Watch};
 use crate::{Error, Inputs, Settings, System};
@@ -226,7 +226,7 @@ impl<'s> LongSolver<'s> {
         self.settings.check()?;
         inputs.check(self.system)?;
         self.given = inputs.grid.nodes();
-        let Some(tight) = self.plan_within(self.bytes, self.given) else { return Err(self.too_little_from_start(inputs)) };
+        let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given, 0))?;
         // Some nodes more, should steps be halved, unless they make the work much larger.
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
         self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
@@ -248,15 +248,6 @@ impl<'s> LongSolver<'s> {
         // The list of the inserted nodes may have room for twice as many.
         let inserted = 2 * (nodes - self.given) * size_of::<usize>();
         columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
-    }
-
-    /// How much would do for the given grid, which depends on whether constraints are left out: its first step tells.
-    fn too_little_from_start(&mut self, inputs: &Inputs) -> Error {
-        let mut first = ForwardSweep::new(self.system, self.settings.scheme);
-        let dt = inputs.grid.steps.first().copied().unwrap_or(1.0);
-        let begun = first.begin(self.system, &first_step(inputs, dt), HISTORY + 1, &self.settings);
-        self.leaves_out = begun.is_ok() && first.motion.leaves_out();
-        self.too_little(self.given, 0)
     }
 
     /// How much would do for so many nodes, and as much as this at least.

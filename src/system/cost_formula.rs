@@ -35,14 +35,17 @@ pub struct CostFormula {
     offset: usize,
 }
 
-/// A polynomial of degree two, whose slopes are g + H x.
+/// A polynomial of degree two, c + gᵀx + ½ xᵀH x.
 #[derive(Clone, Debug)]
 struct Quadratic {
     /// The second derivatives H by columns, which are constant.
     second: Kernel,
-    /// The value as it is written: a sum of squares that is small has no digits left in c + gᵀx + ½ xᵀH x.
+    /// The value as it is written, for where the sum cancels: a sum of squares far smaller than the numbers in it.
     value: Kernel,
 }
+
+/// Of the magnitudes that are added up in a value, at least so much must be left of it.
+const LEAST_LEFT: f64 = 1.0 / 64.0;
 
 /// For fewer arguments than these a program is at least as fast as a matrix.
 const FEW: usize = 6;
@@ -81,7 +84,7 @@ impl CostFormula {
     /// Where the next cost's fixed numbers may stand.
     pub fn end(&self) -> usize {
         let n = self.partials.len();
-        self.offset + self.quadratic.as_ref().map_or(self.kernel.fixed(), |form| n * n + n + form.value.fixed())
+        self.offset + self.quadratic.as_ref().map_or(self.kernel.fixed(), |form| n * n + 2 * n + 1 + form.value.fixed())
     }
 
     /// Takes over constants, and the numbers in the formula if it was recorded anew; whether its program is still the right one.
@@ -100,35 +103,50 @@ impl CostFormula {
         let Some(form) = &self.quadratic else { return true };
         memory.x.resize(memory.x.len().max(n), 0.0);
         memory.product.resize(memory.product.len().max(n), 0.0);
-        let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
+        let (matrix, rest) = memory.fixed[self.offset..first].split_at_mut(n * n);
         matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
-        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0)[1..]);
+        let (sums, at_zero) = rest.split_at_mut(n);
+        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
+        for (sum, column) in sums.iter_mut().zip(matrix.chunks_exact(n)) {
+            *sum = column.iter().map(|h| h.abs()).sum();
+        }
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
 
-    /// What runs at every node: value and slopes, or the value alone where the slopes are g + H x.
+    /// What runs at every node: value and slopes, or the value alone where a matrix makes the slopes.
     fn program(&self) -> &Kernel {
         self.quadratic.as_ref().map_or(&self.kernel, |form| &form.value)
     }
 
-    /// g + H x, with the gradient g at zero.
-    fn slopes_of_quadratic(
+    /// c + gᵀx + ½ xᵀH x, with c and g at zero, unless it cancels; and g + H x.
+    fn evaluate_quadratic(
         &self,
         memory: &mut CostMemory,
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
-    ) {
+    ) -> Option<f64> {
         let (n, CostMemory { fixed, x, product, .. }) = (self.partials.len(), memory);
-        let (matrix, gradient) = fixed[self.offset..][..n * n + n].split_at(n * n);
+        let (matrix, rest) = fixed[self.offset..][..n * n + 2 * n + 1].split_at(n * n);
+        let (sums, at_zero) = rest.split_at(n);
+        let (constant, gradient) = (at_zero[0], &at_zero[1..]);
         let (x, product) = (&mut x[..n], &mut product[..n]);
         for (x, of) in x.iter_mut().zip(&self.partials) {
             *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
         }
-        product.copy_from_slice(gradient);
+        product.fill(0.0);
         for (column, x) in matrix.chunks_exact(n).zip(&*x) {
             product.iter_mut().zip(column).for_each(|(y, h)| *y += h * x);
         }
-        self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
+        for ((of, y), g) in self.partials.iter().zip(&*product).zip(gradient) {
+            put(*of, g + y);
+        }
+        let (mut value, mut magnitude) = (constant, constant.abs());
+        for ((x, g), (y, sum)) in x.iter().zip(gradient).zip(product.iter().zip(sums)) {
+            value += x * (g + 0.5 * y);
+            // |x_i H_ij x_j| is at most ½ |H_ij| (x_i² + x_j²).
+            magnitude += (x * g).abs() + 0.5 * sum * x * x;
+        }
+        (value.abs() >= LEAST_LEFT * magnitude).then_some(value)
     }
 
     /// The value, and each partial derivative by what it is one.
@@ -138,6 +156,11 @@ impl CostFormula {
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
     ) -> f64 {
+        if self.quadratic.is_some()
+            && let Some(value) = self.evaluate_quadratic(memory, &argument, &mut put)
+        {
+            return value;
+        }
         let (program, CostMemory { fixed, registers, .. }) = (self.program(), &mut *memory);
         let fixed = &fixed[self.end() - program.fixed()..self.end()];
         let given = program.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
@@ -145,9 +168,8 @@ impl CostFormula {
         program.main().run(registers);
         let mut results = program.main().results().map(|register| registers[register][0]);
         let value = results.next().unwrap_or(0.0);
-        match self.quadratic {
-            Some(_) => self.slopes_of_quadratic(memory, argument, put),
-            None => self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope)),
+        if self.quadratic.is_none() {
+            self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
         }
         value
     }
