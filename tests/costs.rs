@@ -5,7 +5,7 @@ mod common;
 use common::bench::number;
 use hamiltonian_adjoint::scenes::{CartPendulum, CartScene};
 use hamiltonian_adjoint::{
-    Coordinate, Cost, CostPoint, Grid, Inputs, KineticEnergy, Scalar, Settings, Solver, Sum, gradient,
+    Coordinate, Cost, CostPoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Sum, gradient,
 };
 use nalgebra::SVector;
 
@@ -70,7 +70,7 @@ impl<const N: usize> Cost<N, 0, 0, N> for Tracking {
 
 /// J and dJ/dΔt of a cost whose squares are far smaller than the numbers in them; with programs or without.
 fn tracking<const N: usize>(programs: bool) -> [f64; 2] {
-    let mut scene = CartPendulum::with_links(4).mechanism().scene;
+    let mut scene = Scene::new();
     let far = |i: usize| 1e4 * (1.0 + 0.1 * i as f64);
     let free: [Coordinate; N] = std::array::from_fn(|i| scene.coordinates(&format!("free {i}"), ["x"])[0]);
     for (i, x) in free.into_iter().enumerate() {

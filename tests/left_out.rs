@@ -293,13 +293,15 @@ fn a_motion_with_choices_goes_through_json() {
     #[cfg(feature = "files")]
     assert_eq!(Trajectory::from_json(&system, &motion.to_json(&system).expect("JSON")).expect("JSON"), motion);
     // Nor does what refused inputs leave behind know a node too many.
-    let mut solver = Solver::new(&system, Settings::default());
-    solver.simulate(&given).expect("motion");
-    let mut bad = given.clone();
-    bad.controls[(0, 3)] = f64::NAN;
-    solver.simulate(&bad).expect_err("a number that is none");
     #[cfg(feature = "files")]
-    Trajectory::from_json(&system, &solver.trajectory().to_json(&system).expect("JSON")).expect("JSON");
+    {
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&given).expect("motion");
+        let mut bad = given.clone();
+        bad.controls[(0, 3)] = f64::NAN;
+        solver.simulate(&bad).expect_err("a number that is none");
+        Trajectory::from_json(&system, &solver.trajectory().to_json(&system).expect("JSON")).expect("JSON");
+    }
     // What is left out drifts as the others do.
     assert!(largest(motion.phi(&system, &given).expect("motion").as_slice()) <= 1e-4);
 }

@@ -97,8 +97,7 @@ impl CostFormula {
         memory.fixed.resize(memory.fixed.len().max(self.end()), 0.0);
         let program = self.program();
         memory.registers.resize(memory.registers.len().max(program.main().registers()), [0.0]);
-        let n = self.partials.len();
-        let first = self.end() - program.fixed();
+        let (n, first) = (self.partials.len(), self.first_of_prelude());
         program.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
         let Some(form) = &self.quadratic else { return true };
         memory.x.resize(memory.x.len().max(n), 0.0);
@@ -118,6 +117,11 @@ impl CostFormula {
         self.quadratic.as_ref().map_or(&self.kernel, |form| &form.value)
     }
 
+    /// Where what its prelude computes stands, behind the quadratic form if there is one.
+    fn first_of_prelude(&self) -> usize {
+        self.end() - self.program().fixed()
+    }
+
     /// c + gᵀx + ½ xᵀH x, with c and g at zero, unless it cancels; and g + H x.
     fn evaluate_quadratic(
         &self,
@@ -126,7 +130,7 @@ impl CostFormula {
         mut put: impl FnMut(Partial, f64),
     ) -> Option<f64> {
         let (n, CostMemory { fixed, x, product, .. }) = (self.partials.len(), memory);
-        let (matrix, rest) = fixed[self.offset..][..n * n + 2 * n + 1].split_at(n * n);
+        let (matrix, rest) = fixed[self.offset..self.first_of_prelude()].split_at(n * n);
         let (sums, at_zero) = rest.split_at(n);
         let (constant, gradient) = (at_zero[0], &at_zero[1..]);
         let (x, product) = (&mut x[..n], &mut product[..n]);
@@ -162,7 +166,7 @@ impl CostFormula {
             return value;
         }
         let (program, CostMemory { fixed, registers, .. }) = (self.program(), &mut *memory);
-        let fixed = &fixed[self.end() - program.fixed()..self.end()];
+        let fixed = &fixed[self.first_of_prelude()..self.end()];
         let given = program.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
         registers.iter_mut().zip(given).for_each(|(register, x)| *register = [x]);
         program.main().run(registers);
