@@ -56,7 +56,7 @@ impl Graph {
             // x^1.5 bends without bound at 0, but not along what leaves x as it is.
             (SlopePower(x, n), 0) => {
                 let slope = self.slope_of_power((x, n), Graph::slope_power);
-                if self.value(n) < Some(1.0) { self.vanishing(slope, w) } else { self.multiply(slope, w) }
+                if self.is_cusp(y) { self.vanishing(slope, w) } else { self.multiply(slope, w) }
             }
             // The exponent is a constant of the formula.
             (Power(..) | SlopePower(..), _) => return None,
@@ -80,6 +80,11 @@ impl Graph {
         })
     }
 
+    /// Whether its slope may be infinite beside what vanishes: xⁿ with n < 1 in the slope of a higher power.
+    fn is_cusp(&self, y: Node) -> bool {
+        matches!(self.expression(y), Expression::SlopePower(_, n) if self.value(n) < Some(1.0))
+    }
+
     /// n xⁿ⁻¹.
     fn slope_of_power(&mut self, (x, n): (Node, Node), power: fn(&mut Graph, Node, Node) -> Node) -> Node {
         let one = self.constant(1.0);
@@ -96,9 +101,12 @@ impl Graph {
     }
 
     /// Σ wᵢ ∂yᵢ/∂x for each x, from the results to the arguments (reverse mode).
+    ///
+    /// Cusps are left to forward mode, which knows whether their arguments move: those of (b t)^0.5 do not by b at t = 0.
     pub(crate) fn reverse(&mut self, weighted: &[(Node, Node)], with_respect_to: &[Node]) -> Vec<Node> {
         let order = self.reachable(weighted.iter().map(|(y, _)| *y));
-        let (zero, len) = (self.constant(0.0), self.len());
+        let (zero, one, len) = (self.constant(0.0), self.constant(1.0), self.len());
+        let mut cusps: Vec<(Node, Node)> = Vec::new();
         let mut depends = vec![false; len];
         with_respect_to.iter().for_each(|x| depends[x.0 as usize] = true);
         for &y in &order {
@@ -113,13 +121,24 @@ impl Graph {
             if self.is_zero(w) {
                 continue;
             }
+            if self.is_cusp(y) {
+                cusps.push((y, w));
+                continue;
+            }
             for (k, x) in self.expression(y).arguments().enumerate().filter(|(_, x)| depends[x.0 as usize]) {
                 if let Some(part) = self.partial_times(y, k, w) {
                     adjoint[x.0 as usize] = self.add(adjoint[x.0 as usize], part);
                 }
             }
         }
-        with_respect_to.iter().map(|x| adjoint[x.0 as usize]).collect()
+        let behind_cusps = |x: &Node| {
+            cusps.iter().fold(adjoint[x.0 as usize], |sum, &(y, w)| {
+                let slope = self.forward(&[y], &[(*x, one)])[0];
+                let part = self.multiply(w, slope);
+                self.add(sum, part)
+            })
+        };
+        with_respect_to.iter().map(behind_cusps).collect()
     }
 
     /// The derivatives of some nodes in a direction, given by the tangents of inputs or parameters (forward mode).

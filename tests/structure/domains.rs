@@ -1,7 +1,7 @@
 //! Formulas that are not defined everywhere are asked only where the scene stands, or where a motion is.
 
 use super::*;
-use hamiltonian_adjoint::{Grid, simulate};
+use hamiltonian_adjoint::{Grid, Solver, simulate};
 
 /// Φ = x − √(l² − y²): a slider on a rod.
 struct Rod;
@@ -119,4 +119,71 @@ fn a_start_outside_the_domain_of_a_formula_is_blamed_on_it_with_its_argument() {
     let Error::Model { element, arguments, node: 0, .. } = &error else { panic!("{error}") };
     assert_eq!(element, "`rod`");
     assert!(arguments.contains("`b.y` = 0.3"), "{arguments}");
+}
+
+/// (b tᵏ)ⁿ, whose derivatives of higher order by b are 0 · ∞ at t = 0 if factors are taken one by one.
+struct Ramp {
+    k: i32,
+    n: f64,
+}
+
+impl Ramp {
+    fn at<S: Scalar>(&self, b: &SVector<S, 1>, t: S) -> S {
+        (b[0] * t.powi(self.k)).powf(self.n)
+    }
+}
+
+impl Constraint<1, 1, 1> for Ramp {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 1>, t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - self.at(b, t)])
+    }
+}
+
+impl PotentialEnergy<1, 1> for Ramp {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 1>, t: S) -> S {
+        self.at(b, t) * q[0].cos()
+    }
+}
+
+impl Force<1, 0, 1> for Ramp {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([self.at(b, at.t) * at.q[0].cos()])
+    }
+}
+
+/// The gradient of a mass that a ramp moves from t = 0, and the product of the Hessian with a change of the ramp.
+fn moved(ramp: Ramp, which: usize, with_programs: bool) -> Result<[Gradient; 2], Error> {
+    let mut s = Scene::new();
+    let [x] = s.coordinates("a", ["x"]);
+    s.kinetic_energy("mass", Mass, [x], [1.0.into()]);
+    let rate = s.design("rate", 0.7);
+    match which {
+        0 => {
+            s.constraint("ramp", ramp, [x], [rate.into()]);
+        }
+        1 => s.potential_energy("ramp", ramp, [x], [rate.into()]),
+        _ => s.force("ramp", ramp, [x], [], [rate.into()]),
+    }
+    s.cost("squares", Squares, Sum::Trapezoidal, [x], [], [], []);
+    let system = if with_programs { s.compile() } else { s.compile_without_programs() }?;
+    let inputs = Inputs::at_rest(&system, Grid::uniform(12, 0.05));
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs)?;
+    let mut direction = inputs.no_change();
+    direction.design[0] = 1.0;
+    let product = solver.hessian_product(&direction)?.clone();
+    Ok([gradient(&system, &inputs, Settings::default())?, product])
+}
+
+#[test]
+fn ramps_that_begin_at_zero_have_the_derivatives_that_num_dual_makes() {
+    for (n, k) in [1.5, 2.5, 3.5].into_iter().flat_map(|n| [(n, 1), (n, 2)]) {
+        for which in 0..3 {
+            let [program, dual] = [true, false].map(|with| moved(Ramp { k, n }, which, with).expect("derivatives"));
+            for (program, dual) in program.iter().zip(&dual) {
+                let far = distance(program, dual);
+                assert!(far < 1e-13, "(b t^{k})^{n} as {which}: {far:e}");
+            }
+        }
+    }
 }

@@ -93,5 +93,6 @@ fn distance(a: &Gradient, b: &Gradient) -> f64 {
     let (a, b) = (list(a), list(b));
     let size = a.iter().chain(&b).fold(1e-300f64, |size, x| size.max(x.abs()));
     // NaN is the largest of all.
-    a.iter().zip(&b).map(|(a, b)| (a - b).abs() / size).fold(0.0, |worst, x| if x <= worst { worst } else { x })
+    let distances = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / size);
+    distances.fold(0.0, |worst: f64, x| if worst.is_nan() || x <= worst { worst } else { x })
 }
