@@ -62,7 +62,7 @@
 //! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
-//! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long.rs` |
+//! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long/` |
 //! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted/` |
 //!
 //! # Symbols

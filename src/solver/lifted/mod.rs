@@ -8,29 +8,18 @@
 
 mod correction;
 mod restart;
+mod stage;
 
-use correction::{Shrinking, Size, add};
 use nalgebra::DVector;
 
 use crate::forward::Assembler;
-use crate::forward::restart::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
-use crate::motion::column;
-use crate::node::{Newton, SMALL};
+use crate::node::Newton;
 use crate::number::Real;
 use crate::scheme::known_part;
 use crate::system::{Given, NodeView, Pair, Sums};
 use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, memory};
-
-/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
-const CONVERGED: f64 = 1e-14;
-/// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
-const ROUNDING: f64 = 1e-13;
-/// Velocities below this part of the largest of the motion are rounding.
-const AT_REST: f64 = 1e-14;
-/// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
-const MOST_CORRECTIONS_OF_STAGE: usize = 30;
 
 /// Simulates on numbers of type R, many times near one real motion.
 ///
@@ -214,14 +203,6 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 }
 
-impl Near<'_> {
-    /// Factors K(h) with the blocks of a stage of the step into a node.
-    fn factor(&mut self, i: usize, h: f64, blocks: &[f64]) -> Result<(), Error> {
-        let factored = self.newton.factor(self.system, h, blocks, self.report);
-        factored.map(|_| ()).map_err(|breakdown| self.system.singular_step(&breakdown, i, self.motion.trajectory.times[i]))
-    }
-}
-
 impl<R: Real> Lifted<R> {
     /// Takes the inputs on the grid that was taken, and the size of their perturbation from those that were given.
     fn begin(&mut self, taken: Inputs<R>, given: &Inputs<R>, design: &[R]) {
@@ -277,119 +258,11 @@ impl<R: Real> Lifted<R> {
         self.trajectory.computed = 1;
         Ok(())
     }
-
-    fn solve_node(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
-        self.solve_stage(near, (i, self.trajectory.last_stage()), R::zero(), None)
-    }
-
-    /// Solves a stage, or the end of the step into a node if there was a restart, from the real solution on.
-    fn solve_stage(&mut self, near: &mut Near, (i, s): (usize, usize), h: R, restart: Option<Restart>) -> Result<(), Error> {
-        let motion = near.motion;
-        self.start_from_real(motion, (i, s), restart);
-        let at = motion.block_column(i, s);
-        let blocks = restart.map_or_else(|| column(&motion.blocks, at), |restart| restart.step_blocks);
-        near.factor(i, h.part(0), blocks)?;
-        let mut sizes = Shrinking::new();
-        for correction in 0..MOST_CORRECTIONS_OF_STAGE {
-            self.evaluate(near, (i, s), h);
-            let (size, is_rounding) =
-                self.correct(near, (i, s), h).ok_or_else(|| overflow(near, i, "the complex or dual part of the motion"))?;
-            let is_stalled = sizes.is_stalled(size.of_part);
-            if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
-                self.rounding = self.rounding.max(size.of_all);
-                self.evaluate(near, (i, s), h);
-                self.store((i, s), h);
-                return Ok(());
-            }
-        }
-        Err(self.diverged(near, i, (MOST_CORRECTIONS_OF_STAGE, sizes.last), "the complex or dual part of the step"))
-    }
-
-    fn diverged(&self, near: &Near, i: usize, (iterations, residual): (usize, f64), what: &str) -> Error {
-        Error::Newton {
-            step: near.motion.given_step(i),
-            time: self.trajectory.times[i].part(0),
-            iterations,
-            length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
-            residual,
-            equation: what.into(),
-            driven: Vec::new(),
-            jump: None,
-        }
-    }
-
-    fn start_from_real(&mut self, motion: &Motion, (i, s): (usize, usize), restart: Option<Restart>) {
-        let real = motion.trajectory.stage(i, s);
-        let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
-        let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
-        let now = self.trajectory.stage_mut(i, s);
-        lift(now.v, v);
-        lift(now.sigma, sigma);
-    }
-
-    /// q = q̄ + h v and the sums of all elements there.
-    fn evaluate(&mut self, near: &Near, (i, s): (usize, usize), h: R) {
-        let now = self.trajectory.stage_mut(i, s);
-        for ((q, &start), &v) in now.q.iter_mut().zip(&self.start_q).zip(now.v.iter()) {
-            *q = start + h * v;
-        }
-        let now = self.trajectory.stage(i, s);
-        let sigma = now.sigma;
-        let u = if s == self.trajectory.last_stage() { self.inputs.controls_at(i) } else { now.u };
-        near.system.plain_sums(&now.with_inputs((u, &self.design)), &mut self.sums);
-        for &(j, mu) in near.newton.evaluation.compliance() {
-            self.sums.parts_mut()[2][j] -= (sigma[j] - self.start_sigma[j]) * mu;
-        }
-    }
-
-    /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
-    /// rounding; if all parts are finite.
-    fn correct(&mut self, near: &mut Near, (i, s): (usize, usize), h: R) -> Option<(Size, bool)> {
-        let (mut largest, mut is_rounding) = (Size::default(), true);
-        for part in 0..R::PARTS {
-            let (mut residual, mut scale) = (0.0f64, 0.0f64);
-            for (k, r) in self.part.v.iter_mut().enumerate() {
-                let terms = [self.start_p[k], h * self.sums.force()[k], self.sums.l_v()[k]];
-                *r = (terms[0] + terms[1] - terms[2]).part(part);
-                residual = residual.max(r.abs());
-                // A term whose part is zero but for rounding counts by its real part and the size of the perturbation.
-                for term in terms {
-                    scale = scale.max(term.part(part).abs()).max(term.part(0).abs() * self.unit[part]);
-                }
-            }
-            is_rounding &= residual <= ROUNDING * scale;
-            self.part.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
-            near.newton.solve(near.system, &mut self.part);
-            let unit = self.unit[part];
-            // At rest but for rounding, derivatives that vanish are rounding too.
-            let speed = largest_real(self.trajectory.stage(i, s).v);
-            let floor = if speed <= AT_REST * self.speed { SMALL * self.speed * unit } else { 0.0 };
-            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit))?);
-            // σ from rest is a difference of momenta, and its rounding is theirs.
-            let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
-            // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
-            largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
-        }
-        Some((largest, is_rounding))
-    }
-
-    /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
-    fn store(&mut self, (i, s): (usize, usize), h: R) {
-        let now = self.trajectory.stage_mut(i, s);
-        for ((p, &start), &force) in now.p_star.iter_mut().zip(&self.start_p).zip(self.sums.force()) {
-            *p = start + h * force;
-        }
-        now.p_star_dot.copy_from_slice(self.sums.force());
-    }
 }
 
 /// The error of a part that is beyond the range of numbers at a node.
 fn overflow(near: &Near, i: usize, what: &str) -> Error {
     Error::Overflow { what: format!("{what} at node {}", near.motion.given_step(i)), value: f64::INFINITY }
-}
-
-fn largest_real<R: Real>(x: &[R]) -> f64 {
-    x.iter().fold(0.0, |largest, x| largest.max(x.part(0).abs()))
 }
 
 /// One part of all inputs.

@@ -1,7 +1,8 @@
 //! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
 use super::correction::{Shrinking, add};
-use super::{CONVERGED, Lifted, Near, overflow};
+use super::stage::CONVERGED;
+use super::{Lifted, Near, overflow};
 use crate::Error;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restart::Restart;

@@ -13,21 +13,20 @@
 //! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
 //! that is known then, and taken once more.
 
+mod plan;
+
 use std::ops::ControlFlow;
+
+use plan::{Plan, SHORTEST};
 
 use super::checkpoint::Checkpoint;
 use super::{check_weights, choose, choose_weights};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
-use crate::motion::Refinement;
-use crate::motion::{Progress, Report, Trajectory, Watch};
+use crate::motion::{Progress, Report, Watch};
 use crate::{Error, Inputs, Settings, System};
 
-/// With more levels than this the work would no longer be worth the memory that is saved.
-const MOST_LEVELS: usize = 4;
-/// The shortest window that makes sense.
-const SHORTEST: usize = 16;
 /// One node in so many is planned besides those of the given grid.
 const SPARE: usize = 8;
 
@@ -77,28 +76,6 @@ pub struct State<'a> {
     pub p_star_dot: &'a [f64],
     /// σ, N s or N m s.
     pub sigma: &'a [f64],
-}
-
-/// How the memory is divided.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Plan {
-    /// The most nodes of the grid taken.
-    nodes: usize,
-    /// L.
-    window: usize,
-    /// c.
-    checkpoints: usize,
-    /// r.
-    levels: usize,
-}
-
-impl Plan {
-    const NONE: Plan = Plan { nodes: 0, window: 0, checkpoints: 0, levels: 0 };
-
-    /// A checkpoint of the first level comes after every so many nodes.
-    fn part(&self) -> usize {
-        (self.nodes - 1).div_ceil(self.checkpoints.max(1)).max(self.window)
-    }
 }
 
 impl<'s> LongSolver<'s> {
@@ -233,53 +210,6 @@ impl<'s> LongSolver<'s> {
         self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
         self.forward.motion.ahead.most_nodes = self.plan.nodes;
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
-    }
-
-    fn bytes_per_node(&self) -> usize {
-        let every = if self.leaves_out { 1 } else { self.settings.rebase_every };
-        self.system.bytes_per_node(&Settings { rebase_every: every, ..self.settings })
-    }
-
-    /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
-    fn bytes_of_grid(&self, nodes: usize) -> usize {
-        let number = size_of::<f64>();
-        // Inputs on the grid taken, and the gradients on the given one.
-        let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
-        // The list of the inserted nodes may have room for twice as many.
-        let inserted = 2 * (nodes - self.given) * size_of::<usize>();
-        columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
-    }
-
-    /// How much would do for so many nodes, and as much as this at least.
-    fn too_little(&self, nodes: usize, least: usize) -> Error {
-        let plan = |bytes| self.plan_within(bytes, nodes);
-        let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
-        while plan(needed).is_none() {
-            (too_few, needed) = (needed, 2 * needed);
-        }
-        while needed - too_few > needed / 100 {
-            let middle = too_few + (needed - too_few) / 2;
-            *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
-        }
-        Error::Memory { given: self.bytes, needed: needed.max(least) }
-    }
-
-    /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
-    fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
-        let stored = self.bytes_per_node();
-        let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
-        let behind = self.system.m() + self.system.n();
-        let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
-        let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
-        if free >= nodes * stored {
-            return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
-        }
-        let plans = (1..=MOST_LEVELS).map(|levels| {
-            let (window, checkpoints) = (free / 2 / stored, free / 2 / checkpoint / levels);
-            Plan { nodes, window, checkpoints, levels }
-        });
-        let reach = |plan: &Plan| plan.window as f64 * (plan.checkpoints as f64).powi(plan.levels as i32);
-        plans.into_iter().find(|plan| plan.window >= SHORTEST && reach(plan) >= nodes as f64)
     }
 
     /// Computes everything from node 0 on, with a checkpoint after every so many nodes; false if there were more than planned, and the

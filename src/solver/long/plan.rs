@@ -1,0 +1,83 @@
+//! How the memory that is given to a [`LongSolver`] is divided into a window and checkpoints.
+
+use super::LongSolver;
+use crate::forward::HISTORY;
+use crate::motion::{Refinement, Trajectory};
+use crate::solver::checkpoint::Checkpoint;
+use crate::{Error, Settings};
+
+/// With more levels than this the work would no longer be worth the memory that is saved.
+const MOST_LEVELS: usize = 4;
+/// The shortest window that makes sense.
+pub(super) const SHORTEST: usize = 16;
+
+/// How the memory is divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plan {
+    /// The most nodes of the grid taken.
+    pub(super) nodes: usize,
+    /// L.
+    pub(super) window: usize,
+    /// c.
+    pub(super) checkpoints: usize,
+    /// r.
+    pub(super) levels: usize,
+}
+
+impl Plan {
+    pub(super) const NONE: Plan = Plan { nodes: 0, window: 0, checkpoints: 0, levels: 0 };
+
+    /// A checkpoint of the first level comes after every so many nodes.
+    pub(super) fn part(&self) -> usize {
+        (self.nodes - 1).div_ceil(self.checkpoints.max(1)).max(self.window)
+    }
+}
+
+impl LongSolver<'_> {
+    pub(super) fn bytes_per_node(&self) -> usize {
+        let every = if self.leaves_out { 1 } else { self.settings.rebase_every };
+        self.system.bytes_per_node(&Settings { rebase_every: every, ..self.settings })
+    }
+
+    /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
+    pub(super) fn bytes_of_grid(&self, nodes: usize) -> usize {
+        let number = size_of::<f64>();
+        // Inputs on the grid taken, and the gradients on the given one.
+        let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
+        // The list of the inserted nodes may have room for twice as many.
+        let inserted = 2 * (nodes - self.given) * size_of::<usize>();
+        columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
+    }
+
+    /// How much would do for so many nodes, and as much as this at least.
+    pub(super) fn too_little(&self, nodes: usize, least: usize) -> Error {
+        let plan = |bytes| self.plan_within(bytes, nodes);
+        let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
+        while plan(needed).is_none() {
+            (too_few, needed) = (needed, 2 * needed);
+        }
+        while needed - too_few > needed / 100 {
+            let middle = too_few + (needed - too_few) / 2;
+            *(if plan(middle).is_some() { &mut needed } else { &mut too_few }) = middle;
+        }
+        Error::Memory { given: self.bytes, needed: needed.max(least) }
+    }
+
+    /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
+    pub(super) fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
+        let stored = self.bytes_per_node();
+        let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
+        let behind = self.system.m() + self.system.n();
+        let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
+        let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
+        if free >= nodes * stored {
+            return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
+        }
+        let plans = (1..=MOST_LEVELS).map(|levels| {
+            let (window, checkpoints) = (free / 2 / stored, free / 2 / checkpoint / levels);
+            Plan { nodes, window, checkpoints, levels }
+        });
+        let reach = |plan: &Plan| plan.window as f64 * (plan.checkpoints as f64).powi(plan.levels as i32);
+        plans.into_iter().find(|plan| plan.window >= SHORTEST && reach(plan) >= nodes as f64)
+    }
+}
