@@ -57,8 +57,12 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         Ok((counted, x))
     }
 
-    /// f(x), infinite where it has no value.
+    /// f(x), infinite where it has no value; the problem is not asked beyond the range of numbers.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> f64 {
+        if let Err(error) = self.check_range(x, "") {
+            self.fail(error);
+            return f64::INFINITY;
+        }
         self.evaluations += 1;
         self.last.clear();
         self.last.extend_from_slice(x);
@@ -111,15 +115,16 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
 
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         self.gradients += 1;
-        let found = self.problem.gradient(f, c, gradient).and_then(|()| self.check_derivative(gradient));
+        let found = self.problem.gradient(f, c, gradient).and_then(|()| self.check_range(gradient, "the derivative by "));
         self.noting(found)
     }
 
-    fn check_derivative(&self, gradient: &[f64]) -> Result<(), Error> {
-        match gradient.iter().position(|g| !g.is_finite()) {
+    /// Refuses numbers that are not finite, one for each variable, by name.
+    fn check_range(&self, numbers: &[f64], what: &str) -> Result<(), Error> {
+        match numbers.iter().position(|x| !x.is_finite()) {
             Some(i) => {
-                let what = format!("the derivative by `{}`", self.problem.variable_name(i));
-                Err(Error::NotFinite { what, value: gradient[i] })
+                let what = format!("{what}`{}`", self.problem.variable_name(i));
+                Err(Error::NotFinite { what, value: numbers[i] })
             }
             None => Ok(()),
         }
@@ -128,7 +133,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// The Hessian of what the last gradient was of, times a direction.
     pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.products += 1;
-        let found = self.problem.product(direction, product).and_then(|()| self.check_derivative(product));
+        let found = self.check_range(direction, "the direction of a product in ").and_then(|()| {
+            self.problem.product(direction, product)?;
+            self.check_range(product, "the derivative by ")
+        });
         self.noting(found)
     }
 

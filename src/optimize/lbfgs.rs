@@ -66,10 +66,8 @@ pub fn lbfgs<P: Problem + ?Sized>(
     let mut merit = Cost(value);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
-    let mut reason = descent.run(&mut counted, &mut merit, tolerance, watch);
-    if matches!(reason, Reason::Iterations | Reason::NoLowerValue) && descent.is_far() {
-        reason = Reason::Unbounded;
-    }
+    let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
+    let reason = descent.or_unbounded(reason);
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -167,6 +165,12 @@ impl<'o> Descent<'o> {
             self.at = next;
             self.note(problem, merit.cost(), step);
         }
+    }
+
+    /// Why it ended, where constraints hold: without a minimum on the way, that the value falls without end.
+    pub(super) fn or_unbounded(&self, reason: Reason) -> Reason {
+        let is_end = !matches!(reason, Reason::Iterations | Reason::NoLowerValue);
+        if is_end || !self.is_far() { reason } else { Reason::Unbounded }
     }
 
     /// Whether x is so far from the start that what is a length there (the largest variable, or 1) is rounding.

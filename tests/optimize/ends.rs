@@ -41,6 +41,38 @@ fn where_nothing_lower_is_found_need_not_be_a_minimum() {
 }
 
 #[test]
+fn nothing_is_asked_of_points_that_are_not_finite() {
+    // What falls for ever, without a tolerance that would end it, and steps whose squares are beyond the range of numbers.
+    let slope: Function = |x, _, g| {
+        (g[0], g[1]) = (-1e-200, -1.0);
+        -1e-200 * x[0] - x[1]
+    };
+    let mut all = [1e10, 1e155, 1e300].map(|length| Options { first_step: Some(length), ..Options::default() }).to_vec();
+    all.push(Options { stationarity: 0.0, ..Options::default() });
+    for (function, options) in [slope, bowl].into_iter().flat_map(|of| all.iter().map(move |options| (of, options))) {
+        for method in [lbfgs, augmented_lagrangian, interior_point] {
+            // The problem itself refuses what is not finite.
+            let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![]);
+            let outcome = method(&mut problem, &[4.0, 3.0], options, &mut silent).expect("fits");
+            assert!(outcome.x.iter().all(|x| x.is_finite()) && outcome.value.is_finite(), "{outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn what_falls_without_end_is_unbounded_by_every_method() {
+    let slope: Function = |x, _, g| {
+        (g[0], g[1]) = (0.0, -1.0);
+        -x[1]
+    };
+    for method in [lbfgs, augmented_lagrangian, interior_point] {
+        let mut problem = Given::new(slope, vec![Interval::FREE; 2], vec![]);
+        let outcome = method(&mut problem, &[4.0, 3.0], &Options::default(), &mut silent).expect("fits");
+        assert_eq!(outcome.reason, Reason::Unbounded, "{outcome:?}");
+    }
+}
+
+#[test]
 fn options_that_mean_nothing_are_refused_by_name() {
     let usual = Options::default;
     let refused = [

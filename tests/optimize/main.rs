@@ -57,6 +57,7 @@ impl Problem for Given {
         self.constraints.clone()
     }
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        assert!(x.iter().all(|x| x.is_finite()), "a method asks for {x:?}");
         self.x = x.to_vec();
         Ok((self.function)(x, c, &mut self.gradients))
     }
@@ -67,6 +68,7 @@ impl Problem for Given {
     }
     /// By differences of fourth order, as long for any length of the direction.
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        assert!(direction.iter().all(|x| x.is_finite()), "a method asks along {direction:?}");
         let length = direction.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
         let step = 1e-3 / if length > 0.0 { length } else { 1.0 };
         product.fill(0.0);
