@@ -23,7 +23,7 @@ use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{NodeView, Sums, factors_of};
+use crate::system::{Beside, NodeView, Sums, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -130,8 +130,8 @@ pub(crate) struct Arguments<R> {
     pub(crate) y: DVector<R>,
     pub(crate) y_previous: DVector<R>,
     pub(crate) u: DVector<R>,
-    /// At the other end of the step that u̇ is of.
-    pub(crate) u_other: DVector<R>,
+    /// At the nodes before and after: for u̇ of the steps beside a node.
+    pub(crate) u_beside: [DVector<R>; 2],
     pub(crate) b: DVector<R>,
 }
 
@@ -228,9 +228,9 @@ impl<'a> PaperSystem<'a> {
             }
             let by_u = self.cost_columns(i, |arguments| &mut arguments.u) + self.f_u(i).tr_mul(&w);
             gradient.controls.column_mut(i).axpy(1.0, &by_u, 1.0);
-            if self.system.has_control_rates() && nodes > 1 {
-                let by_other = self.cost_columns(i, |arguments| &mut arguments.u_other);
-                gradient.controls.column_mut(self.other(i)).axpy(1.0, &by_other, 1.0);
+            for (beside, other) in self.beside(i).into_iter().enumerate().filter(|_| self.system.has_control_rates()) {
+                let by_other = self.cost_columns(i, |arguments| &mut arguments.u_beside[beside]);
+                gradient.controls.column_mut(other).axpy(1.0, &by_other, 1.0);
             }
             gradient.design += self.cost_columns(i, |arguments| &mut arguments.b) + self.f_b(i).tr_mul(&w);
             if i > 0 {
@@ -249,9 +249,9 @@ impl<'a> PaperSystem<'a> {
         Error::SingularStep { step: i, time: self.trajectory.times[i], unknown, pivot: 0.0 }
     }
 
-    /// The node at the other end of the step that u̇ of a node is of.
-    fn other(&self, i: usize) -> usize {
-        if i == 0 { self.inputs.grid.steps.len().min(1) } else { i - 1 }
+    /// The nodes before and after; the node itself where there is none.
+    fn beside(&self, i: usize) -> [usize; 2] {
+        [i.saturating_sub(1), (i + 1).min(self.inputs.grid.steps.len())]
     }
 
     fn arguments(&self, i: usize) -> Arguments<Dual64> {
@@ -261,7 +261,7 @@ impl<'a> PaperSystem<'a> {
             y: dual(&self.y(i)),
             y_previous: dual(&self.y(i.saturating_sub(1))),
             u: u(i),
-            u_other: u(self.other(i)),
+            u_beside: self.beside(i).map(u),
             b: dual(&self.inputs.design),
         }
     }
@@ -326,36 +326,42 @@ impl<'a> PaperSystem<'a> {
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
-        let weights = self.refinement.weights(&self.trajectory.scheme, &steps, i);
         let mut costs = CostSum::new(&self.refinement, factors_of(0, self.system.outputs()));
+        let place = (i, self.trajectory.compliance_from(i));
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;
             let y = arguments.y.as_slice();
             let design = self.system.parameters().values(arguments.b.as_slice());
-            let mut u_dot = &arguments.u - &arguments.u_other;
-            if let Some(length) = self.inputs.grid.steps.get(i.max(1) - 1) {
-                u_dot /= Dual64::from_re(if i == 0 { -length } else { *length });
-            }
-            let at = NodeView {
-                v_dot: &[],
-                lambda: &[],
-                u_dot: u_dot.as_slice(),
-                v: &y[part(0, n, m)],
-                p_star_dot: &y[part(1, n, m)],
-                q: &y[part(2, n, m)],
-                p_star: &y[part(3, n, m)],
-                sigma: &y[part(4, n, m)],
-                u: arguments.u.as_slice(),
-                t: Dual64::from_re(self.trajectory.times[i]),
-                design: &design,
-            };
             let mut sum = 0.0;
-            let added =
-                costs.add(self.system, (&at, (i, self.trajectory.compliance_from(i))), &weights, &mut |_, term: Dual64| {
-                    sum += term.eps
-                });
+            for &side in Beside::of(i, self.inputs.grid.nodes(), self.system.has_control_rates()) {
+                let weights = self.refinement.weights(&self.trajectory.scheme, &steps, i, side);
+                let u_dot = self.control_rates(&arguments, i, side.step(i));
+                let at = NodeView {
+                    v_dot: &[],
+                    lambda: &[],
+                    u_dot: u_dot.as_slice(),
+                    v: &y[part(0, n, m)],
+                    p_star_dot: &y[part(1, n, m)],
+                    q: &y[part(2, n, m)],
+                    p_star: &y[part(3, n, m)],
+                    sigma: &y[part(4, n, m)],
+                    u: arguments.u.as_slice(),
+                    t: Dual64::from_re(self.trajectory.times[i]),
+                    design: &design,
+                };
+                let mut add = |_, term: Dual64| sum += term.eps;
+                if costs.add(self.system, (&at, place), &weights, &mut add).is_err() {
+                    sum = f64::NAN;
+                }
+            }
             which(&mut arguments)[k].eps = 0.0;
-            added.map_or(f64::NAN, |()| sum)
+            sum
         })
+    }
+
+    /// u̇ of a step beside node `i`.
+    fn control_rates(&self, at: &Arguments<Dual64>, i: usize, step: usize) -> DVector<Dual64> {
+        let change = if step == i { &at.u - &at.u_beside[0] } else { &at.u_beside[1] - &at.u };
+        self.inputs.grid.steps.get(step - 1).map_or(change.clone(), |length| change / Dual64::from_re(*length))
     }
 }

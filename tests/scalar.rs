@@ -178,6 +178,16 @@ fn complex_numbers_have_the_values_of_real_ones_at_the_ends_of_domains() {
 }
 
 #[test]
+fn whole_powers_of_negative_numbers_have_a_complex_step() {
+    for x in [-3.0, -0.7] {
+        for n in [1.0, 2.0, 3.0, -1.0, -4.0, 40.0] {
+            let (slope, exact) = (Scalar::powf(&Cx::new(x, 1e-30), n).0.im / 1e-30, n * f64::powf(x, n - 1.0));
+            assert!((slope - exact).abs() <= 1e-14 * exact.abs(), "{x}^{n}: {slope} for {exact}");
+        }
+    }
+}
+
+#[test]
 fn functions_of_complex_numbers_have_values_where_those_of_real_ones_do() {
     fn functions<S: Scalar>(x: S) -> [S; 9] {
         [x.sqrt(), x.ln(), x.powf(1.5), x.powf(2.0), x.ln_1p(), x.asin(), x.acos(), x.powi(-3), x.max(x.sqrt())]

@@ -4,7 +4,7 @@ use super::sweep::AdjointSweep;
 use crate::forward::{AccelerationsOfCosts, Motion, control_rates};
 use crate::motion::Compliances;
 use crate::number::{add, dot};
-use crate::system::{CostRows, Depends, NodeView, Weights};
+use crate::system::{Beside, CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
 
 impl AdjointSweep {
@@ -14,8 +14,11 @@ impl AdjointSweep {
         if !self.has_cost(system, motion, i) {
             return Ok(());
         }
-        let weights = self.refinement.weights(&motion.trajectory.scheme, &motion.inputs.grid.steps, i);
-        self.add_cost(system, motion, &motion.at(i), &weights, i)?;
+        for &side in Beside::of(i, motion.nodes(), system.has_control_rates()) {
+            let weights = self.refinement.weights(&motion.trajectory.scheme, &motion.inputs.grid.steps, i, side);
+            self.add_cost(system, motion, &motion.at(i), &weights, (i, side.step(i)))?;
+        }
+        self.take_cost();
         self.add_lengths_of_node(system, motion, i);
         Ok(())
     }
@@ -38,9 +41,10 @@ impl AdjointSweep {
             *after += self.cost.step_after;
         }
         if system.has_integral() {
-            for (step, weight) in [(i, scheme.weight(scheme.stages())), (i + 1, scheme.weight(0))] {
+            let (begin, end) = (scheme.weight(0), scheme.weight(scheme.stages()));
+            for (step, by_length) in [(i, end * self.cost.integrand_before), (i + 1, begin * self.cost.integrand_after)] {
                 if (1..=last).contains(&step) {
-                    self.refinement.add_step(step, weight * self.cost.integrand, &mut self.gradient.steps);
+                    self.refinement.add_step(step, by_length, &mut self.gradient.steps);
                 }
             }
         }
@@ -58,15 +62,16 @@ impl AdjointSweep {
             return Ok(());
         }
         let weights = Weights::between(motion.trajectory.scheme.weight(s) * motion.length(node));
-        let added = self.add_cost(system, motion, &motion.at_stage(node, s), &weights, node);
+        self.add_cost(system, motion, &motion.at_stage(node, s), &weights, (node, node))?;
+        self.take_cost();
         self.add_length_of_stage(motion, (node, s));
-        added
+        Ok(())
     }
 
     /// What its costs give to the derivative with respect to the length of the step.
     pub(super) fn add_length_of_stage(&mut self, motion: &Motion, (node, s): (usize, usize)) {
         let weight = motion.trajectory.scheme.weight(s);
-        self.refinement.add_step(node, weight * self.cost.integrand, &mut self.gradient.steps);
+        self.refinement.add_step(node, weight * self.cost.integrand_before, &mut self.gradient.steps);
     }
 
     pub(super) fn clear_cost(&mut self) {
@@ -77,33 +82,33 @@ impl AdjointSweep {
         }
     }
 
-    /// Adds what the costs of a node, or of a stage of the step into it, give to J and to the derivatives with respect to inputs.
+    /// Adds what the costs of a node, or of a stage of the step into it, give to J and its derivatives to the rows, with u̇ of a step.
     fn add_cost(
         &mut self,
         system: &System,
         motion: &Motion,
         at: &NodeView<f64>,
         weights: &Weights<f64>,
-        node: usize,
+        (node, step): (usize, usize),
     ) -> Result<(), Error> {
         self.cost_is_zero = false;
         if system.has_control_rates() {
-            control_rates(&motion.inputs, node, &mut self.cost_node.u_dot);
+            self.cost.clear_passed_on();
+            control_rates(&motion.inputs, step, &mut self.cost_node.u_dot);
         }
         let given = self.refinement.given_step(node);
         let place = (given, motion.trajectory.compliance_from(node));
         self.cost_node.evaluate(system, (at, place), weights, &mut self.cost)?;
-        self.report.cost_evaluations += self.cost.evaluations;
+        self.report.cost_evaluations += std::mem::take(&mut self.cost.evaluations);
         if node == 0 {
             self.cost.time = 0.0;
         }
-        self.take_cost();
         if !self.cost.is_finite() {
             let missing = self.cost_node.accelerations.missing.take();
             return Err(missing.unwrap_or_else(|| system.bad_cost(&self.cost_node.view(at), weights, &mut self.cost, given)));
         }
         if system.has_control_rates() {
-            self.add_control_rates(motion, node.max(1));
+            self.add_control_rates(motion, step);
         }
         Ok(())
     }

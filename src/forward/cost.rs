@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::accelerations::{Accelerations, AccelerationsOfCosts};
 use crate::motion::{Compliances, Refinement};
 use crate::number::Real;
-use crate::system::{CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
+use crate::system::{Beside, CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
@@ -108,28 +108,31 @@ impl<R: Real> Trajectory<R> {
         (costs, i): (&mut CostSum, usize),
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
-        let (mut u_dot, place) = (Vec::new(), (i, self.compliance_from(i)));
+        let (has_rates, place) = (system.has_control_rates(), (i, self.compliance_from(i)));
         costs.accelerations.missing = None;
-        if system.has_control_rates() {
-            u_dot.resize(system.k(), R::zero());
-            control_rates(inputs, i, &mut u_dot);
-        }
+        let mut u_dot = vec![R::zero(); if has_rates { system.k() } else { 0 }];
         if i > 0 && system.has_integral() {
+            control_rates(inputs, i, &mut u_dot);
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
                 costs.add(system, (&at, place), &weights, add)?;
             }
         }
-        let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i);
-        let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
-        costs.add(system, (&at, place), &weights, add)
+        for &side in Beside::of(i, inputs.grid.nodes(), has_rates) {
+            control_rates(inputs, side.step(i), &mut u_dot);
+            let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i, side);
+            let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
+            costs.add(system, (&at, place), &weights, add)?;
+        }
+        Ok(())
     }
 
     /// Which cost of a node is not finite.
     fn bad_cost(&self, system: &System, (inputs, design): (&Inputs<R>, &[R]), costs: &CostSum, node: usize) -> Error {
         let mut u_dot = vec![R::zero(); system.k()];
-        control_rates(inputs, node, &mut u_dot);
+        // Of the step before where there are two: all weights are not zero there.
+        control_rates(inputs, node.max(1), &mut u_dot);
         let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), node) };
         let real = NodeValues::of_costs(&at, |x| x.part(0));
         let at = real.view();
@@ -141,14 +144,13 @@ impl<R: Real> Trajectory<R> {
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from_slice(&costs.factors);
         let steps: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
-        let weights = costs.refinement.weights(&self.scheme, &steps, node);
+        let weights = costs.refinement.weights(&self.scheme, &steps, node, Beside::Both);
         system.bad_cost(&at, &weights, &mut rows, costs.refinement.given_step(node))
     }
 }
 
-/// u̇ in the step into a node, or out of node 0.
-pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, node: usize, u_dot: &mut [R]) {
-    let step = node.max(1);
+/// u̇ in the step into a node; nothing if there is none.
+pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, step: usize, u_dot: &mut [R]) {
     let Some(&length) = inputs.grid.steps.get(step - 1) else { return };
     let [begin, end] = inputs.at_ends(step);
     u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);

@@ -107,8 +107,9 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
-    /// Their rates u̇ in the step that ends here, in which they are linear, and at node 0 in the step that begins there: (u_i − u_{i−1})/Δt_i. So a cost
-    /// couples nodes, and derivatives with respect to both controls and the step length are in the gradient.
+    /// Their rates u̇ = (u_i − u_{i−1})/Δt_i in a step, in which they are linear: in the step whose length the value is multiplied with, and so in both, each with
+    /// its own half, for [`Sum::Trapezoidal`] and [`Sum::Integral`]; for [`Sum::Plain`] in the step that begins here; for a single node in the one that
+    /// ends there, if there is one. So a cost couples nodes, and derivatives with respect to their controls and the step lengths are in the gradient.
     pub u_dot: SVector<S, K>,
     /// Time, s.
     pub t: S,

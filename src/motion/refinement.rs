@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::column_mut;
 use crate::number::Real;
-use crate::system::{GivenWeights, Weights};
+use crate::system::{Beside, GivenWeights, Weights};
 use crate::{Grid, Inputs, Scheme};
 
 /// One step of the grid taken.
@@ -78,17 +78,18 @@ impl Refinement {
         (node == 0 || self.part(node).end == 1.0).then(|| self.given_step(node))
     }
 
-    /// The weights of the ways to sum a cost at a node of the grid taken.
-    pub(crate) fn weights<R: Real>(&self, scheme: &Scheme, taken: &[R], node: usize) -> Weights<R> {
+    /// The weights of the ways to sum a cost at a node of the grid taken, of the steps beside it that are counted.
+    pub(crate) fn weights<R: Real>(&self, scheme: &Scheme, taken: &[R], node: usize, side: Beside) -> Weights<R> {
         let before = node.checked_sub(1).map(|before| taken[before]);
         let after = taken.get(node).copied();
         let part = |step: Option<R>, weight: f64| step.map_or(R::zero(), |dt| dt * weight);
-        let integral = part(before, scheme.weight(scheme.stages())) + part(after, scheme.weight(0));
+        let [counted_before, counted_after] = [before.filter(|_| side.has_before()), after.filter(|_| side.has_after())];
+        let integral = part(counted_before, scheme.weight(scheme.stages())) + part(counted_after, scheme.weight(0));
         let given = self.given_node(node).map(|given| {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
-            GivenWeights::new(given, ends.0, ends.1)
+            GivenWeights::new(given, ends.0, ends.1, side)
         });
-        Weights { given, integral }
+        Weights { given, integral, side }
     }
 
     /// The lengths of the given steps before and after a given node.
@@ -143,6 +144,7 @@ impl Refinement {
 #[cfg(test)]
 mod tests {
     use super::Refinement;
+    use crate::system::Beside;
     use crate::{Grid, Inputs, Scheme, Start};
     use nalgebra::{DMatrix, DVector};
 
@@ -161,10 +163,10 @@ mod tests {
             (0..6).map(|i| refinement.given_node(i)).collect::<Vec<_>>(),
             [Some(0), Some(1), None, None, Some(2), Some(3)]
         );
-        let weights = refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 4);
+        let weights = refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 4, Beside::Both);
         let given = weights.given.expect("a given node");
         assert_eq!((given.rectangle, given.trapezoidal, weights.integral), (1.0, 1.5, 1.0));
-        assert!(refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 3).given.is_none());
+        assert!(refinement.weights(&Scheme::TRAPEZOIDAL, &taken.grid.steps, 3, Beside::Both).given.is_none());
         let (mut controls, mut steps) = (DMatrix::zeros(1, 4), vec![0.0; 3]);
         (0..6).for_each(|node| refinement.add_controls(node, 1.0, &[1.0], &mut controls));
         (1..6).for_each(|node| refinement.add_step(node, 1.0, &mut steps));

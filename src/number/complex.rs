@@ -242,7 +242,11 @@ impl DualNum for Cx {
         Cx(self.0.powi(n))
     }
     fn powf(&self, n: f64) -> Self {
-        Cx(self.0.powf(n)).unless(self.0.re < 0.0 && n.fract() != 0.0)
+        // In polar form the angle of a negative number would be rounded, by far more than a complex step.
+        if self.0.re < 0.0 && n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX) {
+            return self.powi(n as i32);
+        }
+        Cx(self.0.powf(n)).unless(self.0.re < 0.0)
     }
     fn sqrt(&self) -> Self {
         Cx(self.0.sqrt()).unless(self.0.re < 0.0)

@@ -62,7 +62,7 @@ pub trait Scalar:
     fn recip(&self) -> Self;
     /// xⁿ for an integer n.
     fn powi(&self, n: i32) -> Self;
-    /// xⁿ for a real constant n, x ≥ 0; at 0 it has the derivatives of order below n.
+    /// xⁿ for a real constant n, x ≥ 0 unless n is a whole number; at 0 it has the derivatives of order below n.
     fn powf(&self, n: f64) -> Self;
     /// √x, with an infinite derivative at 0.
     fn sqrt(&self) -> Self;

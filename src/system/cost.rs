@@ -34,8 +34,9 @@ pub struct CostRows {
     /// Derivatives with respect to the length of the step before the node and of the one after it.
     pub step_before: f64,
     pub step_after: f64,
-    /// Σ h of the costs that are summed with the weights of the scheme.
-    pub integrand: f64,
+    /// Σ h of the costs that are summed with the weights of the scheme, for the step before and for the one after.
+    pub integrand_before: f64,
+    pub integrand_after: f64,
     /// How many costs were evaluated.
     pub evaluations: usize,
     /// The factor of J, then those of the outputs: what is differentiated is their weighted sum.
@@ -74,8 +75,8 @@ impl CostRows {
     }
 
     pub fn is_finite(&self) -> bool {
-        let numbers = [self.value, self.time, self.step_before, self.step_after, self.integrand];
-        all_finite(&numbers) && self.lists().into_iter().all(|list| all_finite(list))
+        let lengths = [self.step_before, self.step_after, self.integrand_before, self.integrand_after];
+        all_finite(&[self.value, self.time]) && all_finite(&lengths) && self.lists().into_iter().all(|list| all_finite(list))
     }
 
     /// The arguments by which the derivatives are not finite; where these are constants alone, which only multiply what is not, all others too.
@@ -111,11 +112,16 @@ impl CostRows {
         (memory, Slopes { lists, design })
     }
 
+    /// Forgets the derivatives that have been passed on to others: by u̇, v̇ and λ.
+    pub fn clear_passed_on(&mut self) {
+        [&mut self.u_dot, &mut self.v_dot, &mut self.lambda].into_iter().for_each(|list| list.fill(0.0));
+    }
+
     pub fn clear(&mut self) {
         let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, .. } = self;
         [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design].into_iter().for_each(|list| list.fill(0.0));
-        (self.value, self.time, self.step_before, self.step_after, self.integrand) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        self.evaluations = 0;
+        (self.value, self.time, self.evaluations) = (0.0, 0.0, 0);
+        (self.step_before, self.step_after, self.integrand_before, self.integrand_after) = (0.0, 0.0, 0.0, 0.0);
     }
 }
 

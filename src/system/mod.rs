@@ -77,7 +77,7 @@ pub(crate) use terms::Depends;
 use terms::Terms;
 pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
-pub(crate) use weights::{GivenWeights, Weights};
+pub(crate) use weights::{Beside, GivenWeights, Weights};
 
 use crate::Error;
 use crate::linear::Symbolic;

@@ -10,7 +10,7 @@ use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
 use super::terms::CostUse;
 use super::view::NodeView;
-use super::weights::Weights;
+use super::weights::{Beside, Weights};
 use crate::model::Param;
 use crate::model::element::{CostPoint, ListCost, ListPoint, Sum};
 use crate::number::{Fingerprint, Real, hyper, hyper_parts};
@@ -128,19 +128,23 @@ impl<C: ListCost> PlacedCost<C> {
                 _ => self.dual_gradient(at, weight * factor, rows),
             };
         rows.value += weight * value;
-        self.add_by_steps(value, rows);
+        self.add_by_steps(value, weights.side, rows);
     }
 
     /// Adds h to the derivatives with respect to what its weight is made of.
-    fn add_by_steps(&self, value: f64, rows: &mut CostRows) {
+    fn add_by_steps(&self, value: f64, side: Beside, rows: &mut CostRows) {
         rows.evaluations += 1;
+        let [before, after] = [side.has_before(), side.has_after()].map(|counts| if counts { value } else { 0.0 });
         match self.sum {
-            Sum::Rectangle => rows.step_after += value,
+            Sum::Rectangle => rows.step_after += after,
             Sum::Trapezoidal => {
-                rows.step_before += 0.5 * value;
-                rows.step_after += 0.5 * value;
+                rows.step_before += 0.5 * before;
+                rows.step_after += 0.5 * after;
             }
-            Sum::Integral => rows.integrand += value,
+            Sum::Integral => {
+                rows.integrand_before += before;
+                rows.integrand_after += after;
+            }
             Sum::Plain | Sum::Terminal | Sum::Node(_) => {}
         }
     }
@@ -167,7 +171,7 @@ impl<C: ListCost> PlacedCost<C> {
             None => self.dual_gradient_along(at, rate, rate_of_constant, put),
         };
         rows.value += factor * (weight.re * change + weight.eps * value);
-        self.add_by_steps(factor * change, rows);
+        self.add_by_steps(factor * change, weights.side, rows);
     }
 
     /// h and its change along a direction, and each partial derivative with its change, by hyper-dual numbers.

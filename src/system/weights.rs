@@ -3,6 +3,34 @@
 use crate::model::element::Sum;
 use crate::number::Real;
 
+/// The steps beside a node whose weights count: one after the other where costs depend on u̇, which jumps from one to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    Both,
+    Before,
+    After,
+}
+
+impl Beside {
+    /// Those at a node of so many.
+    pub fn of(node: usize, nodes: usize, jumps: bool) -> &'static [Beside] {
+        if jumps && node > 0 && node + 1 < nodes { &[Beside::Before, Beside::After] } else { &[Beside::Both] }
+    }
+
+    /// The step that u̇ is of, by the node at its end.
+    pub fn step(self, node: usize) -> usize {
+        if self == Beside::After { node + 1 } else { node.max(1) }
+    }
+
+    pub fn has_before(self) -> bool {
+        self != Beside::After
+    }
+
+    pub fn has_after(self) -> bool {
+        self != Beside::Before
+    }
+}
+
 /// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<R> {
@@ -10,6 +38,8 @@ pub struct Weights<R> {
     pub given: Option<GivenWeights<R>>,
     /// Δt b_s of the stages that are here.
     pub integral: R,
+    /// The steps that are counted.
+    pub side: Beside,
 }
 
 /// The factors at a given node.
@@ -24,9 +54,9 @@ pub struct GivenWeights<R> {
 }
 
 impl<R: Real> Weights<R> {
-    /// The factors between given nodes.
+    /// The factors at a stage within a step.
     pub fn between(integral: R) -> Self {
-        Weights { given: None, integral }
+        Weights { given: None, integral, side: Beside::Before }
     }
 
     /// The given node that this is, if it is one.
@@ -43,7 +73,7 @@ impl<R: Real> Weights<R> {
             trapezoidal: f(given.trapezoidal),
             terminal: f(given.terminal),
         });
-        Weights { given, integral: f(self.integral) }
+        Weights { given, integral: f(self.integral), side: self.side }
     }
 
     /// The factor for one way; none if it has nothing to do with this place.
@@ -55,21 +85,23 @@ impl<R: Real> Weights<R> {
             (Sum::Rectangle, Some(given)) => Some(given.rectangle),
             (Sum::Trapezoidal, Some(given)) => Some(given.trapezoidal),
             (Sum::Terminal, Some(given)) => Some(given.terminal),
-            (Sum::Node(node), Some(given)) => (node == given.node).then(R::one),
+            (Sum::Node(node), Some(given)) => (node == given.node && self.side.has_before()).then(R::one),
         }
     }
 }
 
 impl<R: Real> GivenWeights<R> {
-    /// The factors at a node of this number between a given step of length `before` and one of length `after` (none at the ends).
-    pub fn new(node: usize, before: Option<R>, after: Option<R>) -> Self {
+    /// The factors at a node of this number between a given step of length `before` and one of length `after` (none at the ends), as far as they are
+    /// counted.
+    pub fn new(node: usize, before: Option<R>, after: Option<R>, side: Beside) -> Self {
         let (zero, one) = (R::zero(), R::one());
+        let [counted_before, counted] = [before.filter(|_| side.has_before()), after.filter(|_| side.has_after())];
         let length = |step: Option<R>| step.unwrap_or(zero);
         GivenWeights {
             node,
-            plain: if after.is_some() { one } else { zero },
-            rectangle: length(after),
-            trapezoidal: (length(before) + length(after)) * 0.5,
+            plain: if counted.is_some() { one } else { zero },
+            rectangle: length(counted),
+            trapezoidal: (length(counted_before) + length(counted)) * 0.5,
             terminal: if after.is_some() { zero } else { one },
         }
     }

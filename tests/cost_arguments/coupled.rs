@@ -82,6 +82,52 @@ fn rates_of_controls_have_exact_gradients_on_all_grids() {
     }
 }
 
+/// u̇².
+struct Square;
+
+impl Cost<0, 0, 1> for Square {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.u_dot[0] * at.u_dot[0]
+    }
+}
+
+#[test]
+fn integrals_over_rates_of_controls_are_those_of_the_linear_pieces() {
+    let value = |sum: Sum, scheme: Scheme, grid: &Grid, controls: &[f64]| {
+        let system = cart(1, |cart| cart.scene.cost("change", Square, sum, [], [], [cart.force], []));
+        let mut inputs = Inputs { start: Start::assembled(&system), ..Inputs::at_rest(&system, grid.clone()) };
+        inputs.controls.copy_from_slice(controls);
+        let mut solver = Solver::new(&system, Settings { scheme, ..Settings::default() });
+        solver.simulate(&inputs).expect("a motion");
+        solver.cost().expect("a value") - of_cart(&inputs, scheme)
+    };
+    // Steps of 0.9 and 0.1 s at rates of 0 and 10: ∫ u̇² dt = 10, and a single node sees the step that ends there.
+    let grid = Grid::new(0.0, vec![0.9, 0.1]);
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::TR_BDF2, Scheme::ESDIRK4, Scheme::ESDIRK5] {
+        for (sum, exact) in [
+            (Sum::Rectangle, 10.0),
+            (Sum::Trapezoidal, 10.0),
+            (Sum::Integral, 10.0),
+            (Sum::Plain, 100.0),
+            (Sum::Terminal, 100.0),
+            (Sum::Node(0), 0.0),
+            (Sum::Node(1), 0.0),
+            (Sum::Node(2), 100.0),
+        ] {
+            let found = value(sum, scheme, &grid, &[2.0, 2.0, 3.0]);
+            assert!((found - exact).abs() < 1e-11, "{sum:?} by {}: {found}", scheme.name);
+        }
+    }
+}
+
+/// What the cart's own costs add.
+fn of_cart(inputs: &Inputs, scheme: Scheme) -> f64 {
+    let plain = cart(1, |_| ());
+    let mut solver = Solver::new(&plain, Settings { scheme, ..Settings::default() });
+    solver.simulate(inputs).expect("a motion");
+    solver.cost().expect("a value")
+}
+
 #[test]
 fn costs_on_lists_of_any_length_have_exact_gradients() {
     for links in [1, 4] {

@@ -7,7 +7,7 @@ use crate::forward::{Motion, control_rates};
 use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
-use crate::system::{CostRows, Covector, Depends, NodeView, Pair, Weights};
+use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Pair, Weights};
 use crate::{Error, System};
 use num_dual::Dual64;
 
@@ -45,17 +45,15 @@ impl SecondOrderSweep {
         node: usize,
     ) -> Result<(), Error> {
         self.sweep.clear_cost();
-        let has_cost = self.sweep.has_cost(system, motion, node);
-        if has_cost {
-            let weights = self.sweep.refinement.weights(&motion.trajectory.scheme, &self.steps, node);
-            self.add_costs(system, motion, (node, motion.trajectory.last_stage()), &weights)?;
+        if self.sweep.has_cost(system, motion, node) {
+            for &side in Beside::of(node, motion.nodes(), system.has_control_rates()) {
+                let weights = self.sweep.refinement.weights(&motion.trajectory.scheme, &self.steps, node, side);
+                self.add_costs(system, motion, (node, motion.trajectory.last_stage(), side.step(node)), &weights)?;
+            }
             self.sweep.add_lengths_of_node(system, motion, node);
         }
         self.add_stage(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
         self.sweep.take_cost();
-        if has_cost && system.has_control_rates() {
-            self.add_control_rates(node);
-        }
         Ok(())
     }
 
@@ -70,29 +68,27 @@ impl SecondOrderSweep {
         self.sweep.clear_cost();
         if system.has_integral() {
             let weight = motion.trajectory.scheme.weight(s);
-            self.add_costs(system, motion, (node, s), &Weights::between(self.steps[node - 1] * weight))?;
+            self.add_costs(system, motion, (node, s, node), &Weights::between(self.steps[node - 1] * weight))?;
             self.sweep.add_length_of_stage(motion, (node, s));
         }
         self.add_stage(system, motion, (newton, first), (node, s));
         self.sweep.take_cost();
-        if system.has_integral() && system.has_control_rates() {
-            self.add_control_rates(node);
-        }
         Ok(())
     }
 
-    /// (J_z)˙.
+    /// (J_z)˙, with u̇ of a step.
     fn add_costs(
         &mut self,
         system: &System,
         motion: &Motion,
-        (node, s): (usize, usize),
+        (node, s, step): (usize, usize, usize),
         weights: &Weights<Dual64>,
     ) -> Result<(), Error> {
         let uses = system.use_of_accelerations(weights, &self.sweep.cost.factors);
         let is_felt = uses != Depends::Never && self.find_accelerations(system, motion, (node, s), uses)?;
         if system.has_control_rates() {
-            self.find_control_rates(motion, node);
+            self.sweep.cost.clear_passed_on();
+            self.find_control_rates(motion, step);
         }
         let [u_dot, u_dot_change] = &self.u_dot;
         let [x, x_change] = &self.felt;
@@ -117,6 +113,9 @@ impl SecondOrderSweep {
         }
         let (rows, programs) = (&mut self.sweep.cost, &mut self.programs.costs);
         if rows.is_finite() {
+            if system.has_control_rates() {
+                self.add_control_rates(step);
+            }
             return Ok(());
         }
         Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.given_step(node)))
@@ -169,11 +168,10 @@ impl SecondOrderSweep {
         }
     }
 
-    /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, or out of node 0, and its change.
-    fn find_control_rates(&mut self, motion: &Motion, node: usize) {
-        let step = node.max(1);
+    /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, and its change.
+    fn find_control_rates(&mut self, motion: &Motion, step: usize) {
         let [u_dot, change] = &mut self.u_dot;
-        control_rates(&motion.inputs, node, u_dot);
+        control_rates(&motion.inputs, step, u_dot);
         let Some(length) = self.steps.get(step - 1) else { return };
         let [begin, end] = self.change.inputs.at_ends(step);
         for (k, change) in change.iter_mut().enumerate() {
@@ -182,8 +180,7 @@ impl SecondOrderSweep {
     }
 
     /// What costs on u̇ add to the derivatives with respect to controls and step lengths.
-    fn add_control_rates(&mut self, node: usize) {
-        let step = node.max(1);
+    fn add_control_rates(&mut self, step: usize) {
         let Some(&Dual64 { re: length, eps: length_dot, .. }) = self.steps.get(step - 1) else { return };
         let ([u_dot, u_dot_change], sweep) = (&self.u_dot, &mut self.sweep);
         let (j, rows) = (&self.first_rows.u_dot, &mut sweep.cost.u_dot);

@@ -80,7 +80,7 @@ impl Formula for Residual<'_> {
             y: list(0..len),
             y_previous: list(len..2 * len),
             u: list(places.of(Part::Controls)),
-            u_other: list(places.of(Part::Controls)),
+            u_beside: [0, 1].map(|_| list(places.of(Part::Controls))),
             b: list(places.of(Part::Design)),
         };
         let node = x[places.of(Part::Node).start].part(0).round() as usize;
