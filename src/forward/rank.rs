@@ -1,5 +1,7 @@
 //! Ranks of the constraint Jacobian and of the mass matrix, dense and free of units: for explanations, never for a step.
 
+use std::cell::OnceCell;
+
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
@@ -18,25 +20,30 @@ const ASIDE: f64 = 1e-3;
 /// Beyond this number of coordinates the decompositions here would take longer than anybody wants to wait.
 const MOST_COORDINATES: usize = 400;
 
-/// Φ̂ = R Φ_q D with rows of length one, and M̂ = D M D with D = |diag(M)|^(−1/2).
+/// Φ̂ = R Φ_q D with rows of length one, D = |diag(M)|^(−1/2).
 pub(crate) struct Scaled {
     phi_q: DMatrix<f64>,
-    mass: DMatrix<f64>,
     /// The diagonals of R and D.
     row: DVector<f64>,
     column: DVector<f64>,
+    /// Combinations of rows that vanish, and directions that the constraints allow, by columns: once somebody asks.
+    dependencies: OnceCell<DMatrix<f64>>,
+    free: OnceCell<DMatrix<f64>>,
 }
 
 impl Scaled {
     /// At one configuration; None if there are too many coordinates or anything is not finite.
     pub(crate) fn at(system: &System, at: &NodeView<f64>) -> Option<Self> {
-        let (n, m) = (system.n(), system.m());
-        if n > MOST_COORDINATES {
+        if system.n() > MOST_COORDINATES {
             return None;
         }
-        let mut mass = mass_matrix(system, at);
-        let column = DVector::from_fn(n, |i, _| if mass[(i, i)] != 0.0 { mass[(i, i)].abs().sqrt().recip() } else { 1.0 });
-        mass = DMatrix::from_fn(n, n, |i, j| mass[(i, j)] * column[i] * column[j]);
+        let column = mass_diagonal(system, at).map(|mass| if mass != 0.0 { mass.abs().sqrt().recip() } else { 1.0 });
+        Scaled::by(column, system, at)
+    }
+
+    /// With this D.
+    fn by(column: DVector<f64>, system: &System, at: &NodeView<f64>) -> Option<Self> {
+        let (n, m) = (system.n(), system.m());
         let mut phi_q = DMatrix::zeros(m, n);
         system.phi_q(at).iter().for_each(|e| phi_q[(e.row, e.col)] += e.value * column[e.col]);
         let row = DVector::from_fn(m, |j, _| {
@@ -44,13 +51,19 @@ impl Scaled {
             if length > 0.0 { length.recip() } else { 1.0 }
         });
         phi_q.row_iter_mut().zip(&row).for_each(|(mut entries, factor)| entries *= *factor);
-        let finite = phi_q.iter().chain(&mass).all(|x| x.is_finite());
-        finite.then_some(Scaled { phi_q, mass, row, column })
+        let is_finite = phi_q.iter().chain(&column).all(|x| x.is_finite());
+        is_finite.then(|| Scaled { phi_q, row, column, dependencies: OnceCell::new(), free: OnceCell::new() })
+    }
+
+    /// M̂ = D M D.
+    fn mass(&self, system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
+        let (mass, d) = (mass_matrix(system, at), &self.column);
+        DMatrix::from_fn(d.len(), d.len(), |i, j| mass[(i, j)] * d[i] * d[j])
     }
 
     /// Coordinates aside by a share of the largest, where the constraints leave room.
     pub(super) fn aside(&self, at: &NodeView<f64>, share: f64) -> DVector<f64> {
-        let free = null_space(&self.phi_q, RANK);
+        let free = self.free();
         // Any direction: that of every coordinate counts.
         let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
         let direction = (free * weights).component_mul(&self.column);
@@ -59,24 +72,47 @@ impl Scaled {
         DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE))
     }
 
-    /// Combinations of rows that vanish, by columns.
-    fn dependencies(&self) -> DMatrix<f64> {
-        null_space(&self.phi_q.transpose(), RANK)
+    /// Coordinates aside after so many corrections of least length towards Φ = 0, or fewer if the rest is rounding, and Φ_q before the last.
+    fn corrected(&self, system: &System, at: &NodeView<f64>, most: usize) -> Option<(DVector<f64>, Scaled)> {
+        let (mut q, mut last, mut phi) = (self.aside(at, ASIDE), None, vec![0.0; system.m()]);
+        for _ in 0..most {
+            let there = NodeView { q: q.as_slice(), ..*at };
+            let scaled = Scaled::by(self.column.clone(), system, &there)?;
+            system.phi(&there, &mut phi);
+            let values = DVector::from_column_slice(&phi).component_mul(&scaled.row);
+            let back = decomposition(scaled.phi_q.clone())?.pseudo_inverse(RANK).ok()? * values;
+            let correction = back.component_mul(&scaled.column);
+            q -= &correction;
+            last = Some(scaled);
+            if correction.amax() <= f64::EPSILON * q.amax() {
+                break;
+            }
+        }
+        Some((q, last?))
+    }
+
+    fn dependencies(&self) -> &DMatrix<f64> {
+        self.dependencies.get_or_init(|| null_space(&self.phi_q.transpose(), RANK))
+    }
+
+    fn free(&self) -> &DMatrix<f64> {
+        self.free.get_or_init(|| null_space(&self.phi_q, RANK))
     }
 
     /// Which equations depend on each other, and the rank; None if all are independent.
     fn dependent(&self, system: &System) -> Option<(usize, Vec<String>)> {
         let null = self.dependencies();
-        (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(&null, system)))
+        (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(null, system)))
     }
 
     /// Constraints that depend on each other, or motions without kinetic energy, as an error.
-    pub(crate) fn explain(&self, system: &System, time: f64) -> Option<Error> {
+    pub(crate) fn explain(&self, system: &System, at: &NodeView<f64>) -> Option<Error> {
+        let time = at.t;
         if let Some((rank, equations)) = self.dependent(system) {
             return Some(Error::DependentConstraints { rank, rows: system.m(), equations, time });
         }
-        let free = null_space(&self.phi_q, RANK);
-        let idle = null_space(&(free.transpose() * &self.mass * &free), RANK * RANK);
+        let free = self.free();
+        let idle = null_space(&(free.transpose() * self.mass(system, at) * free), RANK * RANK);
         if idle.ncols() == 0 {
             return None;
         }
@@ -87,11 +123,11 @@ impl Scaled {
     }
 
     /// The coordinates that take part in motions of negative kinetic energy which the constraints allow.
-    pub(crate) fn negative(&self) -> Vec<usize> {
-        let free = null_space(&self.phi_q, RANK);
-        let Some(energies) = eigen(free.transpose() * &self.mass * &free) else { return Vec::new() };
+    pub(crate) fn negative(&self, system: &System, at: &NodeView<f64>) -> Vec<usize> {
+        let free = self.free();
+        let Some(energies) = eigen(free.transpose() * self.mass(system, at) * free) else { return Vec::new() };
         let picked = (0..free.ncols()).filter(|&k| energies.eigenvalues[k] < NEGATIVE);
-        let motions: Vec<_> = picked.map(|k| &free * energies.eigenvectors.column(k)).collect();
+        let motions: Vec<_> = picked.map(|k| free * energies.eigenvectors.column(k)).collect();
         let moves = |i: &usize| motions.iter().any(|motion| motion[*i].abs() > 1e-6);
         (0..free.nrows()).filter(moves).collect()
     }
@@ -100,7 +136,7 @@ impl Scaled {
     pub(crate) fn contradiction(&self, system: &System, phi: &[f64], time: f64) -> Option<Error> {
         let null = self.dependencies();
         let values = DVector::from_column_slice(phi).component_mul(&self.row);
-        let clash = &null * null.tr_mul(&values);
+        let clash = null * null.tr_mul(&values);
         if clash.norm() <= 1e-6 * values.norm() {
             return None;
         }
@@ -119,7 +155,7 @@ pub(crate) fn dependent(system: &System, at: &NodeView<f64>) -> Option<Vec<Strin
 /// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
 pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
-    let (_, nearby) = corrected(system, at, here.aside(at, ASIDE), 20)?;
+    let (_, nearby) = here.corrected(system, at, 20)?;
     let dependencies = nearby.dependencies().ncols();
     let (rows, time) = (system.m(), at.t);
     (rows - dependencies > rank).then_some(Error::SingularConfiguration {
@@ -140,24 +176,8 @@ pub(crate) fn can_be_met(here: &Scaled, system: &System, at: &NodeView<f64>) -> 
         system.phi(&NodeView { q, ..*at }, &mut phi);
         phi.iter().fold(0.0, |most: f64, phi| if phi.is_nan() { f64::INFINITY } else { most.max(phi.abs()) })
     };
-    let found = corrected(system, at, here.aside(at, ASIDE), 30);
+    let found = here.corrected(system, at, 30);
     found.is_some_and(|(q, _)| size(q.as_slice()) <= 1e-6 * size(at.q))
-}
-
-/// Coordinates after so many corrections of least length towards Φ = 0, and Φ_q before the last.
-fn corrected(system: &System, at: &NodeView<f64>, mut q: DVector<f64>, count: usize) -> Option<(DVector<f64>, Scaled)> {
-    let mut last = None;
-    for _ in 0..count {
-        let there = NodeView { q: q.as_slice(), ..*at };
-        let scaled = Scaled::at(system, &there)?;
-        let mut phi = vec![0.0; system.m()];
-        system.phi(&there, &mut phi);
-        let values = DVector::from_vec(phi).component_mul(&scaled.row);
-        let back = decomposition(scaled.phi_q.clone())?.pseudo_inverse(RANK).ok()? * values;
-        q -= back.component_mul(&scaled.column);
-        last = Some(scaled);
-    }
-    Some((q, last?))
 }
 
 /// What a step that failed can have met: Φ_q of nearly deficient rank, where nearby it has a larger one.
@@ -166,7 +186,7 @@ pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, dr
     let null = null_space(&here.phi_q.transpose(), NEARLY_SINGULAR);
     let (rows, equations) = (system.m(), names_of_rows(&null, system));
     let rank = rows - null.ncols();
-    let usual = || corrected(system, at, here.aside(at, ASIDE), 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
+    let usual = || here.corrected(system, at, 20).map_or(0, |(_, nearby)| nearby.dependencies().ncols());
     let is_singular = rank < rows && rank < rows - usual();
     is_singular.then_some(Error::SingularConfiguration { step, time: at.t, rank, rows, equations, driven })
 }
@@ -174,6 +194,18 @@ pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, dr
 fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
     let takes_part = |j: &usize| null.row(*j).norm() > 1e-6;
     (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect()
+}
+
+/// diag(M) by dual numbers, along all coordinates at once of which M couples none with another.
+fn mass_diagonal(system: &System, at: &NodeView<f64>) -> DVector<f64> {
+    let mut there = NodeValues::of_equations(at, Dual64::from_re);
+    let (mut sums, mut diagonal) = (Sums::new(system.n(), system.m()), DVector::zeros(system.n()));
+    for uncoupled in system.uncoupled_coordinates() {
+        uncoupled.iter().for_each(|&i| there.v[i].eps = 1.0);
+        system.plain_sums(&there.view(), &mut sums);
+        uncoupled.iter().for_each(|&i| (diagonal[i], there.v[i].eps) = (sums.l_v()[i].eps, 0.0));
+    }
+    diagonal
 }
 
 /// M = 𝓛_vv, one column after the other by dual numbers.

@@ -12,7 +12,8 @@
 //! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen, as long as
 //! positions drift alike; where they do not, see `forward/selection.rs`. Scenes whose constraints are independent have none of this.
 
-use super::{rank, selection};
+use super::rank::{self, Scaled};
+use super::selection;
 use crate::forward::ForwardSweep;
 use crate::motion::Compliances;
 use crate::node::Newton;
@@ -36,7 +37,7 @@ const SHARE: f64 = 1e-5;
 /// Gives the loops a compliance if that makes K(0) at the start regular, leaves out what would drift apart, and says which equations depend on each other.
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
-pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>) -> bool {
+pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
     let flexibility = flexibilities(&forward.stepper.newton, system, at);
     let shared = of_loops(system, &flexibility);
     if shared.is_empty() {
@@ -52,7 +53,7 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     let takes_part = |j: &usize| shares[*j].abs() > SHARE;
     let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
     let mut warnings = vec![Warning::DependentConstraints { equations, time: at.t }];
-    let chosen = selection::at_start(forward, system, at, &shared);
+    let chosen = scaled.and_then(|scaled| selection::at_start(forward, system, at, (&shared, scaled)));
     if let Some(chosen) = &chosen {
         let equations = selection::names(system, chosen, &shared);
         warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });

@@ -132,9 +132,9 @@ pub(super) fn at_start(
     forward: &mut ForwardSweep,
     system: &System,
     at: &NodeView<f64>,
-    shared: &Compliances,
+    (shared, scaled): (&Compliances, &Scaled),
 ) -> Option<Vec<(usize, f64)>> {
-    let q = Scaled::at(system, at)?.aside(at, STRAIGHT_ON);
+    let q = scaled.aside(at, STRAIGHT_ON);
     let newton = &mut forward.stepper.newton;
     let mut select_at = |q: &[f64]| {
         let from = KnownPart { h: 0.0, q, p_star: &[], sigma: at.sigma };

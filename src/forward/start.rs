@@ -136,11 +136,11 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
         return Err(error);
     }
-    let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, time));
+    let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, &at));
     forward.monitor.report.worst_pivot = 1.0;
     // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
     let may_depend = scaled.is_none() || explained.is_some();
-    if may_depend && redundancy::relax(forward, system, &at) {
+    if may_depend && redundancy::relax(forward, system, &at, scaled.as_ref()) {
         return Ok(());
     }
     match (explained, result) {
@@ -155,7 +155,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
 fn note_negative_mass(forward: &mut ForwardSweep, system: &System, q: &[f64]) {
     let (masses, at) = (redundancy::masses(&forward.stepper.newton, system), point(forward, q));
     let is_negative = |i: &usize| masses[*i] < 0.0;
-    let known = Scaled::at(system, &at).map(|scaled| scaled.negative());
+    let known = Scaled::at(system, &at).map(|scaled| scaled.negative(system, &at));
     let mut found: Vec<usize> = known.clone().unwrap_or_else(|| (0..system.n()).collect());
     found.retain(is_negative);
     if found.is_empty() {

@@ -304,7 +304,7 @@ pub(crate) fn factor_state(
     }
     report.factorisations += own.factorisations;
     factored.map(|()| own.worst_pivot).map_err(|breakdown| {
-        let cause = system.find_not_finite(at, node).or_else(|| Scaled::at(system, at)?.explain(system, at.t));
+        let cause = system.find_not_finite(at, node).or_else(|| Scaled::at(system, at)?.explain(system, at));
         cause.unwrap_or_else(|| system.singular_step(&breakdown, node, at.t))
     })
 }
