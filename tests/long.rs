@@ -301,6 +301,23 @@ fn the_memory_that_is_named_is_enough_for_motions_shorter_than_a_window() {
 }
 
 #[test]
+fn a_jacobian_that_does_not_fit_takes_no_memory_from_the_next_motion() {
+    let mut cart = CartPendulum::default().mechanism();
+    for k in 0..30 {
+        let output = cart.scene.output(&format!("work {k}"));
+        let (name, x) = (format!("work {k}"), cart.cart.coordinates[0]);
+        cart.scene.term(output, &name, Dragged, Sum::Trapezoidal, [x], [], [cart.force], []);
+    }
+    let system = cart.scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+    let mut solver = LongSolver::new(&system, Settings::default(), 0);
+    let Err(Error::Memory { needed, .. }) = solver.simulate(&inputs, |_| ()) else { panic!("no memory at all") };
+    let mut solver = LongSolver::new(&system, Settings::default(), needed);
+    assert!(matches!(solver.jacobian(&inputs), Err(Error::Memory { .. })));
+    solver.simulate(&inputs, |_| ()).expect("a motion");
+}
+
+#[test]
 fn ten_thousand_inserted_nodes_are_the_same_from_checkpoints() {
     let system = dragged();
     let settings = Settings { max_iterations: 5, ..Settings::default() };

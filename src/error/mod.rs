@@ -142,7 +142,7 @@ pub enum Error {
     ContradictoryConstraints {
         /// The constraint equations that take part.
         equations: Vec<String>,
-        /// By how much they cannot be satisfied together, m or m/s (rad or rad/s).
+        /// What is left of their combination that should vanish whatever the state is, with the largest share 1: m or m/s (rad or rad/s).
         violation: f64,
         /// When, s.
         time: f64,

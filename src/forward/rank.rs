@@ -142,7 +142,8 @@ impl Scaled {
         }
         let takes_part = |j: &usize| clash[*j].abs() > 1e-6 * clash.amax();
         let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
-        let violation = (0..system.m()).filter(takes_part).map(|j| phi[j].abs()).fold(0.0, f64::max);
+        // zᵀΦ, whatever q or v is, of the combination z whose largest share is 1.
+        let violation = clash.norm_squared() / clash.component_mul(&self.row).amax();
         Some(Error::ContradictoryConstraints { equations, violation, time })
     }
 }

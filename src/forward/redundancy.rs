@@ -179,7 +179,9 @@ pub(super) fn refuse_gaps(
     if gaps.is_empty() {
         return Ok(());
     }
-    let violation = gaps.iter().fold(0.0f64, |largest, (_, gap)| largest.max(*gap));
+    // As in `rank::Scaled::contradiction`: of the combination σ whose largest share is 1.
+    let most = gaps.iter().fold(0.0, |most: f64, (j, _)| most.max(sigma(*j).abs()));
+    let violation = gaps.iter().map(|(j, gap)| gap * (sigma(*j) / most).abs()).sum();
     let names = || gaps.iter().map(|(j, _)| system.equation_name(*j).to_string()).collect();
     let equations = rank::dependent(system, at).unwrap_or_else(names);
     Err(Error::ContradictoryConstraints { equations, violation, time: at.t })

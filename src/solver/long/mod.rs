@@ -103,6 +103,8 @@ impl<'s> LongSolver<'s> {
     /// # Errors
     /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
     pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
+        // Those of a Jacobian that did not fit.
+        self.sweeps.truncate(1);
         self.begin(inputs)?;
         self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
     }
