@@ -1,4 +1,4 @@
-//! An excavator's boom and stick, moved by two hydraulic cylinders: which pin makes lifting cheapest?
+//! An excavator's boom and stick, moved by two hydraulic cylinders: how high does the stick come, and how does that depend on a pin?
 //!
 //! Nothing is derived by hand: the start is assembled from a guess, the cylinders are ready parts, the place of the boom's pin is a design variable,
 //! and its derivative goes through the assembly.
@@ -34,7 +34,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let motion = solver.simulate(&inputs)?.clone();
     let page = std::env::temp_dir().join("excavator.html");
     Animation::new(&system, solver.inputs(), &motion)?.title("Excavator").write_html(&page)?;
-    println!("{} plays it; the stick ends at a height of {:.3} m", page.display(), solver.outputs()?[height.index()]);
+    println!(
+        "{} plays it; the middle of the stick is at a height of {:.3} m after 1 s",
+        page.display(),
+        solver.outputs()?[height.index()]
+    );
 
     let of_pin = solver.jacobian()?[height.index()].design[0];
     let effort = solver.gradient()?;

@@ -14,7 +14,8 @@ pub struct Gradient {
     pub value: f64,
     /// dJ/du_i in column i = 0 … N (k × (N + 1)), Eq. (11) without the factor Δt.
     pub controls: DMatrix<f64>,
-    /// dJ/db, Eq. (12).
+    /// dJ/db, Eq. (12), with the start held as it was given: of a start that is to follow (a hinge moves, a length changes), take
+    /// [`Start::Assembled`](crate::Start::Assembled).
     pub design: DVector<f64>,
     /// dJ/dq₀ and dJ/dv₀ (or dJ/dp*₀, if the motion was started with p*₀).
     pub start: Start,

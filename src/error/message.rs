@@ -164,7 +164,8 @@ impl fmt::Display for Error {
             Error::Model { element, arguments, node, time } => write!(
                 f,
                 "{element} gave a value or derivative that is not finite{} at node {node} (t = {} s); check its formula \
-                 (division by zero, root of zero, logarithm of a negative number, points of a spring that coincide)",
+                 (division by zero, root of zero, for second derivatives also a power below 2 of zero, logarithm of a negative number, points \
+                 of a spring that coincide)",
                 if arguments.is_empty() { String::new() } else { format!(" for {arguments}") },
                 seconds(*time)
             ),
@@ -185,7 +186,7 @@ impl fmt::Display for Error {
             ),
             Error::NotInSegments { what, why } => write!(f, "multiple shooting cannot do with {what}: {why}"),
             Error::NoSuchInput { input } => {
-                write!(f, "{input} is no input of this motion; `check::Input::all` lists them")
+                write!(f, "{input} is no input of this motion; is its handle one of another scene? `check::Input::all` lists all inputs")
             }
             Error::NoPoint { drawn } => write!(
                 f,

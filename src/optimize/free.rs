@@ -10,7 +10,8 @@ pub enum Quantity {
     Control(Control),
     /// A control at so many knots, evenly spread in time, linear between them.
     LinearControl(Control, usize),
-    /// A control in so many pieces of equal length, constant in each; a node between two pieces belongs to the later one.
+    /// A control in so many pieces of equal length, constant at the nodes of each; a node between two pieces belongs to the later one. Controls are linear
+    /// from node to node, and so from piece to piece.
     PiecewiseControl(Control, usize),
     /// A control as a cubic B-spline of so many coefficients with clamped ends, the knots evenly spread in time.
     SplineControl(Control, usize),

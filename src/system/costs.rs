@@ -78,7 +78,7 @@ impl<C: ListCost> AnyCosts for Costs<C> {
             if !without_programs {
                 let bound = Param::which_are_bound(&item.b);
                 let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, *fixed));
-                item.formula = formula.ok();
+                (item.obstacle, item.formula) = (formula.as_ref().err().copied(), formula.ok());
                 *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
             }
         }
@@ -106,8 +106,7 @@ impl<C: ListCost> AnyCosts for Costs<C> {
     }
 
     fn terms(&self) -> Vec<Term<'_>> {
-        let items = self.items.iter();
-        items.map(|item| Term { name: &item.name, output: item.output, sum: item.sum, uses: item.uses }).collect()
+        self.items.iter().map(PlacedCost::term).collect()
     }
 
     fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {

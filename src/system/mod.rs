@@ -209,17 +209,19 @@ impl System {
         self.formulas.elements.iter().find(|element| element.name == name).map(print::print)
     }
 
-    /// The elements without a program, which num-dual differentiates at every point, and why: slower, but not less exact.
+    /// The elements and costs without a program, which num-dual differentiates at every point, and why: slower, but not less exact.
     pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
-        let unknown = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
-        unknown.map(|element| {
-            let why = match element.formula.obstacle {
+        let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
+        let costs = self.costs.iter().flat_map(|costs| costs.terms()).filter(|cost| !cost.has_program);
+        let of_elements = elements.map(|element| (element.name.as_str(), element.formula.obstacle));
+        of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
+            let why = match obstacle {
                 None => "the scene was compiled without programs",
                 Some(Obstacle::Branches) => "its formula branches on a value",
                 Some(Obstacle::IsTooLong) => "its derivatives are too long for a program",
                 Some(Obstacle::Panics) => "its formula panics where the scene was placed",
             };
-            (element.name.as_str(), why)
+            (name, why)
         })
     }
 

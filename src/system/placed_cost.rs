@@ -8,7 +8,7 @@ use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
-use super::terms::CostUse;
+use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::{Beside, Weights};
 use crate::model::Param;
@@ -55,12 +55,15 @@ pub struct PlacedCost<C> {
     pub(super) shape: CostShape,
     pub(super) b: Vec<Param>,
     pub(super) formula: Option<CostFormula>,
+    /// Why it has none, unless it was not to have one.
+    pub(super) obstacle: Option<Obstacle>,
     pub(super) uses: CostUse,
 }
 
 impl<C: ListCost> PlacedCost<C> {
     pub fn new((name, output): (&str, usize), (cost, sum): (C, Sum), shape: CostShape, b: Vec<Param>) -> Self {
-        PlacedCost { name: name.to_string(), output, cost, sum, shape, b, formula: None, uses: CostUse::UNKNOWN }
+        let (name, uses) = (name.to_string(), CostUse::UNKNOWN);
+        PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses }
     }
 
     /// The cost for given arguments and constants, by their numbers.
@@ -105,6 +108,13 @@ impl<C: ListCost> PlacedCost<C> {
         let Some(template) = template else { return CostUse::UNKNOWN };
         let depends = template.depends(self.shape.len());
         CostUse::of(depends.iter().zip(&self.shape.places).filter(|(depends, _)| **depends).map(|(_, (of, _))| *of))
+    }
+
+    /// It without its formula.
+    pub(super) fn term(&self) -> Term<'_> {
+        let PlacedCost { name, output, sum, uses, obstacle, .. } = self;
+        let has_program = self.formula.is_some();
+        Term { name, output: *output, sum: *sum, uses: *uses, has_program, obstacle: *obstacle }
     }
 
     pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {

@@ -8,6 +8,7 @@ use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::element::Sum;
 use crate::number::Real;
+use crate::program::Obstacle;
 
 /// A cost, without its formula.
 pub struct Term<'a> {
@@ -16,6 +17,9 @@ pub struct Term<'a> {
     pub output: usize,
     pub sum: Sum,
     pub uses: CostUse,
+    pub has_program: bool,
+    /// Why it has none, unless it was not to have one.
+    pub obstacle: Option<Obstacle>,
 }
 
 /// What is known of all of them.

@@ -143,7 +143,7 @@ impl Scene {
         [cos * dx + sin * dy, cos * dy - sin * dx]
     }
 
-    /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added.
+    /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added; it is zero unless this is called.
     pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
         self.set_gravity([x.into(), y.into(), 0.0.into()]);
     }
