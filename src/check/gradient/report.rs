@@ -100,6 +100,11 @@ impl DirectionReport {
         };
     }
 
+    /// Whether the oracles disagree by the differences alone.
+    fn only_differences_differ(&self) -> bool {
+        self.verdict == Verdict::OraclesDisagree && near(self.direct, self.complex_step, DIFFERENCED * self.scale())
+    }
+
     /// Whether all but the differences agree to what dJ is itself, however large J is: then dJ is no rounding.
     fn agrees(&self, tolerance: f64) -> bool {
         let exact = tolerance * self.size;
@@ -246,6 +251,15 @@ impl fmt::Display for GradientReport {
                 None => writeln!(f)?,
             }
         }
+        let bent = self.directions.iter().chain(&self.worst_singles).find(|row| row.only_differences_differ());
+        if let Some(DirectionReport { name, .. }) = bent {
+            writeln!(
+                f,
+                "  along `{name}` differences alone differ from all others: {} bends at these inputs, as by abs, max or min at zero, and has no \
+                 derivative there but that of one side; or it is rough; move the inputs a little and see",
+                self.of
+            )?;
+        }
         let is_rough = self.rounding > ROUGH[0] && self.rounding < ROUGH[1];
         if is_rough && matches!(self.verdict(), Verdict::Wrong | Verdict::OraclesDisagree) {
             writeln!(
@@ -311,6 +325,8 @@ mod tests {
             assert_eq!(row([0.0, 0.0, wrong, 0.0]).verdict, Verdict::OraclesDisagree);
         }
         assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::OraclesDisagree);
+        assert!(report(vec![row([0.0, 0.0, 0.0, 0.5])], 2.0, None).to_string().contains("bends at these inputs"));
+        assert!(!report(vec![row([0.0, 0.0, 0.5, 0.5])], 2.0, None).to_string().contains("bends at these inputs"));
         // No step of the differences had a motion.
         assert_eq!(row([0.0, 0.0, 0.0, f64::NAN]).verdict, Verdict::Right);
     }
