@@ -125,7 +125,8 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let found = rounds(&mut counted, &mut merit, &mut descent, options, watch);
     let reason = counted.reason(found, descent.history.len())?;
-    let reason = if counted.violation() <= options.violation { descent.or_unbounded(reason) } else { reason };
+    let tolerance = options.stationarity * descent.history[0].stationarity;
+    let reason = if counted.violation() <= options.violation { descent.or_unbounded(reason, tolerance) } else { reason };
     let value = descent.history[descent.history.len() - 1].value;
     Ok(counted.outcome(descent.at.x, value, merit.w, descent.history, reason))
 }

@@ -67,7 +67,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
     let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
-    let reason = descent.or_unbounded(reason);
+    let reason = descent.or_unbounded(reason, tolerance);
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -167,9 +167,13 @@ impl<'o> Descent<'o> {
         }
     }
 
-    /// Why it ended, where constraints hold: without a minimum on the way, that the value falls without end.
-    pub(super) fn or_unbounded(&self, reason: Reason) -> Reason {
-        let is_end = !matches!(reason, Reason::Iterations | Reason::NoLowerValue);
+    /// Why it ended, where constraints hold: without a gradient within a tolerance on the way, that the value falls without end.
+    pub(super) fn or_unbounded(&self, reason: Reason, tolerance: f64) -> Reason {
+        let is_end = match reason {
+            Reason::Iterations | Reason::NoLowerValue => false,
+            Reason::Stationary => self.history[self.history.len() - 1].stationarity <= tolerance,
+            _ => true,
+        };
         if is_end || !self.is_far() { reason } else { Reason::Unbounded }
     }
 

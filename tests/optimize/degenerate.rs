@@ -547,3 +547,80 @@ fn more_than_rounding_leaves_is_not_asked_of_constraints() {
         }
     }
 }
+
+/// ½ (aᵀx)² + gᵀx.
+struct Valley {
+    a: Vec<f64>,
+    g: Vec<f64>,
+    x: Vec<f64>,
+}
+
+impl Valley {
+    /// Some numbers from −1 to 1, the same for the same k.
+    fn numbers(k: usize, count: usize) -> Vec<f64> {
+        (0..count).map(|i| (12.9898 * (k * count + i + 1) as f64).sin()).collect()
+    }
+
+    fn along(&self, x: &[f64]) -> f64 {
+        self.a.iter().zip(x).map(|(a, x)| a * x).sum()
+    }
+}
+
+impl Problem for Valley {
+    fn variables(&self) -> usize {
+        self.a.len()
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.x = x.to_vec();
+        Ok(0.5 * self.along(x).powi(2) + self.g.iter().zip(x).map(|(g, x)| g * x).sum::<f64>())
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let slope = self.along(&self.x);
+        gradient.iter_mut().zip(self.a.iter().zip(&self.g)).for_each(|(to, (a, g))| *to = f * (a * slope + g));
+        Ok(())
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        let bend = self.along(direction);
+        product.iter_mut().zip(&self.a).for_each(|(to, a)| *to = a * bend);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_valley_that_falls_without_end_has_no_stationary_point() {
+    for k in 0..400 {
+        let numbers = Valley::numbers(k, 6);
+        for method in [lbfgs, augmented_lagrangian] {
+            let mut problem = Valley { a: numbers[..2].to_vec(), g: numbers[2..4].to_vec(), x: Vec::new() };
+            let start = [3.0 * numbers[4], 3.0 * numbers[5]];
+            let outcome = method(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+            assert!(!outcome.reason.is_converged(), "{k}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn the_floor_of_a_valley_is_where_it_is_found_again() {
+    for k in 0..100 {
+        let numbers = Valley::numbers(k, 9);
+        let a = numbers[..3].to_vec();
+        let slope = a[0] * 0.3 - a[1] * 0.7 + a[2] * 0.2;
+        let mut problem = Valley { g: a.iter().map(|a| a * slope).collect(), a, x: Vec::new() };
+        let found = solve(&mut problem, &[2.0 * numbers[3], 2.0 * numbers[4], 2.0 * numbers[5]]);
+        let again = solve(&mut problem, &found.x);
+        assert!(found.reason.is_converged() && again.reason.is_converged(), "{k}: {found:?} {again:?}");
+    }
+}
+
+#[test]
+fn a_constraint_with_room_has_no_multiplier_where_variables_are_at_their_bounds() {
+    let first: Function = |x, c, g| {
+        (c[0], g[0], g[1]) = (x[0], 1.0, 1.0);
+        x[0]
+    };
+    for method in [interior_point, augmented_lagrangian] {
+        let mut problem = Given::new(first, vec![Interval::new(0.0, 1.0)], vec![Interval::new(-1.0, 3.0)]);
+        let outcome = method(&mut problem, &[0.5], &Options::default(), &mut silent).expect("fits");
+        assert!(outcome.reason.is_converged() && outcome.multipliers[0].abs() < 1e-6, "{outcome:?}");
+    }
+}

@@ -161,11 +161,13 @@ impl Method {
         let n = problem.bounds.len();
         self.gradient.rows_mut(0, n).copy_from_slice(&gradient);
         self.jacobian.columns_mut(0, n).copy_from(&jacobian);
-        let scales = self.barrier.scales(self.y.as_slice(), self.barrier.unit);
         for (slack, k) in self.slacks(n) {
-            let change = self.jacobian.row(k).columns(0, n).iter().zip(&scales).map(|(x, d)| x * d).fold(0.0, f64::hypot);
+            // Also where variables are at their bounds: what a slack has room for does not depend on theirs.
+            let slopes = self.jacobian.row(k).columns(0, n).into_owned();
+            let free = slopes.iter().zip(&self.barrier.bounds).filter(|(_, of)| !of.is_equality());
+            let change = free.map(|(slope, _)| *slope).fold(0.0, f64::hypot);
             if change > 0.0 {
-                self.barrier.far[slack] = change / self.barrier.unit;
+                self.barrier.far[slack] = change;
             }
         }
     }

@@ -70,6 +70,9 @@ impl Method {
 
     /// Whether x is so far from the start that such a length there is rounding.
     pub(in super::super) fn is_far(&self, length: f64) -> bool {
+        // Where it begins at a minimum, but for rounding, the unit is rounding, too.
+        let size = largest(&self.start);
+        let length = length.max(if size > 0.0 { size } else { 1.0 });
         f64::EPSILON * largest_change(self.x().as_slice(), &self.start) > length
     }
 
