@@ -1,6 +1,7 @@
 //! Levenberg–Marquardt for ½‖r(x)‖² with bounds; with fewer residuals than variables its steps are those of least norm (Nielsen 1999, damping).
 //!
-//! (AᵀA + μ I) d = −Aᵀr, or, with fewer rows than columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r, A the Jacobian.
+//! (AᵀA + μ D²) d = −Aᵀr, D the lengths of columns of the Jacobian A (Marquardt 1963), so that units of variables do not matter; or, with fewer rows than
+//! columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -70,7 +71,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     let mut history = vec![at.iterate(&mut counted, 0.0)];
     let mut lengths = at.lengths();
     let first = at.slope(&counted, &lengths);
-    let mut damping = 1e-3 * at.jacobian.row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
+    let mut damping = 1e-3 * at.in_units(&lengths).row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &at.x).is_break() {
@@ -89,7 +90,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
         let (mut growth, mut foreseen) = (2.0, None);
         let next = loop {
             // What rounding leaves no factors of wants more damping, too.
-            if let Some(step) = at.step(&counted, damping) {
+            if let Some(step) = at.step(&counted, damping, &lengths) {
                 let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 counted.project(&mut x);
                 let predicted = at.decrease(&x);
@@ -115,7 +116,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
         let Some(next) = next else {
             break match foreseen {
                 _ if counted.is_stopped() => Reason::Asked,
-                Some(decrease) if at.along_gradient(&counted).max(decrease) <= at.noise() => Reason::Stationary,
+                Some(decrease) if at.along_gradient(&counted, &lengths).max(decrease) <= at.noise() => Reason::Stationary,
                 _ => Reason::NoLowerValue,
             };
         };
@@ -183,8 +184,7 @@ impl State {
 
     /// The largest derivative by a variable that no bound holds, each in units of such a length: the same whatever the units of the variables are.
     fn slope<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
-        let gradient: Vec<f64> =
-            self.gradient().iter().zip(lengths).map(|(g, of)| if *of > 0.0 { g / of } else { 0.0 }).collect();
+        let gradient: Vec<f64> = self.gradient().iter().zip(lengths).map(|(g, of)| g * reciprocal(*of)).collect();
         problem.stationarity(&self.x, &gradient)
     }
 
@@ -202,29 +202,34 @@ impl State {
         -(change.dot(&self.r) + half_square(&change))
     }
 
-    /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds.
-    fn along_gradient<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
-        let mut gradient = self.gradient();
-        let held = |x: f64, g: f64, of: &Interval| of.holds(x, g).is_some();
-        gradient
-            .iter_mut()
-            .zip(&self.x)
-            .zip(&problem.bounds)
-            .filter(|((g, x), of)| held(**x, **g, of))
-            .for_each(|((g, _), _)| *g = 0.0);
+    /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds, in units of such lengths.
+    fn along_gradient<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
+        let a = self.free(problem, scaled(&self.jacobian, lengths));
+        let gradient = a.tr_mul(&self.r);
         let square = gradient.norm_squared();
-        if square > 0.0 { 0.5 * square * square / (&self.jacobian * gradient).norm_squared() } else { 0.0 }
+        if square > 0.0 { 0.5 * square * square / (a * gradient).norm_squared() } else { 0.0 }
     }
 
-    /// The step, with variables that bounds hold left out; none if nothing is left.
-    fn step<P: Problem + ?Sized>(&self, problem: &Counted<P>, damping: f64) -> Option<DVector<f64>> {
+    /// The Jacobian by variables in units of such lengths; as it is with fewer residuals than variables, of whose steps the shortest is taken.
+    fn in_units(&self, lengths: &[f64]) -> DMatrix<f64> {
+        let is_short = self.jacobian.nrows() < self.jacobian.ncols();
+        if is_short { self.jacobian.clone() } else { scaled(&self.jacobian, lengths) }
+    }
+
+    /// A Jacobian without the columns of variables that bounds hold.
+    fn free<P: Problem + ?Sized>(&self, problem: &Counted<P>, mut a: DMatrix<f64>) -> DMatrix<f64> {
         let gradient = self.gradient();
-        let mut a = self.jacobian.clone();
         for (i, of) in problem.bounds.iter().enumerate() {
             if of.holds(self.x[i], gradient[i]).is_some() {
                 a.column_mut(i).fill(0.0);
             }
         }
+        a
+    }
+
+    /// The step, with variables that bounds hold left out; none if nothing is left.
+    fn step<P: Problem + ?Sized>(&self, problem: &Counted<P>, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
+        let a = self.free(problem, self.in_units(lengths));
         let (m, n) = a.shape();
         let damped = |mut square: DMatrix<f64>| {
             (0..square.nrows()).for_each(|i| square[(i, i)] += damping.max(f64::MIN_POSITIVE));
@@ -232,7 +237,22 @@ impl State {
         };
         match m < n {
             true => damped(&a * a.transpose()).map(|factors| -(a.tr_mul(&factors.solve(&self.r)))),
-            false => damped(a.tr_mul(&a)).map(|factors| -factors.solve(&a.tr_mul(&self.r))),
+            false => {
+                let step = damped(a.tr_mul(&a))?.solve(&a.tr_mul(&self.r));
+                Some(DVector::from_iterator(n, step.iter().zip(lengths).map(|(d, of)| -d * reciprocal(*of))))
+            }
         }
     }
+}
+
+/// The columns of a Jacobian divided by such lengths.
+fn scaled(jacobian: &DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
+    let mut scaled = jacobian.clone();
+    scaled.column_iter_mut().zip(lengths).for_each(|(mut column, length)| column *= reciprocal(*length));
+    scaled
+}
+
+/// 1/length, and 0 for none: what nothing depends on stays where it is.
+fn reciprocal(length: f64) -> f64 {
+    if length > 0.0 { length.recip() } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 use super::{Function, Given, hs71};
 use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, augmented_lagrangian, interior_point,
-    lbfgs, silent,
+    lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings};
@@ -623,4 +623,26 @@ fn a_constraint_with_room_has_no_multiplier_where_variables_are_at_their_bounds(
         let outcome = method(&mut problem, &[0.5], &Options::default(), &mut silent).expect("fits");
         assert!(outcome.reason.is_converged() && outcome.multipliers[0].abs() < 1e-6, "{outcome:?}");
     }
+}
+
+#[test]
+fn a_fit_does_not_depend_on_the_units_of_variables() {
+    // p + s k = 1 and p = s k, for k in units of 1 to 1e16.
+    let residuals: [Function; 5] = [units::<0>, units::<4>, units::<8>, units::<12>, units::<16>];
+    for (power, function) in residuals.into_iter().enumerate() {
+        let unit = 10f64.powi(4 * power as i32);
+        let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![Interval::ZERO; 3]);
+        let fit = levenberg_marquardt(&mut problem, &[0.2, 0.1 * unit], &Options::default(), &mut silent).expect("fits");
+        assert!(fit.outcome.reason == Reason::Stationary && fit.outcome.history.len() < 8, "{unit:e}: {fit:?}");
+        assert_near(&[fit.outcome.x[0], fit.outcome.x[1] / unit], &[0.5, 0.5], 1e-6);
+    }
+}
+
+/// f = 0 and the residuals p + s k − 1, p − s k, ½ p + s k − ¾ with s = 10^−POWER.
+fn units<const POWER: i32>(x: &[f64], c: &mut [f64], g: &mut [f64]) -> f64 {
+    let s = 10f64.powi(-POWER);
+    let (p, k) = (x[0], s * x[1]);
+    c.copy_from_slice(&[p + k - 1.0, p - k, 0.5 * p + k - 0.75]);
+    g.copy_from_slice(&[0.0, 0.0, 1.0, s, 1.0, -s, 0.5, s]);
+    0.0
 }
