@@ -1,6 +1,6 @@
 //! [`Counted`]: a problem with what a method asked of it, and what was found.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
@@ -9,6 +9,8 @@ use crate::Error;
 
 /// The share of the terms of a constraint that may be rounding.
 const ROUNDED: f64 = 1e-13;
+/// The cosine of violations and of what a variable changes in them, above which that variable would make them less: not at their least, but at a wall.
+const LEADS_ON: f64 = 0.1;
 
 /// A problem with what was asked of it.
 pub(super) struct Counted<'p, P: ?Sized> {
@@ -220,6 +222,26 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             let terms = row.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum::<f64>() + self.c[j].abs();
             self.intervals[j].violation(self.c[j]) <= ROUNDED * terms
         }))
+    }
+
+    /// Whether violations end, at the point x that was evaluated last, where they are least, and not at points without a value: there some variable that its
+    /// bounds let go would make them less.
+    ///
+    /// # Errors
+    /// Those of a Jacobian.
+    pub(super) fn is_least_violated(&mut self, x: &[f64]) -> Result<bool, Error> {
+        if self.failures == 0 {
+            return Ok(true);
+        }
+        let excess: Vec<f64> = self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect();
+        let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
+        let jacobian = self.jacobian(&violated)?;
+        let excess = DVector::from_iterator(violated.len(), violated.iter().map(|&j| excess[j]));
+        let leads_on = |i: usize| {
+            let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
+            self.bounds[i].holds(x[i], slope).is_none() && slope.abs() > LEADS_ON * column * excess.norm()
+        };
+        Ok(!(0..x.len()).any(leads_on))
     }
 
     /// The nearest point within the bounds.

@@ -60,6 +60,23 @@ fn nothing_is_asked_of_points_that_are_not_finite() {
 }
 
 #[test]
+fn a_wall_beside_feasible_points_is_not_infeasible() {
+    // x + y = 2, and no value beyond x = 0.9; (0.9, 1.1) is feasible.
+    let wall: Function = |x, c, g| {
+        g.copy_from_slice(&[x[0], x[1], 1.0, 1.0]);
+        c[0] = x[0] + x[1] - 2.0;
+        if x[0] > 0.9 { f64::NAN } else { 0.5 * (x[0] * x[0] + x[1] * x[1]) }
+    };
+    for method in [interior_point, augmented_lagrangian] {
+        for start in [[0.0, 0.0], [-1.0, 0.5], [0.5, 0.0]] {
+            let mut problem = Given::new(wall, vec![Interval::FREE; 2], vec![Interval::ZERO]);
+            let outcome = method(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+            assert!(outcome.violation < 1e-9 || outcome.reason == Reason::NoLowerValue, "{outcome:?}");
+        }
+    }
+}
+
+#[test]
 fn what_falls_without_end_is_unbounded_by_every_method() {
     let slope: Function = |x, _, g| {
         (g[0], g[1]) = (0.0, -1.0);

@@ -97,8 +97,10 @@ fn iterate<P: Problem + ?Sized>(
                 radius = method.first_radius(options);
                 iterations.begin_again(method.iterate(counted, found.step), found.iterations);
                 if found.is_least {
-                    if !counted.holds_to_rounding(method.x().as_slice())? {
-                        return Ok(Reason::Infeasible);
+                    let x = method.x();
+                    if !counted.holds_to_rounding(x.as_slice())? {
+                        let is_least = counted.is_least_violated(x.as_slice())?;
+                        return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
                     // No more can be asked for.
                     allowed = counted.violation();
