@@ -58,7 +58,7 @@ impl Fit {
 /// [`Options::stationarity`] is asked of derivatives in units of the longest columns ∂r/∂x_i so far, so that variables of any units count alike.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, a start without a value or without a Jacobian.
+/// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian.
 pub fn levenberg_marquardt<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -66,6 +66,10 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Fit, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
+    if asked(&counted).next().is_none() {
+        let must_be = "at least 1, a constraint each; f is not asked for: `lbfgs` and `interior_point` minimise it";
+        return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
+    }
     counted.evaluate_start(&x)?;
     let mut at = State::at(&mut counted, x)?;
     let mut history = vec![at.iterate(&mut counted, 0.0)];

@@ -295,17 +295,8 @@ fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], s
         let (what, value) = ("the number of segments".to_string(), segments as f64);
         return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
     }
-    let cut = [
-        (
-            system.cost_of_multipliers(),
-            "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not",
-        ),
-        (
-            system.cost_of_control_rates(),
-            "it depends on rates of controls, which at a cut are those of the segment before; ask for it in one motion",
-        ),
-    ];
-    if let Some((name, why)) = cut.into_iter().find_map(|(name, why)| Some((name?, why))).filter(|_| segments > 1) {
+    if let Some(name) = system.cost_of_multipliers().filter(|_| segments > 1) {
+        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
         return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
     if states.len() + system.m() < system.n() {

@@ -30,12 +30,23 @@ impl<'s> Segment<'s> {
         (first, last): (usize, usize),
         next: &mut usize,
     ) -> Result<Self, Error> {
+        if free.iter().any(|of| of.quantity == Quantity::Duration) && share(whole, (first, last)) <= 0.0 {
+            let why =
+                "one of the segments goes back in time, or ends when it begins; take other segments, or fix the duration";
+            return Err(Error::NotInSegments { what: "a free duration".into(), why });
+        }
         let (own, places) = own_variables(free, whole, (first, last), states, next);
         let inputs = own_inputs(system, whole, (first, last), states);
         let variables = Variables::new(system, &inputs, own)?;
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
         Ok(Segment { motion, first, places, asked: false })
     }
+}
+
+/// The share of a motion's duration between two nodes.
+fn share(inputs: &Inputs, (first, last): (usize, usize)) -> f64 {
+    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
+    sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps)
 }
 
 /// What is free of a segment, and which variables of the whole those are; its state at the start, if it is not the first, takes the next ones.
@@ -47,8 +58,7 @@ fn own_variables(
     next: &mut usize,
 ) -> (Vec<Free>, Vec<usize>) {
     let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
-    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
-    let share = sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps);
+    let share = share(inputs, (first, last));
     for of in free {
         match of.quantity {
             Quantity::Control(_) => {

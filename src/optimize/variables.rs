@@ -156,7 +156,7 @@ impl Variables {
                 | Quantity::LinearControl(control, _)
                 | Quantity::PiecewiseControl(control, _)
                 | Quantity::SplineControl(control, _) => {
-                    // Of the nodes that the knot has most to say of, the first.
+                    // Of the nodes that the knot has most to say of, the first; where there is none, as the knot before.
                     let mut most = vec![0.0; values.len()];
                     for node in 0..self.shares.len() {
                         for (knot, weight) in self.weights(&free.quantity, node) {
@@ -164,6 +164,9 @@ impl Variables {
                                 (most[knot], values[knot]) = (weight, inputs.controls[(control.index(), node)]);
                             }
                         }
+                    }
+                    for k in (1..values.len()).filter(|&k| most[k] == 0.0) {
+                        values[k] = values[k - 1];
                     }
                 }
                 Quantity::Design(design) => values[0] = inputs.design[design.index()],

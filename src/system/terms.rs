@@ -129,12 +129,6 @@ impl System {
         terms.next().map(|term| term.name)
     }
 
-    /// The name of a cost before the end that depends on rates of controls; costs that branch are not looked into.
-    pub(crate) fn cost_of_control_rates(&self) -> Option<&str> {
-        let is = |term: &Term| term.uses.control_rates == Depends::Always && term.sum != Sum::Terminal;
-        self.all_terms().find(is).map(|term| term.name)
-    }
-
     /// The last single node at which a cost counts, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
         self.terms.last_node.as_ref().map(|(node, name)| (*node, name.as_str()))

@@ -3,7 +3,7 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, Iterate, MotionProblem, Options, Problem, Reason, Variables, augmented_lagrangian, homotopy,
+    Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Variables, augmented_lagrangian, homotopy,
     interior_point, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
@@ -381,6 +381,32 @@ fn a_homotopy_tells_of_the_first_failure_on_its_way() {
     let outcome = homotopy(&mut problem, &[4.0], &options, &mut |_, _| Ok(()), &mut silent).expect("fits");
     assert!(outcome.reason.is_converged() && outcome.failures > 0, "{outcome:?}");
     assert_says(&outcome.first_failure.expect("one of the failures"), &["cost", "NaN"]);
+}
+
+#[test]
+fn knots_between_nodes_begin_like_the_knot_before() {
+    let scene = CartPendulum::default().scene();
+    let force = scene.control_named("force on the cart").expect("its control");
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, vec![0.01, 0.01, 0.01, 0.01, 0.2]));
+    inputs.controls.fill(5.0);
+    for quantity in
+        [Quantity::PiecewiseControl(force, 5), Quantity::LinearControl(force, 5), Quantity::SplineControl(force, 5)]
+    {
+        for free in [Free::new(quantity.clone()), Free::new(quantity).logarithmic()] {
+            let expected = if free.logarithm { 5f64.ln() } else { 5.0 };
+            let variables = Variables::new(&system, &inputs, vec![free.within(1.0, 10.0)]).expect("variables");
+            assert_eq!(variables.of(&inputs), [expected; 5]);
+        }
+    }
+}
+
+#[test]
+fn residuals_are_asked_for_where_there_are_none() {
+    let mut problem = Given::new(bowl, vec![Interval::FREE; 2], vec![]);
+    let error =
+        levenberg_marquardt(&mut problem, &[4.0, 0.0], &Options::default(), &mut silent).expect_err("nothing to fit");
+    assert_says(&error, &["residuals", "0", "at least 1", "`lbfgs`"]);
 }
 
 #[test]

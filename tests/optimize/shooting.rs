@@ -228,6 +228,7 @@ fn assert_exact(settings: Settings, grid: Grid) {
     scene.term(far, "place", Angle, Sum::Terminal, [bob.coordinates[0]], [], [], [0.3.into()]);
     scene.term(effort, "push", Effort, Sum::Integral, [], [], [force], [0.2.into()]);
     scene.time("time", 1.0);
+    scene.cost("change", Change, Sum::Trapezoidal, [], [], [force], []);
     scene.cost("work", Effort, Sum::Rectangle, [], [], [force], [0.1.into()]);
     let (rail, angle) = (cart.coordinates[0], bob.coordinates[2]);
     let states = [rail, angle].map(|q| scene.end_state(q));
@@ -265,6 +266,35 @@ fn assert_exact(settings: Settings, grid: Grid) {
     for (k, ours) in exact.iter().enumerate() {
         let expected = near[k] + (near[k] - far[k]) / 3.0;
         assert!((ours - expected).abs() < 1e-8 * expected.abs().max(1.0), "{k}: {ours} {expected}");
+    }
+}
+
+#[test]
+fn rates_of_controls_are_those_of_one_motion_at_cuts_too() {
+    for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral] {
+        let mut scene = Scene::new();
+        let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+        let force = scene.control("force");
+        scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+        scene.cost("change", Change, sum, [], [], [force], []);
+        let states = cart.coordinates.map(|q| scene.end_state(q));
+        let system = scene.compile().expect("a system");
+        let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, (1..9).map(|i| 0.02 * i as f64).collect()));
+        inputs.set_control(force, |t| (7.0 * t).sin());
+        let values = [1, 2, 5].map(|segments| {
+            let free = vec![Free::control(force)];
+            let mut problem =
+                MultipleShooting::new(&system, Settings::default(), inputs.clone(), free, &states, segments).expect("fits");
+            let (x, mut c) = (problem.start(), vec![0.0; problem.constraints().len()]);
+            let (value, mut gradient) = (problem.evaluate(&x, &mut c).expect("motions"), vec![0.0; x.len()]);
+            problem.gradient(1.0, &vec![0.0; c.len()], &mut gradient).expect("a gradient");
+            (value, gradient[..9].to_vec())
+        });
+        for (value, gradient) in &values[1..] {
+            let largest = values[0].1.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
+            let far = gradient.iter().zip(&values[0].1).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            assert!((value - values[0].0).abs() < 1e-12 * value && far < 1e-12 * largest, "{sum:?}: {value} {far:e}");
+        }
     }
 }
 
@@ -325,21 +355,6 @@ fn what_segments_cannot_do_with_is_named() {
         scene.cost("momentum", Momentum, Sum::Integral, [q[0]], [], [], []);
     };
     assert_says(&wrong(&held, &Free::control, 2, 2), &["`momentum`", "σ", "segment"]);
-    let changing = |scene: &mut Scene, _: [Coordinate; 3], u: Control| {
-        scene.cost("change", Change, Sum::Integral, [], [], [u], []);
-    };
-    assert_says(&wrong(&changing, &Free::control, 3, 2), &["`change`", "rates of controls", "cut"]);
-    // At the end, or in one segment, rates are those of one motion.
-    let at_the_end = |scene: &mut Scene, _: [Coordinate; 3], u: Control| {
-        let output = scene.output("last");
-        scene.term(output, "last change", Change, Sum::Terminal, [], [], [u], []);
-    };
-    for (add, segments) in [(&changing as &dyn Fn(&mut Scene, [Coordinate; 3], Control), 1), (&at_the_end, 2)] {
-        let (system, force, states) = build(add);
-        let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
-        let free = vec![Free::control(force)];
-        MultipleShooting::new(&system, Settings::default(), inputs, free, &states, segments).expect("as in one motion");
-    }
     let coarse = |force| Free::new(Quantity::LinearControl(force, 4));
     assert_says(&wrong(&nothing, &coarse, 3, 2), &["LinearControl", "all nodes"]);
     assert_says(&wrong(&nothing, &Free::control, 2, 2), &["states", "2", "degrees of freedom"]);
