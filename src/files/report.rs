@@ -85,6 +85,8 @@ impl Trajectory {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     ///
+    /// Of a motion by a table of one's own only the name of the table is in it, and [`from_json`](Self::from_json) refuses that.
+    ///
     /// # Errors
     /// A motion of another system.
     pub fn to_json(&self, system: &System) -> Result<String, Error> {
