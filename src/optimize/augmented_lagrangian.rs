@@ -126,7 +126,11 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
     let found = rounds(&mut counted, &mut merit, &mut descent, options, watch);
     let reason = counted.reason(found, descent.history.len())?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = if counted.violation() <= options.violation { descent.or_unbounded(reason, tolerance) } else { reason };
+    let reason = match counted.violation() <= options.violation {
+        true => descent.or_unbounded(&mut counted, &mut merit, (reason, tolerance)),
+        false => reason,
+    };
+    counted.ensure(&descent.at.x);
     let value = descent.history[descent.history.len() - 1].value;
     Ok(counted.outcome(descent.at.x, value, merit.w, descent.history, reason))
 }

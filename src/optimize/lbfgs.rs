@@ -1,5 +1,7 @@
 //! L-BFGS with bounds: quasi-Newton steps of the variables that no bound holds, projected (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
 
+mod ends;
+
 use super::counted::Counted;
 use super::line_search::{Point, search};
 use super::outcome::largest_change;
@@ -11,8 +13,6 @@ use std::collections::VecDeque;
 
 /// Differences of a value below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
-/// How far ahead, in parts of the variables, curvature is looked for where nothing lower was found.
-const AHEAD: f64 = 1e-6;
 
 /// What a line search goes down on: f, or a function of f and c.
 pub(super) trait Merit<P: Problem + ?Sized> {
@@ -67,7 +67,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
     let tolerance = options.stationarity * descent.history[0].stationarity;
     let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
-    let reason = descent.or_unbounded(reason, tolerance);
+    let reason = descent.or_unbounded(&mut counted, &mut merit, (reason, tolerance));
     let Point { x, value, .. } = descent.at;
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
@@ -158,51 +158,14 @@ impl<'o> Descent<'o> {
                 if problem.is_stopped() {
                     return Reason::Asked;
                 }
-                return if self.is_flat(problem, merit) { Reason::Stationary } else { Reason::NoLowerValue };
+                let is_least = !self.still_falls(stationarity) && self.is_flat(problem, merit);
+                return if is_least { Reason::Stationary } else { Reason::NoLowerValue };
             };
             self.remember(&next);
             let step = largest_change(&next.x, &self.at.x);
             self.at = next;
             self.note(problem, merit.cost(), step);
         }
-    }
-
-    /// Why it ended, where constraints hold: without a gradient within a tolerance on the way, that the value falls without end.
-    pub(super) fn or_unbounded(&self, reason: Reason, tolerance: f64) -> Reason {
-        let is_end = match reason {
-            Reason::Iterations | Reason::NoLowerValue => false,
-            Reason::Stationary => self.history[self.history.len() - 1].stationarity <= tolerance,
-            _ => true,
-        };
-        if is_end || !self.is_far() { reason } else { Reason::Unbounded }
-    }
-
-    /// Whether x is so far from the start that what is a length there (the largest variable, or 1) is rounding.
-    fn is_far(&self) -> bool {
-        let size = largest(&self.start);
-        f64::EPSILON * largest_change(&self.at.x, &self.start) > if size > 0.0 { size } else { 1.0 }
-    }
-
-    /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or
-    /// a wall. The problem is left elsewhere.
-    fn is_flat<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> bool {
-        let Point { x, value, gradient } = &self.at;
-        let direction = self.direction(problem);
-        let length = largest(&direction).max(f64::MIN_POSITIVE);
-        // How far it is to the origin, or how far the steps here were; at the origin itself, as far as the first one was tried.
-        let reach = self.history.iter().fold(largest(x), |reach, it| reach.max(it.step));
-        let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction) };
-        let mut ahead = x.clone();
-        add(&mut ahead, alpha, &direction);
-        problem.project(&mut ahead);
-        let mut there = vec![0.0; x.len()];
-        if merit.value(problem, &ahead).is_infinite() || merit.gradient(problem, &mut there).is_err() {
-            return false;
-        }
-        add(&mut ahead, -1.0, x);
-        let slope = dot(gradient, &ahead);
-        let curvature = dot(&there, &ahead) - slope;
-        0.5 * slope * slope <= ROUNDING * value.abs() * curvature
     }
 
     fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Option<Point> {

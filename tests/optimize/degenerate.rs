@@ -599,6 +599,82 @@ fn a_valley_that_falls_without_end_has_no_stationary_point() {
     }
 }
 
+/// ½ xᵀHx + gᵀx.
+struct Quadratic {
+    h: [[f64; 2]; 2],
+    g: [f64; 2],
+    x: [f64; 2],
+}
+
+impl Quadratic {
+    fn bend(&self, x: &[f64]) -> [f64; 2] {
+        self.h.map(|row| row[0] * x[0] + row[1] * x[1])
+    }
+}
+
+impl Problem for Quadratic {
+    fn variables(&self) -> usize {
+        2
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.x.copy_from_slice(x);
+        let bend = self.bend(x);
+        Ok((0..2).map(|i| self.g[i] * x[i] + 0.5 * x[i] * bend[i]).sum())
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let [x, y] = self.x;
+        (0..2).for_each(|i| gradient[i] = f * (self.g[i] + self.h[i][0] * x + self.h[i][1] * y));
+        Ok(())
+    }
+}
+
+/// Along valleys without a floor it goes so far that gradients are rounding: as large as at the start, or none at all.
+#[test]
+fn no_minimum_is_found_where_gradients_are_rounding() {
+    let some = [76, 108, 161, 270]
+        .map(|k| Valley::numbers(k, 6))
+        .map(|of| ([of[0], of[1]], [of[2], of[3]], [3.0 * of[4], 3.0 * of[5]]));
+    let none = [([0.1, 0.1], [-0.7, 0.0], [2.0, 1.0]), ([0.3, 0.6], [0.2, 0.6], [-1.0, 3.0])];
+    for (a, g, start) in some.into_iter().chain(none) {
+        for method in [lbfgs, augmented_lagrangian] {
+            let mut problem = Quadratic { h: a.map(|x| a.map(|y| x * y)), g, x: start };
+            let outcome = method(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+            assert!(!outcome.reason.is_converged(), "{a:?} {g:?}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn a_minimum_may_be_far_from_the_start() {
+    for far in [1e3, 1e9, 1e14, 1e18, 1e30] {
+        for method in [lbfgs, augmented_lagrangian] {
+            let mut problem = Far { place: far, x: 0.0 };
+            let outcome = method(&mut problem, &[1.0], &Options::default(), &mut silent).expect("fits");
+            assert!(outcome.reason == Reason::Stationary && (outcome.x[0] / far - 1.0).abs() < 1e-6, "{outcome:?}");
+        }
+    }
+}
+
+/// ½ (x/place − 1)² − 1.
+struct Far {
+    place: f64,
+    x: f64,
+}
+
+impl Problem for Far {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
+        self.x = x[0];
+        Ok(0.5 * (x[0] / self.place - 1.0).powi(2) - 1.0)
+    }
+    fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient[0] = f * (self.x / self.place - 1.0) / self.place;
+        Ok(())
+    }
+}
+
 #[test]
 fn the_floor_of_a_valley_is_where_it_is_found_again() {
     for k in 0..100 {

@@ -1,0 +1,84 @@
+//! Why a descent ended: at a minimum, as far as rounding lets it be seen, or on a way that falls without end.
+
+use super::super::counted::Counted;
+use super::super::line_search::Point;
+use super::super::outcome::largest_change;
+use super::super::{Problem, Reason};
+use super::{Descent, Merit, ROUNDING, add};
+use crate::number::{dot, largest};
+
+/// How far ahead, in parts of the variables, curvature is looked for where nothing lower was found.
+const AHEAD: f64 = 1e-6;
+/// A gradient above this share of the mean slope of the way, on which the value fell by this share of it at least, has not become small.
+const STEEP: f64 = 0.1;
+const FALLEN: f64 = 0.5;
+/// Where rounding of x is this share of what was a length at the start, gradients may be rounding.
+const NOTICED: f64 = 1e-3;
+
+impl Descent<'_> {
+    /// Why it ended, where constraints hold: far away, without a minimum on the way, that the value falls without end. The problem may be left elsewhere.
+    pub(in super::super) fn or_unbounded<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        merit: &mut dyn Merit<P>,
+        (reason, tolerance): (Reason, f64),
+    ) -> Reason {
+        let (rounding, size) = (f64::EPSILON * largest_change(&self.at.x, &self.start), largest(&self.start));
+        // In units of what is a length at the start: the largest variable, or 1.
+        let far = if size > 0.0 { rounding / size } else { rounding };
+        let last = self.history[self.history.len() - 1].stationarity;
+        let is_end = match reason {
+            Reason::Iterations | Reason::NoLowerValue => false,
+            Reason::Stationary if far > 1.0 && last > tolerance => false,
+            Reason::Stationary => far < NOTICED || !self.still_falls(self.steepest_nearby(problem, merit)),
+            _ => true,
+        };
+        match reason {
+            _ if is_end => reason,
+            _ if far > 1.0 => Reason::Unbounded,
+            Reason::Stationary => Reason::NoLowerValue,
+            _ => reason,
+        }
+    }
+
+    /// The larger gradient of here and of where rounding of the largest variable may lead.
+    fn steepest_nearby<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> f64 {
+        let (mut x, mut gradient) = (self.at.x.clone(), vec![0.0; self.at.x.len()]);
+        if let Some(x) = x.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())) {
+            *x *= 1.0 - 4.0 * f64::EPSILON;
+        }
+        problem.project(&mut x);
+        let is_there = merit.value(problem, &x).is_finite() && merit.gradient(problem, &mut gradient).is_ok();
+        let nearby = if is_there { problem.stationarity(&x, &gradient) } else { 0.0 };
+        nearby.max(problem.stationarity(&self.at.x, &self.at.gradient))
+    }
+
+    /// Whether the value is mostly what it fell by, and such a gradient is still as large as on the way: rounding hides what follows then, but no minimum.
+    pub(super) fn still_falls(&self, gradient: f64) -> bool {
+        let value = self.history[self.history.len() - 1].value;
+        let fall = self.history[0].value - value;
+        fall > FALLEN * value.abs() && gradient * largest_change(&self.at.x, &self.start) > STEEP * fall
+    }
+
+    /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or
+    /// a wall. The problem is left elsewhere.
+    pub(super) fn is_flat<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> bool {
+        let Point { x, value, gradient } = &self.at;
+        let direction = self.direction(problem);
+        let length = largest(&direction).max(f64::MIN_POSITIVE);
+        // How far it is to the origin, or how far the steps here were; at the origin itself, as far as the first one was tried.
+        let reach = self.history.iter().fold(largest(x), |reach, it| reach.max(it.step));
+        let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction) };
+        let mut ahead = x.clone();
+        add(&mut ahead, alpha, &direction);
+        problem.project(&mut ahead);
+        let mut there = vec![0.0; x.len()];
+        if merit.value(problem, &ahead).is_infinite() || merit.gradient(problem, &mut there).is_err() {
+            return false;
+        }
+        add(&mut ahead, -1.0, x);
+        let slope = dot(gradient, &ahead);
+        let curvature = dot(&there, &ahead) - slope;
+        0.5 * slope * slope <= ROUNDING * value.abs() * curvature
+    }
+}
