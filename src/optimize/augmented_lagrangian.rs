@@ -170,7 +170,7 @@ fn rounds<P: Problem + ?Sized>(
             merit.note(problem)?;
             if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
                 let (x, comes_closer) = (&descent.at.x, now < CLOSER * violation);
-                let may_hold = comes_closer || problem.holds_to_rounding(x)? || !problem.is_least_violated(x)?;
+                let may_hold = comes_closer || problem.holds_to_rounding(x, 0.0)? || !problem.is_least_violated(x)?;
                 return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);

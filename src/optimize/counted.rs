@@ -211,16 +211,16 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         }
     }
 
-    /// Whether rounding of their terms may leave all that constraints are violated by, at the point x that was evaluated last.
+    /// Whether rounding of their terms, and of steps of such a reach, may leave all that constraints are violated by, at the point x that was evaluated last.
     ///
     /// # Errors
     /// Those of a Jacobian.
-    pub(super) fn holds_to_rounding(&mut self, x: &[f64]) -> Result<bool, Error> {
+    pub(super) fn holds_to_rounding(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
         let violated: Vec<usize> = (0..self.c.len()).filter(|&j| self.intervals[j].violation(self.c[j]) > 0.0).collect();
         let jacobian = self.jacobian(&violated)?;
         Ok(violated.iter().zip(jacobian.row_iter()).all(|(&j, row)| {
             let terms = row.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum::<f64>() + self.c[j].abs();
-            self.intervals[j].violation(self.c[j]) <= ROUNDED * terms
+            self.intervals[j].violation(self.c[j]) <= ROUNDED * (terms + row.norm() * reach)
         }))
     }
 

@@ -675,6 +675,21 @@ impl Problem for Far {
     }
 }
 
+/// The value falls along a variable that the constraint does not know; steps along it moved the other one by their rounding.
+#[test]
+fn what_falls_without_end_beside_a_constraint_is_not_infeasible() {
+    let slope: Function = |x, c, g| {
+        c[0] = -0.9114795162804326 * x[1];
+        g.copy_from_slice(&[0.63, 0.856, 0.0, -0.9114795162804326]);
+        0.63 * x[0] + 0.856 * x[1]
+    };
+    for start in [[1.56, 0.0], [0.0, 0.0], [-3.0, 2.0]] {
+        let mut problem = Given::new(slope, vec![Interval::FREE; 2], vec![Interval::equal(0.5507297814304394)]);
+        let outcome = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        assert_eq!(outcome.reason, Reason::Unbounded, "{outcome:?}");
+    }
+}
+
 #[test]
 fn the_floor_of_a_valley_is_where_it_is_found_again() {
     for k in 0..100 {

@@ -71,7 +71,9 @@ fn iterate<P: Problem + ?Sized>(
             return Ok(Reason::Target);
         }
         let is_without_end = iterations.falls() && method.is_far(unit);
-        if is_without_end && (feasible || counted.holds_to_rounding(method.x().as_slice())?) {
+        // Where constraints held on the way, rounding of long steps, whichever way they went, is no violation.
+        let reach = if iterations.held(options.violation) { method.x().norm() } else { 0.0 };
+        if is_without_end && (feasible || counted.holds_to_rounding(method.x().as_slice(), reach)?) {
             return Ok(Reason::Unbounded);
         }
         let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
@@ -98,7 +100,7 @@ fn iterate<P: Problem + ?Sized>(
                 iterations.begin_again(method.iterate(counted, found.step), found.iterations);
                 if found.is_least {
                     let x = method.x();
-                    if !counted.holds_to_rounding(x.as_slice())? {
+                    if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
                         let is_least = counted.is_least_violated(x.as_slice())?;
                         return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
@@ -113,7 +115,7 @@ fn iterate<P: Problem + ?Sized>(
 /// Whether constraints hold but for rounding where the method is.
 fn holds_to_rounding<P: Problem + ?Sized>(method: &Method, problem: &mut Counted<P>) -> Result<bool, Error> {
     let x = method.x();
-    Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice())?)
+    Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice(), 0.0)?)
 }
 
 /// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
@@ -174,6 +176,11 @@ impl Iterations {
     fn begin_again(&mut self, at: Iterate, apart: usize) {
         (self.idle, self.begin, self.apart) = (0, self.history.len(), self.apart + apart);
         self.history.push(at);
+    }
+
+    /// Whether constraints held anywhere.
+    fn held(&self, allowed: f64) -> bool {
+        self.history.iter().any(|of| of.violation <= allowed)
     }
 
     /// Whether the last step led to a lower value, lower than that of the start.
