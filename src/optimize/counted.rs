@@ -11,6 +11,8 @@ use crate::Error;
 const ROUNDED: f64 = 1e-13;
 /// The cosine of violations and of what a variable changes in them, above which that variable would make them less: not at their least, but at a wall.
 const LEADS_ON: f64 = 0.1;
+/// A variable that as far as its bound would change them by no more than this share does not lead on.
+const NO_ROOM: f64 = 1e-4;
 
 /// A problem with what was asked of it.
 pub(super) struct Counted<'p, P: ?Sized> {
@@ -239,7 +241,9 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         let excess = DVector::from_iterator(violated.len(), violated.iter().map(|&j| excess[j]));
         let leads_on = |i: usize| {
             let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
-            self.bounds[i].holds(x[i], slope).is_none() && slope.abs() > LEADS_ON * column * excess.norm()
+            // A method that keeps inside of bounds never is at one.
+            let room = if slope > 0.0 { x[i] - self.bounds[i].least } else { self.bounds[i].most - x[i] };
+            slope.abs() * room > NO_ROOM * excess.norm_squared() && slope.abs() > LEADS_ON * column * excess.norm()
         };
         Ok(!(0..x.len()).any(leads_on))
     }

@@ -77,6 +77,23 @@ fn a_wall_beside_feasible_points_is_not_infeasible() {
 }
 
 #[test]
+fn constraints_beyond_bounds_are_infeasible_whatever_had_no_value_on_the_way() {
+    // x ≤ 1 and x = 2; z + 1/z has no value for z ≤ 0, where the first steps lead.
+    let beyond: Function = |x, c, g| {
+        let z = x[1];
+        g.copy_from_slice(&[0.0, 1.0 - 1.0 / (z * z), 1.0, 0.0]);
+        c[0] = x[0] - 2.0;
+        if z > 0.0 { z + 1.0 / z } else { f64::NAN }
+    };
+    for method in [interior_point, augmented_lagrangian] {
+        let bounds = vec![Interval::new(0.0, 1.0), Interval::FREE];
+        let mut problem = Given::new(beyond, bounds, vec![Interval::ZERO]);
+        let outcome = method(&mut problem, &[0.5, 10.0], &Options::default(), &mut silent).expect("fits");
+        assert!(outcome.failures > 0 && outcome.reason == Reason::Infeasible, "{outcome:?}");
+    }
+}
+
+#[test]
 fn what_falls_without_end_is_unbounded_by_every_method() {
     let slope: Function = |x, _, g| {
         (g[0], g[1]) = (0.0, -1.0);
