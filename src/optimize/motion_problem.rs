@@ -7,7 +7,7 @@ use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System};
 
 /// minimise J subject to what outputs must be: equal to zero, unless something else is said; of those of an
-/// [`EndState`](crate::EndState) nothing is asked.
+/// [`EndState`](crate::EndState) nothing is asked. Of a scene without costs J is 0, and any point where outputs are what they must be a minimum.
 pub struct MotionProblem<'s> {
     /// The solver, with the motion of the point that was evaluated last.
     pub solver: Solver<'s>,
