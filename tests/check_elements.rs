@@ -31,7 +31,7 @@ fn bodies(check: f64, angle: f64) -> SVector<f64, 6> {
 }
 
 fn seed(random: &mut Random) -> u64 {
-    random.below(1 << 40) as u64
+    random.below(usize::try_from(1u64 << 40).unwrap_or(usize::MAX)) as u64
 }
 
 fn hinge(random: &mut Random) -> Report {

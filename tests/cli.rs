@@ -8,7 +8,6 @@ mod cart_pendulum;
 #[expect(dead_code, reason = "the example's main")]
 mod arm;
 
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Write};
 
@@ -127,7 +126,8 @@ fn what_is_no_text_or_has_no_end_is_refused_in_one_short_line() {
     }
     #[cfg(unix)]
     {
-        use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+        use std::ffi::{OsStr, OsString};
+        use std::os::unix::ffi::OsStrExt;
         let wild = OsStr::from_bytes(b"\xff");
         for flag in ["", "--links", "--controls", "--force"] {
             let arguments: Vec<&OsStr> = [OsStr::new(flag), wild].into_iter().filter(|text| !text.is_empty()).collect();
