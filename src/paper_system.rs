@@ -151,7 +151,7 @@ impl<'a> PaperSystem<'a> {
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
-        let refinement = Refinement::new(&inputs.grid.steps, &trajectory.inserted);
+        let refinement = Refinement::new(&inputs.grid.steps, inputs.grid.around[0], &trajectory.inserted);
         Ok(PaperSystem { system, inputs, trajectory, refinement })
     }
 

@@ -13,10 +13,11 @@ use common::{assert_gradient_is_exact, assert_says, relative_error};
 use hamiltonian_adjoint::check::{self, Input, complex_step};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System, Warning, gradient,
+    Error, Force, ForcePoint, Grid, Inputs, LongSolver, Scalar, Scene, Settings, Solver, Start, Sum, System, Warning,
+    gradient,
     scenes::{AngleError, CartPendulum},
 };
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 
 /// The sled of the stress report with a cost at its end and one on the way.
 fn runaway(sum: Sum) -> (System, Inputs) {
@@ -58,6 +59,39 @@ fn a_cost_is_summed_over_the_given_nodes() {
     let by_hand = on_the_way + h(given.len() - 1);
     assert!((solver.cost().expect("cost") - by_hand).abs() <= 1e-14 * by_hand);
     assert!((motion.times[motion.computed - 1] - inputs.grid.times()[9]).abs() <= 1e-15);
+}
+
+#[test]
+fn parts_of_a_motion_count_what_is_at_single_nodes_once_on_halved_steps_too() {
+    let mut halved = 0;
+    for node in 0..=9 {
+        let (system, inputs) = mechanisms::sled(&[Sum::Node(node)]).expect("scene");
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&inputs).expect("motion").clone();
+        let whole = solver.cost().expect("cost");
+        let given: Vec<usize> = (0..motion.computed).filter(|i| !motion.inserted.contains(i)).collect();
+        for cut in 1..9 {
+            let mut sum = 0.0;
+            for (first, last) in [(0, cut), (cut, 9)] {
+                let mut part = inputs.clone();
+                part.grid = inputs.grid.part(first, last);
+                part.controls = inputs.controls.columns(first, last - first + 1).into_owned();
+                if first > 0 {
+                    let state = |of: &DMatrix<f64>| of.column(given[first]).into_owned();
+                    part.start = Start::Momentum { q: state(&motion.q), p_star: state(&motion.p_star) };
+                }
+                solver.simulate(&part).expect("motion");
+                halved += solver.trajectory().inserted.len();
+                sum += solver.cost().expect("cost");
+                assert_gradient_is_exact(&format!("{node}, from {first} to {last}"), &system, &part);
+                let mut long = LongSolver::new(&system, Settings::default(), 20_000);
+                let of_long = long.gradient(&part).expect("a gradient");
+                assert_eq!(of_long, solver.gradient().expect("a gradient"));
+            }
+            assert!((sum - whole).abs() <= 1e-12 * whole.abs(), "{node}, cut at {cut}: {sum} {whole}");
+        }
+    }
+    assert!(halved > 100, "{halved}");
 }
 
 #[test]

@@ -79,6 +79,9 @@ fn what_cannot_be_held_in_memory_panics_where_no_error_can_be_returned() {
         }
     }
     assert_eq!(Inputs::at_rest(&system, Grid::uniform(0, 0.1)).controls.shape(), (1, 1));
+    for [first, last] in [[3, 2], [0, 21], [30, 30]] {
+        assert_panics_as_documented(grid, "pub fn part(", || Grid::uniform(20, 0.1).part(first, last));
+    }
 }
 
 /// Inputs that the cart with 20 steps does not have.

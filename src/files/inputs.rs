@@ -29,6 +29,13 @@ struct GridPart {
     start: f64,
     steps: Vec<f64>,
     stages: usize,
+    /// Of a part of a longer motion.
+    #[serde(default, skip_serializing_if = "is_whole")]
+    around: [usize; 2],
+}
+
+fn is_whole(around: &[usize; 2]) -> bool {
+    *around == [0, 0]
 }
 
 /// q₀, and v₀ or p*₀; what is held of a guess.
@@ -95,7 +102,12 @@ impl Inputs {
         let file = File {
             format: FORMAT.into(),
             version: VERSION,
-            grid: GridPart { start: self.grid.start, steps: self.grid.steps.clone(), stages: self.grid.stages },
+            grid: GridPart {
+                start: self.grid.start,
+                steps: self.grid.steps.clone(),
+                stages: self.grid.stages,
+                around: self.grid.around,
+            },
             start,
             controls: by_controls(system, &self.controls),
             design: Named::new(designs(system), self.design.iter().copied()),
@@ -129,7 +141,8 @@ impl Inputs {
                 },
             },
         };
-        let grid = Grid { start: file.grid.start, steps: file.grid.steps, stages: file.grid.stages };
+        let of = file.grid;
+        let grid = Grid { start: of.start, steps: of.steps, stages: of.stages, around: of.around };
         let rows = file.controls.in_order("inputs", "controls", controls(system))?;
         let nodes = grid.nodes();
         for (row, name) in rows.iter().zip(controls(system)) {

@@ -197,7 +197,7 @@ impl ForwardSweep {
         self.motion.trajectory.computed = 0;
         let steps: Vec<f64> = self.motion.inputs.grid.steps[..node - 1].to_vec();
         let controls = self.motion.inputs.controls.columns(0, node).into_owned();
-        self.motion.inputs = Inputs { grid: Grid::new(inputs.grid.start, steps), controls, ..inputs.clone() };
+        self.motion.inputs = Inputs { grid: Grid { steps, ..inputs.grid }, controls, ..inputs.clone() };
         Ok(self.motion.inputs.clone())
     }
 
@@ -255,7 +255,7 @@ fn is_too_short(length: f64, begin: f64, duration: f64) -> bool {
 /// The start of the given inputs, with one step.
 fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
     let controls = DMatrix::from_fn(inputs.controls.nrows(), 2, |channel, _| inputs.controls[(channel, 0)]);
-    Inputs { grid: Grid::new(inputs.grid.start, vec![dt]), controls, ..inputs.clone() }
+    Inputs { grid: Grid { steps: vec![dt], ..inputs.grid }, controls, ..inputs.clone() }
 }
 
 /// Refuses what no grid can be made of.

@@ -71,7 +71,7 @@ impl<R: Real> Trajectory<R> {
     fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: Vec<f64>) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
-        let refinement = Refinement::new(&lengths, &self.inserted);
+        let refinement = Refinement::new(&lengths, inputs.grid.around[0], &self.inserted);
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };

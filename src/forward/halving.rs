@@ -65,7 +65,8 @@ impl Motion {
 
     /// How the grid taken follows from the given one.
     pub(crate) fn refinement(&self) -> Refinement {
-        Refinement::new(&self.inputs.grid.steps, &self.trajectory.inserted)
+        let grid = &self.inputs.grid;
+        Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
     }
 
     /// The number of the given step that ends at or behind a node, counted from 1.

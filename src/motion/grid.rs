@@ -14,6 +14,8 @@ pub struct Grid<R = f64> {
     /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
     /// restarted ([`Settings::drift_bound`](crate::Settings::drift_bound)); 1 where every step is one by itself. Steps that are left over end no macro step.
     pub stages: usize,
+    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one.
+    pub around: [usize; 2],
 }
 
 impl Grid {
@@ -67,7 +69,18 @@ impl Grid {
 impl<R: Real> Grid<R> {
     /// Steps of any lengths, each by itself.
     pub fn new(start: R, steps: Vec<R>) -> Self {
-        Grid { start, steps, stages: 1 }
+        Grid { start, steps, stages: 1, around: [0, 0] }
+    }
+
+    /// The part between two nodes, in which nodes keep their numbers: what counts at one of them ([`Sum::Node`](crate::Sum::Node)) counts in the part that has
+    /// it, and where one part ends and the next begins in the first of the two.
+    ///
+    /// # Panics
+    /// If there are no such nodes.
+    pub fn part(&self, first: usize, last: usize) -> Self {
+        let [before, behind] = self.around;
+        let around = [before + first, behind + self.steps.len() - last];
+        Grid { start: self.time(first), steps: self.steps[first..last].to_vec(), stages: self.stages, around }
     }
 
     /// The times of the nodes 0 … N, each right to rounding however many steps are before it.

@@ -241,7 +241,7 @@ impl Inputs {
             self.clone_from(other);
             return;
         }
-        (self.grid.start, self.grid.stages) = (other.grid.start, other.grid.stages);
+        (self.grid.start, self.grid.stages, self.grid.around) = (other.grid.start, other.grid.stages, other.grid.around);
         self.grid.steps.clone_from(&other.grid.steps);
         if let (Start::Assembled { held, .. }, Start::Assembled { held: given, .. }) = (&mut self.start, &other.start) {
             held.clone_from(given);
@@ -256,7 +256,7 @@ impl Inputs {
     pub fn lift<R: Real>(&self) -> Inputs<R> {
         let steps = self.grid.steps.iter().map(|&dt| dt.into()).collect();
         Inputs {
-            grid: Grid { start: self.grid.start.into(), steps, stages: self.grid.stages },
+            grid: Grid { start: self.grid.start.into(), steps, stages: self.grid.stages, around: self.grid.around },
             start: self.start.map(R::from),
             controls: self.controls.map(R::from),
             design: self.design.map(R::from),
@@ -282,7 +282,10 @@ impl Inputs {
             }
             farthest += length.abs();
         }
-        if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= nodes) {
+        let [before, behind] = self.grid.around;
+        if let Some((node, cost)) =
+            system.last_cost_node().filter(|(node, _)| *node >= before.saturating_add(nodes).saturating_add(behind))
+        {
             let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }

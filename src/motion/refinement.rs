@@ -32,12 +32,14 @@ struct Part {
 pub(crate) struct Refinement {
     /// Empty if the given grid was taken as it is.
     parts: Vec<Part>,
+    /// The number of the first given node in the motion that this one is a part of.
+    first: usize,
 }
 
 impl Refinement {
-    /// From the steps taken and the nodes that were inserted, in ascending order.
-    pub(crate) fn new(steps: &[f64], inserted: &[usize]) -> Self {
-        let mut refinement = Refinement::default();
+    /// From the steps taken, the nodes of a longer motion before them, and the nodes that were inserted, in ascending order.
+    pub(crate) fn new(steps: &[f64], first: usize, inserted: &[usize]) -> Self {
+        let mut refinement = Refinement { parts: Vec::new(), first };
         if inserted.is_empty() {
             return refinement;
         }
@@ -87,7 +89,9 @@ impl Refinement {
         let integral = part(counted_before, scheme.weight(scheme.stages())) + part(counted_after, scheme.weight(0));
         let given = self.given_node(node).map(|given| {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
-            GivenWeights::new(given, ends.0, ends.1, side)
+            // The first node of a part is the last one of the part before, and counts there.
+            let number = (given > 0 || self.first == 0).then_some(self.first + given);
+            GivenWeights::new(number, ends.0, ends.1, side)
         });
         Weights { given, integral, side }
     }
@@ -151,7 +155,7 @@ mod tests {
     #[test]
     fn controls_are_linear_between_given_nodes_and_shares_add_up() {
         // Given steps 1, 2, 1; the second was halved, and its first half once more.
-        let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], &[2, 3]);
+        let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], 0, &[2, 3]);
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);

@@ -16,9 +16,9 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, Sum, System};
 /// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
-/// J must be a sum over time, and every output one or a terminal value: what a terminal cost would ask for is an output. Where there are
-/// constraints, neither may depend on σ, p\* or ṗ\*, which begin anew with every segment; nor may sums depend on u̇, which at a cut is that of the
-/// segment before (costs that branch are not looked into).
+/// J must be a sum over nodes or time, and every output one or a terminal value: what a terminal cost would ask for is an output. Readings at single nodes
+/// count in the segment that has the node. Where there are constraints, nothing may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs
+/// that branch are not looked into).
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
@@ -60,9 +60,9 @@ impl<'s> MultipleShooting<'s> {
     /// degrees of freedom, from which a segment's start is assembled where there are constraints.
     ///
     /// # Errors
-    /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; costs that are
-    /// no sums over time, outputs at single nodes; costs on σ, p\* or ṗ\* where there are
-    /// constraints, sums of u̇; a free duration where anything depends on time itself.
+    /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; terminal
+    /// costs, outputs that are terminal values and sums in one; costs on σ, p\* or ṗ\* where there are constraints; a free duration where anything depends on
+    /// time itself.
     pub fn new(
         system: &'s System,
         settings: Settings,
@@ -264,25 +264,24 @@ impl Problem for MultipleShooting<'_> {
     }
 }
 
-/// Whether each output is a sum over time.
+/// Whether all segments add to each output: it is a sum over nodes or time.
 fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
-    let is_sum = |sum: Sum| !matches!(sum, Sum::Terminal | Sum::Node(_));
-    if let Some((_, name)) = system.sums(0).find(|(sum, _)| !is_sum(*sum)) {
-        return refuse(name, "a cost must be a sum over time there; make what holds at single nodes an output");
+    if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
+        return refuse(name, "a cost must be a sum over nodes or time there; make what holds at the end an output");
     }
     let mut all = Vec::with_capacity(system.outputs());
     for k in 0..system.outputs() {
         let (mut running, mut terminal) = (false, false);
-        for (sum, name) in system.sums(1 + k) {
-            if let Sum::Node(_) = sum {
-                return refuse(name, "a node has another number in a segment; ask at the end, or of one motion");
-            }
-            running |= is_sum(sum);
+        for (sum, _) in system.sums(1 + k) {
+            running |= sum != Sum::Terminal;
             terminal |= sum == Sum::Terminal;
         }
         if running && terminal {
-            return refuse(system.output_name(k), "an output is a sum over time or a terminal value there; make it two");
+            return refuse(
+                system.output_name(k),
+                "an output is a sum over nodes or time or a terminal value there; make it two",
+            );
         }
         all.push(running);
     }

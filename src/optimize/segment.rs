@@ -93,8 +93,7 @@ fn own_variables(
 /// The inputs between two nodes; other than at the first, the start is made of states.
 fn own_inputs(system: &System, inputs: &Inputs, (first, last): (usize, usize), states: &[EndState]) -> Inputs {
     let mut own = inputs.clone();
-    own.grid.start = inputs.grid.times()[first];
-    own.grid.steps = inputs.grid.steps[first..last].to_vec();
+    own.grid = inputs.grid.part(first, last);
     own.controls = inputs.controls.columns(first, last - first + 1).into_owned();
     if first > 0 {
         let (q, v) = (inputs.start.q().clone(), DVector::zeros(system.n()));

@@ -45,8 +45,8 @@ pub struct Weights<R> {
 /// The factors at a given node.
 #[derive(Clone, Copy, Debug)]
 pub struct GivenWeights<R> {
-    /// Its number.
-    pub node: usize,
+    /// Its number; none where another motion counts what is at this node alone.
+    pub node: Option<usize>,
     pub plain: R,
     pub rectangle: R,
     pub trapezoidal: R,
@@ -59,9 +59,9 @@ impl<R: Real> Weights<R> {
         Weights { given: None, integral, side: Beside::Before }
     }
 
-    /// The given node that this is, if it is one.
+    /// The given node that this is, if it is one and what is at it alone counts.
     pub fn node(&self) -> Option<usize> {
-        self.given.as_ref().map(|given| given.node)
+        self.given.as_ref().and_then(|given| given.node)
     }
 
     /// The same on other numbers.
@@ -85,7 +85,7 @@ impl<R: Real> Weights<R> {
             (Sum::Rectangle, Some(given)) => Some(given.rectangle),
             (Sum::Trapezoidal, Some(given)) => Some(given.trapezoidal),
             (Sum::Terminal, Some(given)) => Some(given.terminal),
-            (Sum::Node(node), Some(given)) => (node == given.node && self.side.has_before()).then(R::one),
+            (Sum::Node(node), Some(given)) => (given.node == Some(node) && self.side.has_before()).then(R::one),
         }
     }
 }
@@ -93,7 +93,7 @@ impl<R: Real> Weights<R> {
 impl<R: Real> GivenWeights<R> {
     /// The factors at a node of this number between a given step of length `before` and one of length `after` (none at the ends), as far as they are
     /// counted.
-    pub fn new(node: usize, before: Option<R>, after: Option<R>, side: Beside) -> Self {
+    pub fn new(node: Option<usize>, before: Option<R>, after: Option<R>, side: Beside) -> Self {
         let (zero, one) = (R::zero(), R::one());
         let [counted_before, counted] = [before.filter(|_| side.has_before()), after.filter(|_| side.has_after())];
         let length = |step: Option<R>| step.unwrap_or(zero);

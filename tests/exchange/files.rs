@@ -31,7 +31,9 @@ fn inputs_come_back_to_the_last_bit() {
     momentum.start = Start::Momentum { q: q.clone(), p_star: DVector::from_fn(q.len(), |i, _| 0.1 / (1.0 + i as f64)) };
     let mut assembled = plain.clone();
     assembled.start = Start::assembled(&system).hold(&[system.coordinate(2), system.coordinate(5)]);
-    for inputs in [plain, momentum, assembled] {
+    let mut part = plain.clone();
+    part.grid = Grid::uniform(9, 0.1).part(2, 5);
+    for inputs in [plain, momentum, assembled, part] {
         let json = inputs.to_json(&system).expect("a file");
         let back = Inputs::from_json(&system, &json).expect("the same");
         assert_eq!(back, inputs);

@@ -6,12 +6,12 @@ use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Variables, interior_point, silent,
 };
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
     Composition, Constraint, Control, Coordinate, Cost, CostPoint, Design, EndState, Error, Grid, Inputs, Output, Scalar,
-    Scene, Scheme, Settings, Start, Sum, System,
+    Scene, Scheme, Settings, Solver, Start, Sum, System,
 };
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// t.
@@ -227,6 +227,14 @@ fn assert_exact(settings: Settings, grid: Grid) {
     let [far, effort] = ["far", "effort"].map(|name| scene.output(name));
     scene.term(far, "place", Angle, Sum::Terminal, [bob.coordinates[0]], [], [], [0.3.into()]);
     scene.term(effort, "push", Effort, Sum::Integral, [], [], [force], [0.2.into()]);
+    // Of single nodes: at both ends, at cuts and between them, of motions and of a control's rate.
+    let seen = scene.output("seen");
+    for node in [0, 2, 3, 4, 7].map(|step| step * grid.stages) {
+        let (q, weight) = (bob.coordinates[2], [0.5.into()]);
+        scene.term(seen, &format!("angle at {node}"), Angle, Sum::Node(node), [q], [], [], [0.2.into()]);
+        scene.cost(&format!("push at {node}"), Effort, Sum::Node(node), [], [], [force], weight);
+        scene.cost(&format!("change at {node}"), Change, Sum::Node(node), [], [], [force], []);
+    }
     scene.time("time", 1.0);
     scene.cost("change", Change, Sum::Trapezoidal, [], [], [force], []);
     scene.cost("work", Effort, Sum::Rectangle, [], [], [force], [0.1.into()]);
@@ -236,7 +244,7 @@ fn assert_exact(settings: Settings, grid: Grid) {
     let mut problem = everything(&system, (settings, grid), (force, length), &states, rail);
     let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
     let (n, rows) = (problem.variables(), problem.constraints().len());
-    assert_eq!((n, rows), (1 + nodes + 1 + 1 + 8, 6 + 8));
+    assert_eq!((n, rows), (1 + nodes + 1 + 1 + 8, 7 + 8));
     let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
     let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -299,6 +307,112 @@ fn rates_of_controls_are_those_of_one_motion_at_cuts_too() {
 }
 
 #[test]
+fn sums_and_readings_are_those_of_one_motion() {
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK3] {
+        let mut scene = Scene::new();
+        let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+        let [force, rail] = [scene.control("force"), scene.control("another")];
+        scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+        let x = cart.coordinates[0];
+        let ways = (0..9).map(Sum::Node).chain([Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
+        for (k, sum) in ways.enumerate() {
+            scene.cost(&format!("place {k}"), Angle, sum, [x], [], [], [(0.1 * k as f64).into()]);
+            let output = scene.output(&format!("output {k}"));
+            scene.term(output, &format!("place seen {k}"), Angle, sum, [x], [], [], [0.3.into()]);
+            scene.term(output, &format!("change seen {k}"), Change, sum, [], [], [rail], []);
+        }
+        let states = cart.coordinates.map(|q| scene.end_state(q));
+        let system = scene.compile().expect("a system");
+        let mut inputs = Inputs::at_rest(&system, Grid::new(0.3, (1..9).map(|i| 0.02 * i as f64).collect()));
+        inputs.set_control(force, |t| 20.0 * (7.0 * t).sin());
+        inputs.set_control(rail, |t| (3.0 * t).cos());
+        let settings = Settings { scheme, ..Settings::default() };
+        let mut one = Solver::new(&system, settings);
+        let motion = one.simulate(&inputs).expect("a motion").clone();
+        let (cost, outputs) = (one.cost().expect("J"), one.outputs().expect("outputs"));
+        for segments in [1, 2, 3, 5, 8] {
+            let free = vec![Free::control(force)];
+            let mut problem =
+                MultipleShooting::new(&system, settings, inputs.clone(), free, &states, segments).expect("fits");
+            let at = |node: usize, q: &mut DVector<f64>, v: &mut DVector<f64>| {
+                q.copy_from(&motion.q.column(node));
+                v.copy_from(&motion.v.column(node));
+            };
+            problem.guess(at).expect("finite");
+            let (x, mut c) = (problem.start(), vec![0.0; problem.constraints().len()]);
+            let value = problem.evaluate(&x, &mut c).expect("motions");
+            assert!((value - cost).abs() < 1e-13 * cost.abs(), "{segments}: {value} {cost}");
+            for (k, found) in c.iter().enumerate() {
+                let expected = outputs.get(k).copied().unwrap_or(0.0);
+                assert!((found - expected).abs() < 1e-13 * expected.abs().max(1.0), "{segments}, {k}: {found} {expected}");
+            }
+        }
+    }
+}
+
+/// A pendulum of 1 m swings for 12 s; its angle is read eight times a second, and its length is guessed a third too long: in one motion the swings of the
+/// guess fall out of step with the readings, and no step leads back.
+#[test]
+fn readings_tell_segments_what_one_motion_does_not_find() {
+    const EVERY: usize = 5;
+    let angle_at = |t: f64| -FRAC_PI_2 + 1.2 * (2.8 * t).cos();
+    let build = |readings: &[f64]| {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let length = scene.design("length", 1.0);
+        let bob = scene.body("bob", 1.0, 1e-3, [0.0, -1.0, -FRAC_PI_2]);
+        scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), bob.at(-length, 0.0));
+        let angle = bob.coordinates[2];
+        for (k, reading) in readings.iter().enumerate() {
+            let name = format!("reading {k}");
+            scene.cost(&name, AngleError, Sum::Node(EVERY * k), [angle], [], [], [(*reading).into()]);
+        }
+        let states = [scene.end_state(angle)];
+        (scene.compile().expect("a system"), length, states)
+    };
+    let inputs = |system: &System, length: f64| {
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(480, 0.025));
+        let start = Start::assembled(system);
+        inputs.start = start;
+        let (q, turned) = (inputs.start.q_mut(), angle_at(0.0));
+        (q[0], q[1], q[2]) = (length * turned.cos(), length * turned.sin(), turned);
+        inputs.design[0] = length;
+        inputs
+    };
+    let (system, ..) = build(&[]);
+    let truth = Solver::new(&system, Settings::default()).simulate(&inputs(&system, 1.0)).expect("a motion").clone();
+    let readings: Vec<f64> = (0..=96).map(|k| truth.q[(2, EVERY * k)]).collect();
+    let (system, length, states) = build(&readings);
+    let guess = inputs(&system, 1.3);
+    let options = Options { stationarity: 1e-7, iterations: 200, ..Options::default() };
+    let free = || vec![Free::design(length).within(0.3, 3.0)];
+
+    let in_one_motion = |inputs: Inputs| {
+        let variables = Variables::new(&system, &inputs, free()).expect("variables");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        let start = problem.start();
+        interior_point(&mut problem, &start, &options, &mut silent).expect("an outcome").x[0]
+    };
+    let stuck = in_one_motion(guess.clone());
+    assert!((stuck - 1.0).abs() > 0.05, "{stuck}");
+
+    let mut problem = MultipleShooting::new(&system, Settings::default(), guess, free(), &states, 24).expect("fits");
+    let at = |node: usize, q: &mut DVector<f64>, v: &mut DVector<f64>| {
+        let k = node / EVERY;
+        let turned = readings[k];
+        (q[0], q[1], q[2]) = (1.3 * turned.cos(), 1.3 * turned.sin(), turned);
+        v[2] = (readings[k + 1] - readings[k - 1]) / (2.0 * EVERY as f64 * 0.025);
+    };
+    problem.guess(at).expect("finite");
+    let start = problem.start();
+    let found = interior_point(&mut problem, &start, &options, &mut silent).expect("an outcome");
+    // Segments do not drift from their constraints, other than the motion that was read.
+    assert!(found.reason.is_converged() && (found.x[0] - 1.0).abs() < 2e-3, "{:?}: {}", found.reason, found.x[0]);
+    let length = in_one_motion(problem.inputs_at(&found.x));
+    assert!((length - 1.0).abs() < 1e-8, "{length}");
+}
+
+#[test]
 fn what_segments_cannot_do_with_is_named() {
     let build = |add: &dyn Fn(&mut Scene, [Coordinate; 3], Control)| {
         let mut scene = Scene::new();
@@ -324,10 +438,6 @@ fn what_segments_cannot_do_with_is_named() {
         scene.cost("at the end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
     };
     assert_says(&wrong(&terminal, &Free::control, 3, 2), &["`at the end`", "output"]);
-    let passage = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
-        scene.reading("passage", q[0], 3, 0.1, 1.0);
-    };
-    assert_says(&wrong(&passage, &Free::control, 3, 2), &["`passage`", "node"]);
     let mixed = |scene: &mut Scene, q: [Coordinate; 3], u: Control| {
         let output = scene.output("both");
         scene.term(output, "sum", Effort, Sum::Integral, [], [], [u], [1.0.into()]);

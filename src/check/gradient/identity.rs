@@ -41,7 +41,7 @@ pub(super) fn identity(
     let mut solver = subject.lifted::<Dual64>()?;
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
-    let refinement = Refinement::new(&taken.grid.steps, &inserted);
+    let refinement = Refinement::new(&taken.grid.steps, taken.grid.around[0], &inserted);
     // With inserted nodes or stages between nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
     let are_held = !inserted.is_empty() || settings.scheme.inner() > 0 || system.has_control_rates();
     let mut direction = direction.clone();
