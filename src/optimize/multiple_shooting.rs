@@ -1,14 +1,16 @@
 //! [`MultipleShooting`]: a motion in segments, each with a start of its own.
 
+mod accepted;
+
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
-use super::free::{Free, Quantity};
+use super::free::Free;
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
 use super::segment::Segment;
 use super::variables::Variables;
-use crate::{EndState, Error, Inputs, Output, Settings, Start, Sum, System};
+use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 
 /// minimise J subject to what outputs must be and to each segment beginning where the one before it ends (Bock and Plitt 1984).
 ///
@@ -16,7 +18,7 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, Sum, System};
 /// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
-/// J must be a sum over nodes or time, and every output one or a terminal value: what a terminal cost would ask for is an output. Readings at single nodes
+/// J must be a sum over nodes or time, and every output one or a terminal value: a terminal cost is an output to [`minimise`](Self::minimise). Readings at single nodes
 /// count in the segment that has the node. Where there are constraints, nothing may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs
 /// that branch are not looked into).
 ///
@@ -53,6 +55,8 @@ pub struct MultipleShooting<'s> {
     /// Of each output, whether all segments add to it or it is the last one's.
     running: Vec<bool>,
     constraints: Vec<Interval>,
+    /// Of each output, whether it is a term of f.
+    minimised: Vec<bool>,
 }
 
 impl<'s> MultipleShooting<'s> {
@@ -72,8 +76,8 @@ impl<'s> MultipleShooting<'s> {
         segments: usize,
     ) -> Result<Self, Error> {
         let whole = Variables::new(system, &inputs, free.clone())?;
-        let running = running_outputs(system)?;
-        check(system, &inputs, &free, states, segments)?;
+        let running = accepted::running_outputs(system)?;
+        accepted::check(system, &inputs, &free, states, segments)?;
         let stages = inputs.grid.stages;
         let steps = inputs.grid.steps.len() / stages;
         let cuts: Vec<usize> = (0..=segments).map(|k| stages * (k * steps / segments)).collect();
@@ -94,7 +98,8 @@ impl<'s> MultipleShooting<'s> {
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
-        Ok(MultipleShooting { segments: all, whole, inputs, states: states.to_vec(), names, running, constraints })
+        let (states, minimised) = (states.to_vec(), vec![false; running.len()]);
+        Ok(MultipleShooting { segments: all, whole, inputs, states, names, running, constraints, minimised })
     }
 
     /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
@@ -118,6 +123,15 @@ impl<'s> MultipleShooting<'s> {
     /// If the system has no such output.
     pub fn constrain(&mut self, output: Output, to: Interval) {
         self.constraints[..self.running.len()][output.index()] = to;
+    }
+
+    /// Adds an output to what is minimised, and asks nothing else of it: a terminal cost.
+    ///
+    /// # Panics
+    /// If the system has no such output.
+    pub fn minimise(&mut self, output: Output) {
+        self.minimised[output.index()] = true;
+        self.constrain(output, Interval::FREE);
     }
 
     /// The variables of the inputs that it was made with and of the guess, or evaluated last.
@@ -192,14 +206,15 @@ impl Problem for MultipleShooting<'_> {
             self.rows(k).for_each(|output| c[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
         }
-        Ok(sum)
+        Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         gradient.fill(0.0);
         for k in 0..self.segments.len() {
             let mut weights = vec![0.0; self.segments[k].motion.outputs()];
-            self.rows(k).for_each(|output| weights[output] = c_weights[output]);
+            let of_f = |output: usize| if self.minimised[output] { f_weight } else { 0.0 };
+            self.rows(k).for_each(|output| weights[output] = c_weights[output] + of_f(output));
             for (row, output, start) in self.joints(k) {
                 weights[output] = c_weights[row];
                 gradient[start] -= c_weights[row];
@@ -262,58 +277,4 @@ impl Problem for MultipleShooting<'_> {
         }
         Ok(())
     }
-}
-
-/// Whether all segments add to each output: it is a sum over nodes or time.
-fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
-    let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
-    if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
-        return refuse(name, "a cost must be a sum over nodes or time there; make what holds at the end an output");
-    }
-    let mut all = Vec::with_capacity(system.outputs());
-    for k in 0..system.outputs() {
-        let (mut running, mut terminal) = (false, false);
-        for (sum, _) in system.sums(1 + k) {
-            running |= sum != Sum::Terminal;
-            terminal |= sum == Sum::Terminal;
-        }
-        if running && terminal {
-            return refuse(
-                system.output_name(k),
-                "an output is a sum over nodes or time or a terminal value there; make it two",
-            );
-        }
-        all.push(running);
-    }
-    Ok(all)
-}
-
-fn check(system: &System, inputs: &Inputs, free: &[Free], states: &[EndState], segments: usize) -> Result<(), Error> {
-    let steps = inputs.grid.steps.len() / inputs.grid.stages;
-    if segments == 0 || segments > steps {
-        let (what, value) = ("the number of segments".to_string(), segments as f64);
-        return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
-    }
-    if let Some(name) = system.cost_of_multipliers().filter(|_| segments > 1) {
-        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
-        return Err(Error::NotInSegments { what: format!("`{name}`"), why });
-    }
-    if states.len() + system.m() < system.n() {
-        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
-        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
-    }
-    let is_whole = |free: &&Free| {
-        use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
-        !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
-    };
-    if let Some(of) = free.iter().find(|of| !is_whole(of)) {
-        let why = "controls are free at all nodes there, and step lengths by their sum";
-        return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
-    }
-    let is_duration = |of: &Free| of.quantity == Quantity::Duration;
-    if segments > 1 && free.iter().any(is_duration) && system.depends_on_time() {
-        let why = "an element or a cost depends on time itself, and segments would begin at other times; fix the duration";
-        return Err(Error::NotInSegments { what: "a free duration".into(), why });
-    }
-    Ok(())
 }

@@ -242,6 +242,7 @@ fn assert_exact(settings: Settings, grid: Grid) {
     let states = [rail, angle].map(|q| scene.end_state(q));
     let system = scene.compile().expect("a system");
     let mut problem = everything(&system, (settings, grid), (force, length), &states, rail);
+    [far, seen].into_iter().for_each(|output| problem.minimise(output));
     let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
     let (n, rows) = (problem.variables(), problem.constraints().len());
     assert_eq!((n, rows), (1 + nodes + 1 + 1 + 8, 7 + 8));
@@ -274,6 +275,42 @@ fn assert_exact(settings: Settings, grid: Grid) {
     for (k, ours) in exact.iter().enumerate() {
         let expected = near[k] + (near[k] - far[k]) / 3.0;
         assert!((ours - expected).abs() < 1e-8 * expected.abs().max(1.0), "{k}: {ours} {expected}");
+    }
+}
+
+#[test]
+fn a_terminal_cost_is_an_output_to_minimise() {
+    let build = |ends: bool| {
+        let mut scene = Scene::new();
+        let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+        let force = scene.control("force");
+        scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+        scene.effort("effort", force, 1e-3);
+        let far = scene.output("far");
+        let place = [cart.coordinates[0]];
+        match ends {
+            true => scene.cost("far", AngleError, Sum::Terminal, place, [], [], [1.5.into()]),
+            false => scene.term(far, "far", AngleError, Sum::Terminal, place, [], [], [1.5.into()]),
+        }
+        let states = cart.coordinates.map(|q| scene.end_state(q));
+        (scene.compile().expect("a system"), force, far, states)
+    };
+    let options = Options { stationarity: 1e-9, ..Options::default() };
+    let ((one, force, ..), (system, _, far, states)) = (build(true), build(false));
+    let inputs = Inputs::at_rest(&one, Grid::uniform(12, 0.1));
+    let variables = Variables::new(&one, &inputs, vec![Free::control(force)]).expect("variables");
+    let mut whole = MotionProblem::new(&one, Settings::default(), inputs.clone(), variables).expect("a problem");
+    whole.constrain(far, Interval::FREE);
+    let expected = interior_point(&mut whole, &[0.0; 13], &options, &mut silent).expect("an outcome");
+    let mut problem =
+        MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 4).expect("fits");
+    problem.minimise(far);
+    let start = problem.start();
+    let found = interior_point(&mut problem, &start, &options, &mut silent).expect("an outcome");
+    assert!(expected.reason.is_converged() && found.reason.is_converged());
+    assert!((found.value - expected.value).abs() < 1e-9 * expected.value, "{} {}", found.value, expected.value);
+    for (ours, u) in found.x.iter().zip(&expected.x) {
+        assert!((ours - u).abs() < 1e-6 * expected.x[0].abs(), "{ours} {u}");
     }
 }
 
@@ -437,7 +474,7 @@ fn what_segments_cannot_do_with_is_named() {
     let terminal = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
         scene.cost("at the end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
     };
-    assert_says(&wrong(&terminal, &Free::control, 3, 2), &["`at the end`", "output"]);
+    assert_says(&wrong(&terminal, &Free::control, 3, 2), &["`at the end`", "output", "`minimise`"]);
     let mixed = |scene: &mut Scene, q: [Coordinate; 3], u: Control| {
         let output = scene.output("both");
         scene.term(output, "sum", Effort, Sum::Integral, [], [], [u], [1.0.into()]);

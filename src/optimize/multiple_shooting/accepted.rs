@@ -1,0 +1,68 @@
+//! What segments can do with: sums, states, variables.
+
+use super::super::free::{Free, Quantity};
+use crate::{EndState, Error, Inputs, Sum, System};
+
+/// Whether all segments add to each output: it is a sum over nodes or time.
+pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
+    let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
+    if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
+        return refuse(
+            name,
+            "a cost must be a sum over nodes or time there; make what holds at the end an output, and `minimise` it",
+        );
+    }
+    let mut all = Vec::with_capacity(system.outputs());
+    for k in 0..system.outputs() {
+        let (mut running, mut terminal) = (false, false);
+        for (sum, _) in system.sums(1 + k) {
+            running |= sum != Sum::Terminal;
+            terminal |= sum == Sum::Terminal;
+        }
+        if running && terminal {
+            return refuse(
+                system.output_name(k),
+                "an output is a sum over nodes or time or a terminal value there; make it two",
+            );
+        }
+        all.push(running);
+    }
+    Ok(all)
+}
+
+/// Refuses what segments cannot do with.
+pub(super) fn check(
+    system: &System,
+    inputs: &Inputs,
+    free: &[Free],
+    states: &[EndState],
+    segments: usize,
+) -> Result<(), Error> {
+    let steps = inputs.grid.steps.len() / inputs.grid.stages;
+    if segments == 0 || segments > steps {
+        let (what, value) = ("the number of segments".to_string(), segments as f64);
+        return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
+    }
+    if let Some(name) = system.cost_of_multipliers().filter(|_| segments > 1) {
+        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
+        return Err(Error::NotInSegments { what: format!("`{name}`"), why });
+    }
+    if states.len() + system.m() < system.n() {
+        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
+        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
+    }
+    let is_whole = |free: &&Free| {
+        use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
+        !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
+    };
+    if let Some(of) = free.iter().find(|of| !is_whole(of)) {
+        let why = "controls are free at all nodes there, and step lengths by their sum";
+        return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
+    }
+    let is_duration = |of: &Free| of.quantity == Quantity::Duration;
+    if segments > 1 && free.iter().any(is_duration) && system.depends_on_time() {
+        let why = "an element or a cost depends on time itself, and segments would begin at other times; fix the duration";
+        return Err(Error::NotInSegments { what: "a free duration".into(), why });
+    }
+    Ok(())
+}
