@@ -6,7 +6,10 @@
 mod structures;
 
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Error, Grid, Inputs, LiftedSolver, LongSolver, Scene, Settings, Solver, Sum, System};
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Grid, Inputs, LiftedSolver, LongSolver, Scalar, Scene, Settings, Solver, Sum, System,
+};
+use nalgebra::SVector;
 use num_dual::Dual64;
 use std::alloc::{GlobalAlloc, Layout, System as Memory};
 use std::cell::Cell;
@@ -63,7 +66,11 @@ fn allocations(work: impl FnOnce()) -> usize {
 
 /// Allocations of a simulation, of its gradient and of the second product of its Hessian, when all were made once before, with a grid of so many steps.
 fn of_second_call(steps: usize, settings: Settings) -> [usize; 3] {
-    let system = CartPendulum::default().scene().compile().expect("scene");
+    of_second_call_with(CartPendulum::default().scene(), steps, settings)
+}
+
+fn of_second_call_with(scene: Scene, steps: usize, settings: Settings) -> [usize; 3] {
+    let system = scene.compile().expect("scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.005));
     inputs.controls.fill(10.0);
     let mut solver = Solver::new(&system, settings);
@@ -91,6 +98,26 @@ fn restarts_allocate_nothing_in_gradients_that_are_recorded_for_products_nor_in_
     let restarted = Settings { drift_bound: 0.0, rebase_every: 1, ..Settings::default() };
     let [short, long] = [50, 500].map(|steps| of_second_call(steps, restarted));
     println!("allocations of simulate, gradient and product with restarts: {short:?} for 50 steps, {long:?} for 500");
+    assert_eq!(short, long);
+}
+
+/// v̇² + u̇² + λ².
+struct Rates;
+impl Cost<1, 1, 1> for Rates {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 1, 1>, _: &SVector<S, 0>) -> S {
+        at.v_dot[0].powi(2) + at.u_dot[0].powi(2) + at.lambda[0].powi(2)
+    }
+}
+
+#[test]
+fn costs_on_accelerations_reactions_and_rates_of_controls_allocate_nothing_either() {
+    let [short, long] = [50, 500].map(|steps| {
+        let mut cart = CartPendulum::default().mechanism();
+        let (angle, force) = (cart.links[1].coordinates[2], cart.force);
+        cart.scene.cost("rates", Rates, Sum::Integral, [angle], [cart.rail[0]], [force], []);
+        of_second_call_with(cart.scene, steps, Settings::default())
+    });
+    println!("allocations of simulate, gradient and product: {short:?} for 50 steps, {long:?} for 500");
     assert_eq!(short, long);
 }
 

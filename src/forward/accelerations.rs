@@ -31,6 +31,9 @@ pub(crate) struct Accelerations {
     x: Pair,
     /// c and e of the last cost.
     adjoint: Pair,
+    /// What they change by.
+    change: Pair,
+    zeros: Pair,
 }
 
 impl Accelerations {
@@ -43,6 +46,8 @@ impl Accelerations {
             is_ready: false,
             x: pair(),
             adjoint: pair(),
+            change: pair(),
+            zeros: pair(),
         }
     }
 
@@ -127,13 +132,15 @@ impl Accelerations {
         Ok(())
     }
 
-    /// What v̇ and λ of the last state, which is `at`, change by along a direction.
-    pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> Pair {
-        let Accelerations { state, x, adjoint, .. } = self;
+    /// v̇ and λ of the last state, which is `at`, and what they change by along a direction.
+    pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> [&Pair; 2] {
+        let Accelerations { state, second, x, adjoint, .. } = self;
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
-        acceleration_tangent(system, &here, along, &mut state.right);
+        let elements = &state.newton.evaluation.formulas(system).elements;
+        let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
+        second.changes((system, elements), (&here, along), &mut state.right);
         state.solve(system, adjoint);
-        adjoint.clone()
+        [x, adjoint]
     }
 
     /// What [`pull_back`](Self::pull_back) adds to `first` changes by along a direction, with that of v̇ and λ; `rows` has the changes of the cost's own
@@ -148,18 +155,13 @@ impl Accelerations {
         equations_along: &mut SecondOrderEquations,
         (first, rows): (&mut CostRows, &mut CostRows),
     ) -> Result<(), Error> {
-        let Accelerations { state, equations, second, x, adjoint, .. } = self;
+        let Accelerations { state, equations, second, x, adjoint, change, zeros, .. } = self;
         let elements = &state.newton.evaluation.formulas(system).elements;
-        let second = second.get_or_insert_with(|| {
-            let mut made = AccelerationSecondOrder::new(system, elements);
-            made.fix(elements, at.design);
-            made
-        });
+        let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
         state.right.v.copy_from_slice(&first.v_dot);
         state.right.sigma.copy_from_slice(&first.lambda);
         state.solve(system, adjoint);
-        let zeros = state.zeros.clone();
-        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &zeros) };
+        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, zeros) };
         let fixed = NodeView { sigma: &zeros.sigma, ..*along };
         // K̇ (c, e).
         first.clear();
@@ -170,16 +172,16 @@ impl Accelerations {
         let less = |(right, (row, less)): (&mut f64, (&f64, &f64))| *right = row - less;
         state.right.v.iter_mut().zip(rows.v_dot.iter().zip(&first.v)).for_each(less);
         state.right.sigma.iter_mut().zip(rows.lambda.iter().zip(&first.sigma)).for_each(less);
-        let mut change = zeros.clone();
-        state.solve(system, &mut change);
-        equations.pull_back(system, &here, &change, rows);
+        state.solve(system, change);
+        equations.pull_back(system, &here, change, rows);
         let elements = &state.newton.evaluation.formulas(system).elements;
         second.pull_back((system, elements), (&here, &fixed), adjoint, rows)?;
         // The rows are linear in v̇ and λ.
         let moved = NodeView { v_dot: along.v_dot, lambda: along.lambda, ..here };
         equations.pull_back(system, &moved, adjoint, rows);
         let still = NodeView { v_dot: &zeros.v, lambda: &zeros.sigma, ..here };
-        equations.pull_back(system, &still, &adjoint.negative(), rows);
+        adjoint.subtract_from(zeros);
+        equations.pull_back(system, &still, adjoint, rows);
         Ok(())
     }
 

@@ -9,7 +9,7 @@
 //! since λ does not depend on σ: what σ adds to 𝓛_q is what it adds to D 𝓛_v. For an adjoint (c, e) of these equations the derivatives of
 //! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
 
-use super::acceleration_kernels::{AccelerationKernels, rows_along};
+use super::acceleration_kernels::{AccelerationKernels, rows_along, tangents};
 use super::argument::Argument;
 use super::batch::{Covector, Pair, Sums};
 use super::branches::Branches;
@@ -47,10 +47,7 @@ impl AccelerationEquations {
                 continue;
             };
             let AccelerationKernels { right, components, rows, of } = kernels;
-            let sum = |element: &Element, of| match of {
-                Component::Momentum(i) | Component::Force(i) => element.q[i],
-                Component::Equation(j) => layout.n + element.sigma[j],
-            };
+            let sum = |element: &Element, of| place(&layout, element, of);
             all.right.extend(ElementPrograms::new(&layout, alike, (right, &components), sum));
             all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
         }
@@ -67,14 +64,11 @@ impl AccelerationEquations {
     /// r at a state with σ = 0.
     pub(crate) fn right(&mut self, system: &System, at: &NodeView<f64>, right: &mut Pair) {
         let AccelerationEquations { layout, right: all, dual, point, .. } = self;
-        let n = layout.n;
         right.v.fill(0.0);
         right.sigma.fill(0.0);
         layout.load(at, point);
         for programs in all {
-            programs.run(point, |&place, value| {
-                *(if place < n { &mut right.v[place] } else { &mut right.sigma[place - n] }) += value;
-            });
+            programs.run(point, |&place, value| *sum(layout.n, right, place) += value);
         }
         dual.iter().for_each(|&place| system.item(place).add_acceleration(at, right));
     }
@@ -92,9 +86,22 @@ impl AccelerationEquations {
     }
 }
 
-/// What the derivatives of c·f + e·g change by along a direction, of all elements.
+/// Where f and g of an element are added: n momenta, then m equations.
+fn place(layout: &Layout, element: &Element, of: Component) -> usize {
+    match of {
+        Component::Momentum(i) | Component::Force(i) => element.q[i],
+        Component::Equation(j) => layout.n + element.sigma[j],
+    }
+}
+
+fn sum(n: usize, sums: &mut Pair, place: usize) -> &mut f64 {
+    if place < n { &mut sums.v[place] } else { &mut sums.sigma[place - n] }
+}
+
+/// What f and g, and the derivatives of c·f + e·g, change by along a direction, of all elements.
 pub(crate) struct AccelerationSecondOrder {
     layout: Layout,
+    tangents: Vec<ElementPrograms<usize>>,
     rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements without a program.
     branching: Vec<Branches>,
@@ -102,22 +109,58 @@ pub(crate) struct AccelerationSecondOrder {
 }
 
 impl AccelerationSecondOrder {
-    pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let (layout, mut rows, mut branching) = (system.layout(), Vec::new(), Vec::new());
+    /// For these values of parameters.
+    pub(crate) fn fixed(system: &System, elements: &[Element], design: &[f64]) -> Self {
+        let mut all = AccelerationSecondOrder::new(system, elements);
+        all.fix(elements, design);
+        all
+    }
+
+    fn new(system: &System, elements: &[Element]) -> Self {
+        let layout = system.layout();
+        let point = vec![0.0; layout.len() + system.parameters().len()];
+        let mut all =
+            AccelerationSecondOrder { layout, tangents: Vec::new(), rows: Vec::new(), branching: Vec::new(), point };
         for alike in &Alike::all(elements) {
             let bound = alike.bound();
-            match rows_along(alike.formula, &bound) {
-                Some((kernel, of)) => rows.extend(ElementPrograms::new(&layout, alike, (kernel, &of), Argument::of)),
-                None => branching.extend(alike.numbers.iter().map(|&e| Branches::new(e, &bound))),
-            }
+            let Some(((changes, components), (rows, of))) =
+                tangents(alike.formula, &bound).zip(rows_along(alike.formula, &bound))
+            else {
+                all.branching.extend(alike.numbers.iter().map(|&e| Branches::new(e, &bound)));
+                continue;
+            };
+            let sum = |element: &Element, of| place(&layout, element, of);
+            all.tangents.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
         }
-        let point = vec![0.0; layout.len() + system.parameters().len()];
-        AccelerationSecondOrder { layout, rows, branching, point }
+        all
     }
 
     /// Runs all preludes.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64]) {
-        self.rows.iter_mut().for_each(|programs| programs.fix(|e| elements[e].with_factors(design)));
+        let parameters = |e: usize| elements[e].with_factors(design);
+        self.tangents.iter_mut().for_each(|programs| programs.fix(parameters));
+        self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
+    }
+
+    /// What f and g change by along a direction, at a state with σ = 0 and its v̇ and λ, which stay as they are.
+    pub(crate) fn changes(
+        &mut self,
+        (system, elements): (&System, &[Element]),
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        result: &mut Pair,
+    ) {
+        let AccelerationSecondOrder { layout, tangents, branching, point, .. } = self;
+        result.v.fill(0.0);
+        result.sigma.fill(0.0);
+        layout.load(at, point);
+        layout.load_direction_beside_accelerations(along, point);
+        layout.load_accelerations(at, point);
+        for programs in tangents {
+            programs.run(point, |&place, value| *sum(layout.n, result, place) += value);
+        }
+        let without_programs = branching.iter().map(|branches| system.item(elements[branches.element].place));
+        without_programs.for_each(|item| item.add_acceleration_change((at, along), result));
     }
 
     /// Adds those changes at a state with σ = 0 and its v̇ and λ, which stay as they are.
@@ -131,7 +174,7 @@ impl AccelerationSecondOrder {
         with: &Pair,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let AccelerationSecondOrder { layout, rows: all, branching, point } = self;
+        let AccelerationSecondOrder { layout, rows: all, branching, point, .. } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_direction_beside_accelerations(along, point);

@@ -53,14 +53,30 @@ pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Slot
 pub fn changes_along(kind: ElementKind, shape: Shape, template: &Template, bound: &[bool]) -> (Graph, Vec<Slot>, Vec<Node>) {
     let (mut graph, derivatives) = Derivatives::new(kind, shape, template);
     let (of, slopes) = slopes(&mut graph, &derivatives, bound);
-    let mut directions: Vec<(Node, Node)> =
-        constants(&mut graph, (shape, bound), template.parameters).into_iter().map(|(_, of)| of).collect();
-    directions.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
-    let moved = (0..shape.n).chain((0..shape.k).map(|k| shape.u() + k)).chain([shape.t()]);
-    directions.extend(moved.map(|which| moving(&mut graph, shape, which)));
+    let directions = directions(&mut graph, (shape, bound), template.parameters);
     let changes = graph.forward(&slopes, &directions);
     let (of, changes) = without_zeros(&graph, of.into_iter().zip(changes));
     (graph, of, changes)
+}
+
+/// The program for what f and g change by along such a direction, with the same arguments, and which component each result is.
+pub fn tangents(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Component>)> {
+    let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
+    let (mut graph, derivatives) = Derivatives::new(formula.kind, shape, template);
+    let directions = directions(&mut graph, (shape, bound), template.parameters);
+    let (components, nodes): (Vec<Component>, Vec<Node>) = equations(&mut graph, &derivatives, true).into_iter().unzip();
+    let changes = graph.forward(&nodes, &directions);
+    let (components, changes) = without_zeros(&graph, components.into_iter().zip(changes));
+    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, components))
+}
+
+/// What moves along a direction of q, v, u, t and constants, and its rate.
+fn directions(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(Node, Node)> {
+    let mut all: Vec<(Node, Node)> = constants(graph, (shape, bound), parameters).into_iter().map(|(_, of)| of).collect();
+    all.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
+    let moved = (0..shape.n).chain((0..shape.k).map(|k| shape.u() + k)).chain([shape.t()]);
+    all.extend(moved.map(|which| moving(graph, shape, which)));
+    all
 }
 
 /// The derivatives of c·f + e·g, and with respect to what.

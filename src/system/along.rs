@@ -106,6 +106,21 @@ impl PlacedElement {
         self.first_along((at, &motion(at, (&[], &[]))), Seed::None, &mut put);
     }
 
+    /// Adds what f and g change by along a direction at fixed v̇ and λ: here it is along ε₁.
+    pub fn add_acceleration_change(&self, (at, along): (&NodeView<f64>, &NodeView<f64>), changes: &mut Pair) {
+        let (fixed, motion) = (NodeView { sigma: &[], ..*along }, motion(at, (at.v_dot, at.lambda)));
+        let read = |slot: Slot| {
+            let [[value, change], [_, rate]] = [&fixed, &motion].map(|direction| self.moving(at, direction, slot));
+            // The rate of a coordinate is its velocity, which changes, too.
+            hyper(value, change, rate, if let Slot::Q(i) = slot { along.v[self.q[i]] } else { 0.0 })
+        };
+        OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| match (of, hyper_parts(&x)) {
+            (Component::Momentum(i), [.., rate]) => changes.v[self.q[i]] -= rate,
+            (Component::Force(i), [_, change, ..]) => changes.v[self.q[i]] += change,
+            (Component::Equation(j), [.., rate]) => changes.sigma[self.sigma[j]] -= rate,
+        });
+    }
+
     /// Adds the derivatives of c·f + e·g.
     pub fn pull_back_acceleration(&self, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
         let slope = |seed: Seed| {

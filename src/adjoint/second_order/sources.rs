@@ -7,7 +7,7 @@ use crate::forward::{Motion, control_rates};
 use crate::node::Newton;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
-use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Pair, Weights};
+use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Weights};
 use crate::{Error, System};
 use num_dual::Dual64;
 
@@ -99,17 +99,22 @@ impl SecondOrderSweep {
             costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
         }
         if system.has_control_rates() || is_felt {
-            self.first_rows.clear();
-            self.first_rows.factors.copy_from_slice(&self.sweep.cost.factors);
+            let (first, memory) = (&mut self.first_rows, &mut self.sweep.cost.memory);
+            first.clear();
+            first.factors.copy_from_slice(&self.sweep.cost.factors);
+            // What programs need was made for the sweep: without it costs would be evaluated by num-dual.
+            std::mem::swap(&mut first.memory, memory);
             let weights = weights.map(|weight| weight.re);
-            system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, &mut self.first_rows));
+            system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, first));
+            std::mem::swap(&mut first.memory, memory);
         }
         if let Some(accelerations) = self.accelerations.own.as_mut().filter(|_| is_felt) {
             // What costs on u̇ need of the first derivatives is kept.
-            let u_dot = self.first_rows.u_dot.clone();
+            let u_dot = std::mem::take(&mut self.first_rows.u_dot);
             let rows = (&mut self.first_rows, &mut self.sweep.cost);
-            accelerations.pull_back_along(system, (&at, &along), &mut self.programs.equations, rows)?;
-            self.first_rows.u_dot.copy_from_slice(&u_dot);
+            let done = accelerations.pull_back_along(system, (&at, &along), &mut self.programs.equations, rows);
+            self.first_rows.u_dot = u_dot;
+            done?;
         }
         let (rows, programs) = (&mut self.sweep.cost, &mut self.programs.costs);
         if rows.is_finite() {
@@ -132,14 +137,17 @@ impl SecondOrderSweep {
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
         let found = self.accelerations.find(system, uses, |accelerations| {
             accelerations.evaluate(system, &at, (motion.given_step(node), motion.trajectory.compliance_from(node)))?;
-            let change = accelerations.along(system, &at, &along);
-            let with = accelerations.with(at);
-            Ok([Pair { v: with.v_dot.to_vec(), sigma: with.lambda.to_vec() }, change])
+            let found = accelerations.along(system, &at, &along);
+            for (felt, found) in self.felt.iter_mut().zip(found) {
+                felt.v.copy_from_slice(&found.v);
+                felt.sigma.copy_from_slice(&found.sigma);
+            }
+            Ok(())
         })?;
-        let (is_felt, unknown) =
-            (found.is_some(), || Pair { v: vec![f64::NAN; system.n()], sigma: vec![f64::NAN; system.m()] });
-        self.felt = found.unwrap_or_else(|| [unknown(), unknown()]);
-        Ok(is_felt)
+        if found.is_none() {
+            self.felt.iter_mut().flat_map(|felt| [&mut felt.v, &mut felt.sigma]).for_each(|x| x.fill(f64::NAN));
+        }
+        Ok(found.is_some())
     }
 
     /// Those of the equations of a stage; of a node where the motion was started anew, as it goes on.
