@@ -7,7 +7,8 @@ mod structures;
 
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Grid, Inputs, LiftedSolver, LongSolver, Scalar, Scene, Settings, Solver, Sum, System,
+    Coordinate, Cost, CostPoint, Error, Grid, Inputs, LiftedSolver, ListCost, ListPoint, LongSolver, Scalar, Scene,
+    Settings, Solver, Sum, System,
 };
 use nalgebra::SVector;
 use num_dual::Dual64;
@@ -255,13 +256,37 @@ fn the_bytes_that_the_values_of_readings_take_grow_like_their_number() {
     assert!(ratio < 1.5, "{ratio}");
 }
 
+/// (Σ q²)ᵖ.
+struct Squares(i32);
+impl ListCost for Squares {
+    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
+        at.q.iter().map(|q| *q * *q).sum::<S>().powi(self.0)
+    }
+}
+
+/// The cart with a cost on the angles of all its links.
+fn on_all_angles(links: usize, cost: Squares) -> Scene {
+    let mut cart = CartPendulum::with_links(links).mechanism();
+    let angles: Vec<Coordinate> = cart.links.iter().map(|link| link.coordinates[2]).collect();
+    cart.scene.list_cost("angles", cost, Sum::Integral, &angles, &[], &[], &[]);
+    cart.scene
+}
+
 #[test]
 fn the_bytes_that_compiling_takes_grow_like_the_scene() {
     type Sized = fn(usize) -> Scene;
     let doubled: Sized = |bars| structures::string(bars, 2);
     let tree: Sized = |bodies| structures::binary_tree(bodies.ilog2());
-    let scenes =
-        [("chain", structures::chain as Sized), ("ladder", structures::ladder), ("doubled", doubled), ("tree", tree)];
+    let squares: Sized = |links| on_all_angles(links, Squares(1));
+    let coupled: Sized = |links| on_all_angles(links, Squares(2));
+    let scenes = [
+        ("chain", structures::chain as Sized),
+        ("ladder", structures::ladder),
+        ("doubled", doubled),
+        ("tree", tree),
+        ("sum of squares", squares),
+        ("square of a sum of squares", coupled),
+    ];
     for (name, scene) in scenes {
         let [few, many] = [128, 2048].map(|size| {
             let scene = scene(size);

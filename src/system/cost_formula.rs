@@ -50,6 +50,9 @@ const LEAST_LEFT: f64 = 1.0 / 64.0;
 /// For fewer arguments than these a program is at least as fast as a matrix.
 const FEW: usize = 6;
 
+/// An instruction takes as long as so many entries of a matrix: a sum of squares has more entries than that, a full quadratic form has not.
+const ENTRIES: usize = 8;
+
 /// What preludes computed for a set of design variables, and memory for registers.
 #[derive(Clone, Debug, Default)]
 pub struct CostMemory {
@@ -77,7 +80,8 @@ impl CostFormula {
         let (partials, slopes) = gradient(&mut graph, values[0], Partial::all(&depends, bound));
         let results = [&values[..1], &slopes].concat();
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
-        let quadratic = quadratic(&mut graph, &partials, &results, template.parameters);
+        let is_worth_it = partials.len() >= FEW && partials.len().pow(2) <= ENTRIES * kernel.main().len();
+        let quadratic = is_worth_it.then(|| quadratic(&mut graph, &partials, &results, template.parameters)).flatten();
         Ok(CostFormula { depends, template, numbers, kernel, partials, quadratic, offset })
     }
 
@@ -179,11 +183,11 @@ impl CostFormula {
     }
 }
 
-/// A polynomial of degree two, if it is one of many arguments; from its value and slopes.
+/// A polynomial of degree two, if it is one of arguments alone; from its value and slopes.
 fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
-    for of in partials.iter().filter(|_| partials.len() >= FEW) {
+    for of in partials {
         let Partial::Argument(which) = of else { return None };
         let x = graph.input(*which);
         second.extend(graph.forward(&results[1..], &[(x, one)]));
