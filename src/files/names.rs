@@ -3,6 +3,7 @@
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::Value;
+use std::collections::HashMap;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -22,7 +23,7 @@ impl<T> Named<T> {
     /// # Errors
     /// A name that is missing, and one that the system does not have.
     pub(super) fn in_order<'a>(
-        mut self,
+        self,
         kind: &'static str,
         part: &str,
         names: impl Iterator<Item = &'a str>,
@@ -32,14 +33,17 @@ impl<T> Named<T> {
             place: format!("`{part}`"),
             problem: format!("{problem} `{name}`"),
         };
-        let mut values = Vec::new();
+        let (known, values): (Vec<String>, Vec<Option<T>>) =
+            self.0.into_iter().map(|(name, value)| (name, Some(value))).unzip();
+        let places: HashMap<&str, usize> = known.iter().map(String::as_str).zip(0..).collect();
+        let (mut values, mut in_order) = (values, Vec::new());
         for name in names {
-            let at = self.0.iter().position(|(known, _)| known == name);
-            values.push(self.0.swap_remove(at.ok_or_else(|| wrong(name, "there is no value for"))?).1);
+            let value = places.get(name).and_then(|&at| values[at].take());
+            in_order.push(value.ok_or_else(|| wrong(name, "there is no value for"))?);
         }
-        match self.0.first() {
-            Some((name, _)) => Err(wrong(name, "the system has nothing called")),
-            None => Ok(values),
+        match values.iter().position(Option::is_some) {
+            Some(at) => Err(wrong(&known[at], "the system has nothing called")),
+            None => Ok(in_order),
         }
     }
 }

@@ -126,6 +126,8 @@ fn what_is_wrong_in_inputs_is_named_with_its_place() {
     assert_says(&read(&json.replacen("\"steps\"", "\"step\"", 1)), &["line 6", "column", "unknown field `step`"]);
     assert_says(&read(&json[..json.len() / 2]), &["line", "column", "EOF"]);
     assert_says(&read(&json.replacen("\"cart.x\"", "\"cart.z\"", 1)), &["start.q", "no value for `cart.x`"]);
+    let strange = json.replacen("\"cart.y\"", "\"cart.w\": 1, \"cart.v\": 1, \"cart.y\"", 1);
+    assert_says(&read(&strange), &["start.q", "the system has nothing called `cart.w`"]);
     assert_says(&read(&json.replacen("\"cart.y\": 0.0", "\"cart.x\": 0.0", 1)), &["`cart.x` stands here twice"]);
     assert_says(&read(&json.replacen("\"version\": 1", "\"version\": 2", 1)), &["version 2", "expected", "version 1"]);
     assert_says(&read(&json.replacen("\"stages\": 1", "\"stages\": 0", 1)), &["Grid::stages"]);
