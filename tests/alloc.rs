@@ -122,6 +122,22 @@ fn costs_on_accelerations_reactions_and_rates_of_controls_allocate_nothing_eithe
     assert_eq!(short, long);
 }
 
+#[test]
+fn values_of_costs_and_outputs_allocate_nothing_per_node() {
+    let [short, long] = [50, 500].map(|steps| {
+        let mut cart = CartPendulum::default().mechanism();
+        let ([.., angle], output) = (cart.links[1].coordinates, cart.scene.output("angle"));
+        cart.scene.cost("angle", AngleError, Sum::Integral, [angle], [], [], [0.1.into()]);
+        cart.scene.term(output, "term", AngleError, Sum::Integral, [angle], [], [], [0.1.into()]);
+        let system = cart.scene.compile().expect("a scene");
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&Inputs::at_rest(&system, Grid::uniform(steps, 0.005))).expect("a motion");
+        [allocations(|| _ = solver.cost().expect("J")), allocations(|| _ = solver.outputs().expect("outputs"))]
+    });
+    println!("allocations of cost and outputs: {short:?} for 50 steps, {long:?} for 500");
+    assert_eq!(short, long);
+}
+
 /// The bytes that a solver holds after a motion of so many steps.
 fn bytes_held(system: &System, settings: Settings, steps: usize) -> isize {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.005));

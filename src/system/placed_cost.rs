@@ -20,6 +20,9 @@ use crate::{Cost, Scalar};
 /// How many derivatives dual numbers carry at once.
 const SEEDS: usize = 4;
 
+/// So many arguments and constants need no memory of the heap: values of costs are asked for at every node.
+const FEW: usize = 32;
+
 /// A cost of fixed numbers of arguments as one of lists.
 pub struct Fixed<C, const N: usize, const M: usize, const K: usize, const P: usize>(pub C);
 
@@ -68,9 +71,15 @@ impl<C: ListCost> PlacedCost<C> {
 
     /// The cost for given arguments and constants, by their numbers.
     fn evaluate<S: Scalar>(&self, argument: impl Fn(usize) -> S, constant: impl Fn(usize) -> S) -> S {
-        let arguments: Vec<S> = (0..self.shape.len()).map(argument).collect();
-        let constants: Vec<S> = (0..self.b.len()).map(constant).collect();
-        self.cost.cost(&self.shape.point(&arguments, &constants))
+        let (count, (mut few, mut many)) = (self.shape.len() + self.b.len(), ([S::zero(); FEW], Vec::new()));
+        let all = few.get_mut(..count).unwrap_or_else(|| {
+            many.resize(count, S::zero());
+            &mut many[..]
+        });
+        let (arguments, constants) = all.split_at_mut(self.shape.len());
+        arguments.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
+        constants.iter_mut().enumerate().for_each(|(p, x)| *x = constant(p));
+        self.cost.cost(&self.shape.point(arguments, constants))
     }
 
     fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
