@@ -1,5 +1,6 @@
 //! [`Variables`]: what of a motion's inputs is free, and how: x ↔ inputs, and the transposed chain rule.
 
+use std::collections::HashSet;
 use std::mem::{Discriminant, discriminant};
 
 use super::free::{Free, Quantity};
@@ -29,6 +30,7 @@ impl Variables {
     pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
         inputs.check(system)?;
         let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
+        let mut known = HashSet::new();
         for (at, of) in free.iter().enumerate() {
             let name = of.quantity.name(system, inputs.grid.steps.len())?;
             of.bounds.check(|| format!("`{name}`"))?;
@@ -51,8 +53,8 @@ impl Variables {
                 knots as f64,
                 "at least 1 (2 if linear, 4 of a spline) and at most that of the nodes",
             )?;
-            let times = 1 + free[..at].iter().filter(|other| other.quantity.subject() == of.quantity.subject()).count();
-            require(times == 1, || format!("the number of times that `{name}` is free"), times as f64, "1")?;
+            let is_new = known.insert(of.quantity.subject());
+            require(is_new, || format!("the number of times that `{name}` is free"), 2.0, "1")?;
             first.push(first[at] + knots);
             match knots {
                 1 => names.push(name),

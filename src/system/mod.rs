@@ -10,6 +10,7 @@ mod batch;
 mod blame;
 mod block;
 mod branches;
+mod columns;
 mod compile;
 mod constants;
 mod cost;

@@ -5,12 +5,16 @@
 use nalgebra::SVector;
 use num_traits::Zero;
 
+use super::columns::by_columns;
 use super::formula::Component;
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use super::shape::Shape;
 use crate::number::{Fingerprint, Hyper, Slope};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
+
+/// Elements of more coordinates than these have their second derivatives column by column.
+const WIDE: usize = 24;
 
 /// An argument of an element's formula, by the element's own number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +105,9 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 
     fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        if N > WIDE {
+            return by_columns(self, (J::KIND, self.shape()), read, put, blocks);
+        }
         let (at, b): (Local<f64, N, M, K>, SVector<f64, P>) = arguments(read);
         let mut first = FirstDerivatives::zero();
         self.0.blocks(&at, &b, &mut first, blocks);

@@ -5,6 +5,7 @@ mod changed;
 mod domains;
 mod random;
 mod vanishing;
+mod wide;
 
 use hamiltonian_adjoint::{
     Constraint, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene,
