@@ -20,8 +20,8 @@ pub(crate) struct Drawn {
     pub notes: Vec<String>,
 }
 
-/// The points that are given, or `count` ones: by turns a `fresh` one, whose arguments have the other signs than those of the last, and one with
-/// small arguments.
+/// The points that are given, or `count` ones: by turns a `fresh` one and one with small arguments. Of two fresh ones the second has the opposite
+/// signs; the first of the next two has about half of them: or products of two arguments would have one sign everywhere.
 ///
 /// # Errors
 /// Refuses to compare nothing because every point was left out.
@@ -42,7 +42,10 @@ pub(crate) fn draw(
             let last = (attempt % 2 == 0).then(|| drawn.points.len().checked_sub(1 + (k + 1) % 2)).flatten();
             let (x, parent) = match last {
                 Some(last) if k % 2 == 1 => (smaller(&drawn.points[last], signed, random), Some(last)),
-                Some(last) => (opposite(fresh(random), &drawn.points[last], signed), None),
+                Some(last) => {
+                    let turned = if k % 4 == 2 { signed.to_vec() } else { half(signed, random) };
+                    (with_signs(fresh(random), &drawn.points[last], (signed, &turned)), None)
+                }
                 None => (fresh(random), None),
             };
             if usable(&x) {
@@ -74,8 +77,18 @@ fn smaller(point: &[f64], signed: &[usize], random: &mut Random) -> Vec<f64> {
     x
 }
 
-fn opposite(mut x: Vec<f64>, point: &[f64], signed: &[usize]) -> Vec<f64> {
-    signed.iter().for_each(|&k| x[k] = -x[k].abs().copysign(point[k]));
+/// A random half of them.
+fn half(of: &[usize], random: &mut Random) -> Vec<usize> {
+    let mut all = of.to_vec();
+    (1..all.len()).rev().for_each(|k| all.swap(k, random.below(k + 1)));
+    all.truncate(of.len() / 2);
+    all
+}
+
+/// The numbers of x with the signs of a point, but for some that are turned.
+fn with_signs(mut x: Vec<f64>, point: &[f64], (signed, turned): (&[usize], &[usize])) -> Vec<f64> {
+    signed.iter().for_each(|&k| x[k] = x[k].abs().copysign(point[k]));
+    turned.iter().for_each(|&k| x[k] = -x[k]);
     x
 }
 

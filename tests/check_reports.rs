@@ -1,0 +1,24 @@
+//! What reports say: no true cause is hidden behind another, nothing is left without a word.
+
+use hamiltonian_adjoint::Scalar;
+use hamiltonian_adjoint::check::{self, Function, Verdict};
+
+/// f = x y.
+struct Product;
+impl Function for Product {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![x[0] * x[1]]
+    }
+}
+
+/// |x| for x and |y| for y is wrong where x y has one sign, which it must not have at all points.
+#[test]
+fn products_of_arguments_have_both_signs() {
+    for seed in 0..40 {
+        for sign in [1.0, -1.0] {
+            let hand = |x: &[f64]| if sign * x[0] * x[1] > 0.0 { [[x[1], x[0]]] } else { [[-x[1], -x[0]]] };
+            let report = check::function(&Product, ["x", "y"], ["f"]).random_points(8, seed).jacobian(hand).run();
+            assert_eq!(report.verdict(), Verdict::Wrong, "seed {seed}, sign {sign}");
+        }
+    }
+}
