@@ -22,3 +22,19 @@ fn products_of_arguments_have_both_signs() {
         }
     }
 }
+
+/// f = max(x − 0.9, 0).
+struct Stop;
+impl Function for Stop {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![(x[0] - 0.9).max(S::from(0.0))]
+    }
+}
+
+#[test]
+fn a_stop_near_the_usual_size_is_met_where_no_point_is_behind_it() {
+    for seed in 0..40 {
+        let report = check::function(&Stop, ["x"], ["f"]).random_points(2, seed).jacobian(|_: &[f64]| [[0.0]]).run();
+        assert_eq!(report.verdict(), Verdict::Wrong, "seed {seed}");
+    }
+}

@@ -14,6 +14,8 @@ use super::random::Random;
 
 /// Lines are looked along from 1e-8 to 1e3 times the size of their arguments.
 const DECADES: Range<i32> = -8..4;
+/// Whether anything changes along a line is looked at here: as far out as random points are.
+const WITHIN: [f64; 5] = [0.7, -0.9, 1e-6, 1.5, -1.4];
 /// Values are compared between places that are so far out.
 const COMPARED: Range<f64> = 1e-3..2.0;
 /// At so many points.
@@ -137,7 +139,7 @@ impl Line {
 
     /// Whether the function or the block depends on s at all.
     fn matters(&self, f: &dyn Differentiable, along: &[f64], setting: &Setting) -> bool {
-        let samples: Vec<_> = [0.7, -0.9, 1e-6].map(|s| self.sample(f, along, setting, s)).into_iter().flatten().collect();
+        let samples: Vec<_> = WITHIN.map(|s| self.sample(f, along, setting, s)).into_iter().flatten().collect();
         samples.len() < 2 || samples.windows(2).any(|pair| pair[0].value != pair[1].value || pair[0].block != pair[1].block)
     }
 }
