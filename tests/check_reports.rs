@@ -23,6 +23,21 @@ fn products_of_arguments_have_both_signs() {
     }
 }
 
+/// f = 10¹² + y, whatever x is.
+struct Without;
+impl Function for Without {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![x[1] + 1e12]
+    }
+}
+
+#[test]
+fn an_offset_hides_no_entry_that_should_be_zero() {
+    let report = check::function(&Without, ["x", "y"], ["f"]).jacobian(|_: &[f64]| [[7.0, 1.0]]).run();
+    assert_eq!(report.blocks[0].diagnoses[0].text, "not zero where it should be, in d(`f`)/d(`x`)");
+    check::function(&Without, ["x", "y"], ["f"]).jacobian(|_: &[f64]| [[0.0, 1.0]]).run().assert_passed();
+}
+
 /// f = max(x − 0.9, 0).
 struct Stop;
 impl Function for Stop {

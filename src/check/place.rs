@@ -107,11 +107,18 @@ pub(crate) fn set_scales(places: &mut [Place], by: &Range<usize>, setting: &Sett
         sizes[(points - 1) / 2]
     };
     let usual: Vec<f64> = (0..functions[0].len()).map(usual).collect();
+    let magnitude = |j: usize| setting.magnitudes[by.start + j];
+    // By how much a column changes the row's function, and the most that one does at any point.
+    let change =
+        |value: &DMatrix<f64>, i: usize| (0..value.ncols()).fold(0.0f64, |m, j| m.max(value[(i, j)] * magnitude(j)));
+    let most: Vec<f64> =
+        (0..usual.len()).map(|i| values[..points].iter().fold(0.0f64, |m, v| m.max(change(v, i)))).collect();
     for (p, place) in places.iter_mut().enumerate() {
         let (value, function) = (&values[p], &functions[p]);
-        let magnitude = |j: usize| setting.magnitudes[by.start + j];
-        // An empty column has the size that would change the row's function by as much as the others do.
-        let row = |i: usize| (0..value.ncols()).fold(function[i], |m, j| m.max(value[(i, j)] * magnitude(j)));
+        // An empty column has the size that would change the row's function by as much as the others do; the function itself, if there are none:
+        // it may have an offset.
+        let limit = |i: usize| if most[i] > 0.0 { most[i] } else { f64::INFINITY };
+        let row = |i: usize| change(value, i).max(function[i].min(limit(i)));
         let size = sizes(value, |i, j| row(i) / magnitude(j));
         place.scale = size.clone();
         for i in 0..value.nrows() {
