@@ -53,3 +53,38 @@ fn a_stop_near_the_usual_size_is_met_where_no_point_is_behind_it() {
         assert_eq!(report.verdict(), Verdict::Wrong, "seed {seed}");
     }
 }
+
+/// An offset + a fifth of the angle of (x, y), or, if it `loses` a derivative, + sin x + y with a constant sine.
+struct Offset {
+    size: f64,
+    loses: bool,
+}
+impl Function for Offset {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let (x, y) = (x[0], x[1]);
+        vec![if self.loses { S::from(x.re().sin()) + y } else { y.atan2(x) * 0.2 } + self.size]
+    }
+}
+
+/// Beside the origin an angle turns within steps that 10¹² leaves few digits of: enough to tell on whose side they are.
+#[test]
+fn a_formula_under_a_large_offset_is_accused_only_if_it_loses_a_derivative() {
+    let names = (["x", "y"], ["f"]);
+    for k in 0..10 {
+        let scale = 10f64.powf(-8.9 - 0.01 * f64::from(k));
+        let hand = |x: &[f64]| {
+            let square = x[0] * x[0] + x[1] * x[1];
+            [[-0.2 * x[1] / square, 0.2 * x[0] / square]]
+        };
+        let check = check::function(&Offset { size: 1e12, loses: false }, names.0, names.1).at(&[3.0 * scale, -2.0 * scale]);
+        check.jacobian(hand).run().assert_passed();
+    }
+    let lost = |size: f64| {
+        check::function(&Offset { size, loses: true }, names.0, names.1).jacobian(|_: &[f64]| [[0.0, 1.0]]).run()
+    };
+    assert_eq!(lost(1e6).verdict(), Verdict::OraclesDisagree);
+    // Here only the longest steps see anything.
+    let hidden = lost(1e10);
+    println!("{hidden}");
+    assert!(hidden.blocks[0].notes.iter().any(|note| note.contains("a derivative that the formula loses")));
+}

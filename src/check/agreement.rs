@@ -16,6 +16,8 @@ pub(crate) struct Agreement {
     pub complex_step: f64,
     pub differences: f64,
     pub conflict: Option<Conflict>,
+    /// Where differences contradict the others, and shorter ones cannot tell.
+    pub doubt: Option<Conflict>,
 }
 
 /// An entry in which the oracles disagree at a point.
@@ -36,11 +38,13 @@ enum Why {
     NotAnalytic(f64, f64),
     /// Differences of the function itself contradict what both others give.
     Lost(f64, f64),
+    /// They do so with long steps, and rounding leaves nothing of short ones.
+    Unsure(f64, f64),
 }
 
 /// Compares the oracles at a place, with errors relative to the scales of the entries.
 pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64]) -> Agreement {
-    let mut found = Agreement { complex_step: 0.0, differences: 0.0, conflict: None };
+    let mut found = Agreement { complex_step: 0.0, differences: 0.0, conflict: None, doubt: None };
     for column in 0..place.scale.ncols() {
         for row in 0..place.scale.nrows() {
             let at = (row, column);
@@ -61,16 +65,24 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64]) -> Agr
                 if apart <= allowed(place.differences_error[at]) {
                     found.differences = found.differences.max(relative(apart));
                 } else if found.conflict.is_none() {
-                    // Steps across something narrow say nothing; shorter ones must say the same, clearly.
+                    // Steps across something narrow say nothing; shorter ones must say the same, clearly. Short ones that rounding leaves
+                    // half a digit still tell on whose side they are.
                     let finer = |level: i32| {
                         let (shorter, error) = of.differences(&place.x, column, magnitudes, level);
                         ((dual - shorter[row]).abs(), error[row])
                     };
-                    let agrees = |(shorter, error): (f64, f64)| CAUTION * error < 0.1 * apart && shorter <= allowed(error);
+                    let agrees = |(shorter, error): (f64, f64)| {
+                        let within = (CAUTION * error).min(0.1 * apart).max(0.5 * error);
+                        error <= apart && shorter <= allowed(0.0) + within
+                    };
                     let (shorter, error) = finer(1);
                     let persists = shorter > allowed(error);
-                    if persists && ![(shorter, error), finer(2), finer(3)].into_iter().any(agrees) {
-                        why = Some(Why::Lost(dual, by_differences));
+                    if !agrees((shorter, error)) && ![finer(2), finer(3)].into_iter().any(agrees) {
+                        if persists {
+                            why = Some(Why::Lost(dual, by_differences));
+                        } else {
+                            found.doubt.get_or_insert(Conflict { row, column, why: Why::Unsure(dual, by_differences) });
+                        }
                     }
                 }
             }
@@ -133,6 +145,11 @@ impl Conflict {
                 "the formula itself is wrong for derivatives: d({row})/d({column}) is {dual:.6e} by dual numbers and complex step, \
                  but its values change by {differences:.6e}; it continues somewhere with a bare real value (`re()`, a table, \
                  an iteration that stops early) and so loses a derivative"
+            ),
+            Why::Unsure(dual, differences) => format!(
+                "d({row})/d({column}) is {dual:.6e} by dual numbers and complex step, and {differences:.6e} by differences, of which rounding leaves \
+                 nothing where their steps are short: something narrow beside the point, or a derivative that the formula loses; to see which, \
+                 leave out of the formula what does not change"
             ),
         }
     }

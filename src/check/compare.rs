@@ -83,6 +83,9 @@ fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockRep
     } else if !conflicts.is_empty() {
         report.notes.push(format!("{} of {} points were set aside for it", conflicts.len(), agreements.len()));
     }
+    if let (Some(doubt), None) = (agreements.iter().find_map(|a| a.doubt.as_ref()), serious) {
+        report.notes.push(doubt.describe(&block.rows, &block.columns));
+    }
 }
 
 /// The same for the function that the block's function is made of, whose lost derivatives all oracles would lose together.
