@@ -54,6 +54,21 @@ fn a_stop_near_the_usual_size_is_met_where_no_point_is_behind_it() {
     }
 }
 
+/// f = x² y.
+struct Square;
+impl Function for Square {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![x[0] * x[0] * x[1]]
+    }
+}
+
+#[test]
+fn every_argument_has_a_name() {
+    let hand = |x: &[f64]| [[2.0 * x[0] * x[1], 1.0]];
+    let report = check::function(&Square, ["x", "y"], ["f"]).jacobian(hand).run();
+    assert_eq!(report.blocks[0].diagnoses[0].text, "1 stands where `x` belongs in d(`f`)/d(`y`)");
+}
+
 /// An offset + a fifth of the angle of (x, y), or, if it `loses` a derivative, + sin x + y with a constant sine.
 struct Offset {
     size: f64,

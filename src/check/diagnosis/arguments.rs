@@ -29,7 +29,8 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
         return None;
     }
     let setting = evidence.setting;
-    let names = &setting.arguments;
+    // What has no name is the 1 that values are multiplied by.
+    let name = |k: usize| Some(setting.arguments[k].as_str()).filter(|name| !name.is_empty()).unwrap_or("1");
     let found = |sign: &str, text: String| {
         let mut found = mask.says(evidence, Mistake::OtherArgument, text);
         found.text += if sign.is_empty() { "" } else { ", and the sign is flipped" };
@@ -38,10 +39,10 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let ranges = || setting.groups.iter().map(|(_, range)| range.clone());
     for k in ranges().flatten() {
         if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = -x[k])) {
-            return found(sign, format!("{} has the wrong sign", names[k]));
+            return found(sign, format!("{} has the wrong sign", name(k)));
         }
         if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] += FRAC_PI_2)) {
-            return found(sign, format!("sine and cosine of {} are mistaken for one another", names[k]));
+            return found(sign, format!("sine and cosine of {} are mistaken for one another", name(k)));
         }
     }
     // Arguments of one kind are confused more often than those of different kinds.
@@ -49,12 +50,12 @@ pub(super) fn confused(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
     let count = setting.arguments.len();
     for (k, j) in alike.chain(pairs(&(0..count))) {
         if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x[k] = x[j])) {
-            return found(sign, format!("{} stands where {} belongs", names[j], names[k]));
+            return found(sign, format!("{} stands where {} belongs", name(j), name(k)));
         }
     }
     for (k, j) in ranges().flat_map(|range| pairs(&range).collect::<Vec<_>>()).filter(|(k, j)| k < j) {
         if let Some(sign) = is_truth_at(evidence, mask, |x| changed(x, |x| x.swap(k, j))) {
-            return found(sign, format!("{} and {} are exchanged", names[k], names[j]));
+            return found(sign, format!("{} and {} are exchanged", name(k), name(j)));
         }
     }
     None
