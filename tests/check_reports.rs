@@ -69,6 +69,21 @@ fn every_argument_has_a_name() {
     assert_eq!(report.blocks[0].diagnoses[0].text, "1 stands where `x` belongs in d(`f`)/d(`y`)");
 }
 
+/// f = (e³ʸ/3, 0).
+struct OneSided;
+impl Function for OneSided {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![(x[1] * 3.0).exp() / 3.0, x[0] * 0.0]
+    }
+}
+
+#[test]
+fn a_transpose_has_rounding_where_the_block_is_zero() {
+    let hand = |x: &[f64]| [[0.0, 0.0], [x[1].exp().powi(3), 0.0]];
+    let report = check::function(&OneSided, ["x", "y"], ["f", "g"]).jacobian(hand).run();
+    assert_eq!(report.blocks[0].diagnoses[0].text, "transposed in the whole block");
+}
+
 /// An offset + a fifth of the angle of (x, y), or, if it `loses` a derivative, + sin x + y with a constant sine.
 struct Offset {
     size: f64,

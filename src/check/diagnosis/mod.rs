@@ -19,6 +19,8 @@ use mask::{Lines, Mask};
 
 /// Slack on the tolerance when a guess is compared with the user's values.
 const SLACK: f64 = 8.0;
+/// What a guess may be off by, relative to itself, whatever the size of the entry is.
+const ROUNDING: f64 = 1e-13;
 /// More wrong entries than this are not looked at one by one.
 const MOST_SINGLE: usize = 6;
 /// A block with more wrong rows than this is only split if all of them have an explanation.
@@ -72,10 +74,11 @@ impl Evidence<'_> {
     fn holds(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> bool {
         let within = |p: usize, &e: &(usize, usize)| {
             let x = expected(p, e);
-            // A multiple of the true value has a multiple of its rounding.
+            // A multiple of the true value has a multiple of its rounding, and another entry's value the rounding of that.
             let grown = (x / self.at[p].truth[e]).abs().max(1.0);
             let grown = if grown.is_finite() { grown } else { 1.0 };
-            (self.at[p].hand[e] - x).abs() <= SLACK * grown * self.at[p].tolerance[e]
+            let within = (grown * self.at[p].tolerance[e]).max(ROUNDING * x.abs());
+            x.is_finite() && (self.at[p].hand[e] - x).abs() <= SLACK * within
         };
         (0..self.at.len()).all(|p| mask.entries.iter().all(|entry| within(p, entry)))
     }
