@@ -1,7 +1,35 @@
 //! What reports say: no true cause is hidden behind another, nothing is left without a word.
 
-use hamiltonian_adjoint::Scalar;
-use hamiltonian_adjoint::check::{self, Function, Verdict};
+use hamiltonian_adjoint::check::{self, Function, Part, Verdict};
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Grid, Inputs, Scalar, Settings, System, gradient};
+
+fn cart() -> (System, Inputs) {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    inputs.controls.fill(10.0);
+    (system, inputs)
+}
+
+/// The diagnosis of a gradient of one's own with these numbers half as large again.
+fn half_more(part: Part, of: impl Fn(usize, usize) -> bool) -> String {
+    let (system, inputs) = cart();
+    let right = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let values = if part == Part::Controls { right.controls.as_slice() } else { right.start.rate().as_slice() };
+    let more = |(j, g): (usize, &f64)| if of(j, values.len()) { 1.5 * g } else { *g };
+    let values: Vec<f64> = values.iter().enumerate().map(more).collect();
+    let report = check::gradient(&system, &inputs, Settings::default()).own("mine", part, values).run().expect("motion");
+    report.own[0].diagnoses[0].text.clone()
+}
+
+#[test]
+fn only_what_follows_in_time_has_ends() {
+    let is_end = |j: usize, count: usize| j == 0 || j + 1 == count;
+    assert!(half_more(Part::Controls, is_end).contains("how the sweep starts and ends"));
+    // x of the cart, and the angle of the link.
+    let of_rates = half_more(Part::Rates, is_end);
+    assert!(!of_rates.contains("sweep"), "{of_rates}");
+}
 
 /// f = x y.
 struct Product;

@@ -55,7 +55,11 @@ pub(super) fn compare(
     if !wrong.is_empty() {
         let steps = &inputs.grid.steps;
         let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
-        let channels = if part == Part::Controls { inputs.controls.nrows() } else { 1 };
+        let channels = match part {
+            Part::Controls => inputs.controls.nrows(),
+            Part::Steps => 1,
+            Part::Design | Part::Coordinates | Part::Rates => 0,
+        };
         report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), (&within, tolerance)));
         wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
         let entry =
@@ -78,6 +82,7 @@ fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     (0..own.len()).map(|j| largest[j % channels]).collect()
 }
 
+/// Of `channels` numbers at each node, or none where numbers do not follow each other in time.
 fn diagnose(
     hand: &[f64],
     truth: &[f64],
@@ -117,9 +122,9 @@ fn diagnose(
     if let [one] = wrong {
         return says(Mistake::Unexplained, format!("only the derivative by {} is wrong", names[*one]));
     }
-    let ends = wrong.iter().all(|&j| j == 0 || j + 1 == count);
-    if ends {
-        return says(Mistake::Unexplained, "only the first and last are wrong: how the sweep starts and ends".into());
+    let is_end = |&j: &usize| j < channels || j + channels >= count;
+    if count > 2 * channels && wrong.iter().all(is_end) {
+        return says(Mistake::Unexplained, "only both ends of the motion are wrong: how the sweep starts and ends".into());
     }
     // Behind what is simpler: where neighbours are alike, so is what is moved.
     let shifted = |by: usize, back: bool| {
