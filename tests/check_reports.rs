@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::check::{self, Function, Part, Verdict};
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Grid, Inputs, Scalar, Settings, System, gradient};
+use hamiltonian_adjoint::{Grid, Inputs, Scalar, Scheme, Settings, System, gradient};
 
 fn cart() -> (System, Inputs) {
     let system = CartPendulum::with_links(1).scene().compile().expect("scene");
@@ -29,6 +29,19 @@ fn only_what_follows_in_time_has_ends() {
     // x of the cart, and the angle of the link.
     let of_rates = half_more(Part::Rates, is_end);
     assert!(!of_rates.contains("sweep"), "{of_rates}");
+}
+
+/// Initial coordinates are moved off the constraints by more than they may drift: the motion would start anew where it did not.
+#[test]
+fn a_motion_that_starts_anew_elsewhere_is_no_witness() {
+    let (system, inputs) = cart();
+    let settings = Settings { drift_bound: 1e-6, scheme: Scheme::ESDIRK4, ..Settings::default() };
+    let report = check::gradient(&system, &inputs, settings).run().expect("motion");
+    println!("{report}");
+    report.assert_passed();
+    // What remains are steps so short that no step of the Taylor remainder is.
+    assert!(report.to_string().contains("for lack of motions"));
+    check::hessian(&system, &inputs, settings).run().expect("motion").assert_passed();
 }
 
 /// f = x y.

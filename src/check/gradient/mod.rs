@@ -22,7 +22,7 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::{BlockReport, Verdict};
-use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
+use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System, Trajectory};
 use directions::{only, product, random};
 use sizes::sizes_of_inputs;
 use ways::Ways;
@@ -227,6 +227,11 @@ impl GradientCheck<'_> {
         }
         Ok(report)
     }
+}
+
+/// Whether a motion takes the steps of another one and starts anew where that does: of one that does not, J is another function.
+fn is_alike(motion: &Trajectory, other: &Trajectory) -> bool {
+    motion.inserted == other.inserted && motion.restarted == other.restarted
 }
 
 /// Judges again, with errors relative to at least this part of the largest.

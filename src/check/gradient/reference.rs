@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::super::ridders::ridders;
 use super::directions::{along, product};
-use super::{CAUTION, FIRST_STEP, Subject};
+use super::{CAUTION, FIRST_STEP, Subject, is_alike};
 use crate::check::Input;
 use crate::{Error, Hyper, Inputs, LiftedSolver, Real, Settings, Solver};
 
@@ -57,10 +57,11 @@ impl<'a> Reference<'a> {
         Ok(self.hyper.value_of(self.subject.which)?.part(3))
     }
 
-    /// dJ along a at x + s b; NaN where there is no motion.
+    /// dJ along a at x + s b; NaN where there is no motion like the one at x.
     fn slope(&self, a: &Inputs, b: &Inputs, s: f64) -> f64 {
-        let mut solver = self.real.borrow_mut();
-        if solver.simulate(&along(self.subject.inputs, b, s)).is_err() {
+        let (mut solver, here) = (self.real.borrow_mut(), self.hyper.real().trajectory());
+        let moved = solver.simulate(&along(self.subject.inputs, b, s));
+        if !moved.is_ok_and(|motion| is_alike(motion, here)) {
             return f64::NAN;
         }
         solver.gradient_of(self.subject.which).map_or(f64::NAN, |gradient| product(gradient, a).0)

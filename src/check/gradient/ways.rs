@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use super::super::direct::moved;
 use super::super::ridders::ridders;
 use super::directions::along;
-use super::{FIRST_STEP, Subject};
+use super::{FIRST_STEP, Subject, is_alike};
 use crate::{Cx, Error, Inputs, LiftedSolver, Solver};
 
 /// The most halvings of the differences' step; easy motions need three or four.
@@ -78,10 +78,14 @@ impl<'a> Ways<'a> {
         (floor, terms.max(if is_seen { curvature } else { 0.0 }))
     }
 
-    /// J(x + s d); NaN where there is no motion.
+    /// J(x + s d); NaN where there is no motion like the one at x.
     pub(super) fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
-        let mut solver = self.real.borrow_mut();
-        let moved = solver.simulate(&along(self.subject.inputs, direction, s)).is_ok();
-        if moved { solver.value_of(self.subject.which).unwrap_or(f64::NAN) } else { f64::NAN }
+        let (mut solver, here) = (self.real.borrow_mut(), self.dual.real().trajectory());
+        let moved = solver.simulate(&along(self.subject.inputs, direction, s));
+        if moved.is_ok_and(|motion| is_alike(motion, here)) {
+            solver.value_of(self.subject.which).unwrap_or(f64::NAN)
+        } else {
+            f64::NAN
+        }
     }
 }
