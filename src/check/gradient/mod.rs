@@ -5,6 +5,7 @@ mod directions;
 mod hessian;
 mod identity;
 mod own;
+mod print;
 mod reference;
 mod report;
 mod sizes;

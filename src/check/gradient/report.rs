@@ -1,12 +1,8 @@
 //! What a gradient check found.
 
-use std::fmt;
-
 use super::super::report::{BlockReport, Verdict};
+use super::taylor::ENOUGH;
 use super::{CAUTION, DIFFERENCED, Identity, Taylor};
-
-/// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
-const ROUGH: [f64; 2] = [1e-12, 1e-3];
 
 /// One direction, four ways.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,10 +82,8 @@ impl DirectionReport {
     pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
         self.floor = self.floor.max(floor);
         let exact = tolerance * self.scale();
-        let seen = DIFFERENCED * self.scale() + CAUTION * self.differences_error;
         let oracles = near(self.direct, self.complex_step, exact);
-        let differences = !self.differences.is_finite() || near(self.direct, self.differences, seen);
-        self.verdict = if !oracles || !differences {
+        self.verdict = if !oracles || self.differences_differ() {
             Verdict::OraclesDisagree
         } else if !near(self.adjoint, self.direct, exact) {
             Verdict::Wrong
@@ -100,9 +94,20 @@ impl DirectionReport {
         };
     }
 
+    /// Whether differences that could be formed are none of dJ.
+    fn differences_differ(&self) -> bool {
+        let seen = DIFFERENCED * self.scale() + CAUTION * self.differences_error;
+        self.differences.is_finite() && !near(self.direct, self.differences, seen)
+    }
+
     /// Whether the oracles disagree by the differences alone.
-    fn only_differences_differ(&self) -> bool {
-        self.verdict == Verdict::OraclesDisagree && near(self.direct, self.complex_step, DIFFERENCED * self.scale())
+    pub(super) fn only_differences_differ(&self) -> bool {
+        self.differences_differ() && near(self.direct, self.complex_step, DIFFERENCED * self.scale())
+    }
+
+    /// Whether the exact ways disagree.
+    pub(super) fn is_inexact(&self) -> bool {
+        matches!(self.verdict, Verdict::Wrong | Verdict::OraclesDisagree) && !self.only_differences_differ()
     }
 
     /// Whether all but the differences agree to what dJ is itself, however large J is: then dJ is no rounding.
@@ -129,17 +134,15 @@ impl DirectionReport {
 }
 
 /// Where dJ is smaller than this part of J, errors are relative to that.
-const HIDDEN: f64 = super::ways::OF_VALUE;
-/// Differences as near to the adjoint as this leave nothing for a Taylor remainder of the first order but kinks.
-const BENDS: f64 = 1e-9;
-/// The least observed order that a right gradient has: half-way between 1 and 2.
-const ENOUGH: f64 = 1.5;
+pub(super) const HIDDEN: f64 = super::ways::OF_VALUE;
+/// Remainders that are larger than this many times what differences allow a gradient to be wrong by are not those of a wrong one.
+const BENDS: f64 = 4.0;
 
 fn near(a: f64, b: f64, within: f64) -> bool {
     (a - b).abs() <= within
 }
 
-fn relative(difference: f64, size: f64) -> f64 {
+pub(super) fn relative(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference.abs() / size }
 }
 
@@ -150,7 +153,7 @@ impl GradientReport {
     }
 
     /// The outcome for the library's gradient.
-    fn library(&self) -> Verdict {
+    pub(super) fn library(&self) -> Verdict {
         let rows = || self.directions.iter().chain(&self.worst_singles);
         let any = |verdict| rows().any(|row| row.verdict == verdict);
         let identity = self.identity.is_none_or(|identity| identity.first_wrong.is_none());
@@ -165,18 +168,16 @@ impl GradientReport {
         }
     }
 
-    fn taylor_holds(&self) -> bool {
+    pub(super) fn taylor_holds(&self) -> bool {
         self.taylor.slope.is_none_or(|slope| slope > ENOUGH) || self.bends()
     }
 
-    /// Whether differences along the direction of the Taylor remainder, the last, have all digits that a remainder can tell of, and the motion is no rounding:
-    /// then it is J that bends.
-    fn bends(&self) -> bool {
-        let along = self.directions.last().filter(|_| self.rounding <= ROUGH[0]);
-        along.is_some_and(|row| {
-            let exact = BENDS * row.scale();
-            near(row.differences, row.adjoint, exact) && row.differences_error <= exact
-        })
+    /// Whether low orders are not those of a wrong gradient, which differences along the same direction, the last, would be further from: then it is J that
+    /// bends.
+    pub(super) fn bends(&self) -> bool {
+        let (by, allowed) =
+            (self.taylor.wrong_by, |row: &DirectionReport| (row.differences - row.adjoint).abs() + row.differences_error);
+        by.is_infinite() || self.directions.last().is_some_and(|row| by > BENDS * allowed(row))
     }
 
     /// Whether all is right.
@@ -191,106 +192,6 @@ impl GradientReport {
     #[track_caller]
     pub fn assert_passed(&self) {
         assert!(self.passed(), "\n{self}");
-    }
-}
-
-impl fmt::Display for GradientReport {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let summary = match self.verdict() {
-            Verdict::Right => "right".to_string(),
-            Verdict::NothingCompared => {
-                "FAILED, because nothing was compared: it does not depend on the inputs by more than its rounding"
-                    .to_string()
-            }
-            other => other.to_string(),
-        };
-        let own = if self.library() == self.verdict() { "" } else { "; but see the gradient of your own" };
-        let summary = if own.is_empty() { summary } else { self.library().to_string() };
-        writeln!(f, "gradient of {} = {:.12e}: {summary}{own}", self.of, self.value)?;
-        let names = self.directions.iter().map(|row| &row.name).chain(self.own.iter().map(|own| &own.name));
-        let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        writeln!(
-            f,
-            "  {:width$}  {:>19}  {:>9}  {:>9}  {:>9} (est.)   verdict",
-            "direction", "dJ by direct diff.", "adjoint", "complex", "differ."
-        )?;
-        self.directions.iter().try_for_each(|row| row.line(f, width))?;
-        if self.singles > 0 {
-            writeln!(f, "  each of {} inputs alone; the worst:", self.singles)?;
-            self.worst_singles.iter().take(5).try_for_each(|row| row.line(f, width))?;
-        }
-        self.own.iter().try_for_each(|own| own_line(own, f, width))?;
-        match self.taylor.slope {
-            Some(slope) if slope <= ENOUGH && self.bends() => writeln!(
-                f,
-                "  Taylor remainder: observed order {slope:.3}; J bends within its steps, for differences agree with the gradient"
-            )?,
-            Some(slope) => {
-                let word = if self.taylor_holds() { "enough" } else { "TOO LOW" };
-                writeln!(
-                    f,
-                    "  Taylor remainder J(x + s d) − J(x) − s g·d: observed order {slope:.3}, {word}: more than {ENOUGH} is asked for; a right \
-                     gradient has 2, a wrong one 1"
-                )?;
-            }
-            None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
-        }
-        let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
-        if most > 0.0 && most < HIDDEN * self.value.abs() {
-            let (of, share) = (&self.of, HIDDEN * self.value.abs() / most);
-            writeln!(
-                f,
-                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {HIDDEN:.0e} of {of}, which is {share:.0e} times \
-                 dJ, and differences and Taylor remainder tell less; to see more, leave out of {of} what does not change"
-            )?;
-        }
-        if let Some(identity) = self.identity {
-            write!(f, "  adjoint–tangent identity: holds to {:.1e} at all nodes", identity.worst)?;
-            match identity.first_wrong {
-                Some(node) => writeln!(f, "; BROKEN from node {node} backwards")?,
-                None => writeln!(f)?,
-            }
-        }
-        let bent = self.directions.iter().chain(&self.worst_singles).find(|row| row.only_differences_differ());
-        if let Some(DirectionReport { name, .. }) = bent {
-            writeln!(
-                f,
-                "  along `{name}` differences alone differ from all others: {} bends at these inputs, as by abs, max or min at zero, and has no \
-                 derivative there but that of one side; or it is rough; move the inputs a little and see",
-                self.of
-            )?;
-        }
-        let is_rough = self.rounding > ROUGH[0] && self.rounding < ROUGH[1];
-        if is_rough && matches!(self.verdict(), Verdict::Wrong | Verdict::OraclesDisagree) {
-            writeln!(
-                f,
-                "  direct differentiation and complex step left corrections of {:.1e} to rounding, because tangent matrices are nearly \
-                 singular or springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the \
-                 check's `tolerance` should be; or take shorter steps, or another start",
-                self.rounding
-            )?;
-        }
-        self.own.iter().filter(|own| own.verdict != Verdict::Right).try_for_each(|own| write!(f, "{own}"))
-    }
-}
-
-/// A gradient of the user's own as a row of the table: it is compared number by number, with the adjoint's.
-fn own_line(own: &BlockReport, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
-    let (name, error, count) = (&own.name, own.relative_error, own.size.1);
-    let numbers = format!("{} of {count} wrong", own.wrong_entries);
-    writeln!(f, "  {name:width$}  {numbers:>19}  {error:>9.1e}  {:9}  {:9}         {}", "", "", own.verdict)
-}
-
-impl DirectionReport {
-    fn line(&self, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
-        let off = |x: f64| relative(x - self.direct, self.scale());
-        let (adjoint, complex, differences) = (off(self.adjoint), off(self.complex_step), off(self.differences));
-        let (name, estimate) = (&self.name, relative(self.differences_error, self.scale()));
-        writeln!(
-            f,
-            "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>9.1e} ({estimate:.0e})  {}",
-            self.direct, self.verdict
-        )
     }
 }
 
@@ -310,7 +211,7 @@ mod tests {
             directions: vec![row([0.0; 4])],
             singles: rows.len(),
             worst_singles: rows,
-            taylor: Taylor { remainders: Vec::new(), slope: Some(slope) },
+            taylor: Taylor { remainders: Vec::new(), slope: Some(slope), wrong_by: 5e-7 },
             identity: Some(Identity { worst: 0.0, node: 0, first_wrong }),
             rounding: 0.0,
             own: Vec::new(),
@@ -356,10 +257,27 @@ mod tests {
         assert_eq!(report(vec![row([0.0, 0.0, 2e-9, 0.0])], 2.0, None).verdict(), Verdict::OraclesDisagree);
         let broken = report(right(), 2.0, Some(3));
         assert!(broken.verdict() == Verdict::Wrong && broken.to_string().contains("BROKEN from node 3"));
-        // Differences that are no nearer to the gradient leave room for a remainder of the first order; others say that J bends.
-        let mut low = report(right(), 1.0, None);
+        // Differences that are no nearer to the gradient leave room for a remainder of the first order; others say that J bends, whatever rounding there is.
+        let mut low = GradientReport { rounding: 1e-11, ..report(right(), 1.0, None) };
         assert!(low.verdict() == Verdict::Right && low.to_string().contains("J bends within its steps"));
         low.directions = vec![row([0.0, 0.0, 0.0, 5e-7])];
         assert!(low.verdict() == Verdict::Wrong && low.to_string().contains("TOO LOW"));
+    }
+
+    #[test]
+    fn a_report_names_no_cause_that_is_none() {
+        // Complex step differs, and differences do not.
+        let rough = GradientReport { rounding: 1e-10, ..report(vec![row([0.0, 0.0, 1e-8, 0.0])], 2.0, None) }.to_string();
+        assert!(!rough.contains("bends at these inputs") && rough.contains("1.0e-10 to rounding"), "{rough}");
+        // Differences alone differ, and no rounding is to blame.
+        let bent = GradientReport { rounding: 1e-10, ..report(vec![row([0.0, 0.0, 0.0, 1e-3])], 2.0, None) }.to_string();
+        assert!(bent.contains("bends at these inputs") && !bent.contains("to rounding"), "{bent}");
+        let mut none = report(vec![row([0.0, 0.0, 0.0, f64::NAN])], 2.0, None);
+        none.taylor.slope = None;
+        let none = none.to_string();
+        assert!(
+            none.contains("there are no differences") && !none.contains("NaN") && !none.contains("it is linear"),
+            "{none}"
+        );
     }
 }

@@ -20,7 +20,13 @@ pub struct Taylor {
     pub remainders: Vec<Remainder>,
     /// The median of log₂(R(s)/R(s/2)) above rounding: 2 for a right gradient, 1 for a wrong one. None if all is rounding.
     pub slope: Option<f64>,
+    /// The least R(s)/s behind which the order is too low, and no lower than of a wrong gradient, which is wrong by that; infinite if it nowhere is.
+    pub(super) wrong_by: f64,
 }
+
+/// The least observed order that a right gradient has, half-way between 1 and 2; and that a wrong one has: below is noise.
+pub(super) const ENOUGH: f64 = 1.5;
+const OF_WRONG: f64 = 0.5;
 
 /// Steps tried, from the first on.
 const STEPS: usize = 8;
@@ -39,8 +45,12 @@ pub(super) fn taylor(along: impl Fn(f64) -> f64, here: f64, derivative: f64) -> 
         }
     }
     let pairs = remainders.windows(2).filter(|pair| pair[1].value.abs() > 100.0 * floor);
-    let mut slopes: Vec<f64> = pairs.map(|pair| (pair[0].value / pair[1].value).abs().log2()).collect();
+    let orders = pairs.map(|pair| ((pair[0].value / pair[1].value).abs().log2(), (pair[1].value / pair[1].step).abs()));
+    let orders: Vec<(f64, f64)> = orders.collect();
+    let of_wrong = orders.iter().filter(|(order, _)| (OF_WRONG..=ENOUGH).contains(order));
+    let wrong_by = of_wrong.fold(f64::INFINITY, |least, (_, by)| least.min(*by));
+    let mut slopes: Vec<f64> = orders.into_iter().map(|(order, _)| order).collect();
     slopes.sort_by(f64::total_cmp);
     let slope = slopes.get(slopes.len() / 2).copied();
-    Taylor { remainders, slope }
+    Taylor { remainders, slope, wrong_by }
 }

@@ -1,0 +1,136 @@
+//! The report of a gradient check as a table, and in words.
+
+use std::fmt;
+
+use super::super::report::{BlockReport, Verdict};
+use super::report::{HIDDEN, relative};
+use super::taylor::ENOUGH;
+use super::{DirectionReport, GradientReport};
+
+/// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
+const ROUGH: [f64; 2] = [1e-12, 1e-3];
+
+impl fmt::Display for GradientReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let summary = match self.verdict() {
+            Verdict::Right => "right".to_string(),
+            Verdict::NothingCompared => {
+                "FAILED, because nothing was compared: it does not depend on the inputs by more than its rounding"
+                    .to_string()
+            }
+            other => other.to_string(),
+        };
+        let own = if self.library() == self.verdict() { "" } else { "; but see the gradient of your own" };
+        let summary = if own.is_empty() { summary } else { self.library().to_string() };
+        writeln!(f, "gradient of {} = {:.12e}: {summary}{own}", self.of, self.value)?;
+        let names = self.directions.iter().map(|row| &row.name).chain(self.own.iter().map(|own| &own.name));
+        let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
+        writeln!(
+            f,
+            "  {:width$}  {:>19}  {:>9}  {:>9}  {:>9} (est.)   verdict",
+            "direction", "dJ by direct diff.", "adjoint", "complex", "differ."
+        )?;
+        self.directions.iter().try_for_each(|row| row.line(f, width))?;
+        if self.singles > 0 {
+            writeln!(f, "  each of {} inputs alone; the worst:", self.singles)?;
+            self.worst_singles.iter().take(5).try_for_each(|row| row.line(f, width))?;
+        }
+        self.own.iter().try_for_each(|own| own_line(own, f, width))?;
+        match self.taylor.slope {
+            Some(slope) if slope <= ENOUGH && self.bends() => writeln!(
+                f,
+                "  Taylor remainder: observed order {slope:.3}; J bends within its steps, or is rough: a wrong gradient would have smaller ones"
+            )?,
+            Some(slope) => {
+                let word = if self.taylor_holds() { "enough" } else { "TOO LOW" };
+                writeln!(
+                    f,
+                    "  Taylor remainder J(x + s d) − J(x) − s g·d: observed order {slope:.3}, {word}: more than {ENOUGH} is asked for; a right \
+                     gradient has 2, a wrong one 1"
+                )?;
+            }
+            None if self.taylor.remainders.is_empty() => {
+                writeln!(f, "  Taylor remainder: none, for lack of motions beside this one")?
+            }
+            None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
+        }
+        let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
+        if most > 0.0 && most < HIDDEN * self.value.abs() {
+            let (of, share) = (&self.of, HIDDEN * self.value.abs() / most);
+            writeln!(
+                f,
+                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {HIDDEN:.0e} of {of}, which is {share:.0e} times \
+                 dJ, and differences and Taylor remainder tell less; to see more, leave out of {of} what does not change"
+            )?;
+        }
+        if let Some(identity) = self.identity {
+            write!(f, "  adjoint–tangent identity: holds to {:.1e} at all nodes", identity.worst)?;
+            match identity.first_wrong {
+                Some(node) => writeln!(f, "; BROKEN from node {node} backwards")?,
+                None => writeln!(f)?,
+            }
+        }
+        self.explain(f)?;
+        self.own.iter().filter(|own| own.verdict != Verdict::Right).try_for_each(|own| write!(f, "{own}"))
+    }
+}
+
+impl GradientReport {
+    /// Why ways differ, where the numbers tell.
+    fn explain(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let rows = || self.directions.iter().chain(&self.worst_singles);
+        if let Some(DirectionReport { name, .. }) = rows().find(|row| row.only_differences_differ()) {
+            writeln!(
+                f,
+                "  along `{name}` differences alone differ from all others: {} bends at these inputs, as by abs, max or min at zero, and has no \
+                 derivative there but that of one side; or it is rough; move the inputs a little and see",
+                self.of
+            )?;
+        }
+        if let Some(DirectionReport { name, .. }) = rows().find(|row| !row.differences.is_finite()) {
+            writeln!(
+                f,
+                "  along `{name}` there are no differences: where the inputs are moved there is no motion, or one that halves other steps or \
+                 starts anew elsewhere, of which {} is another function; formulas that lose a derivative are not seen there",
+                self.of
+            )?;
+        }
+        let is_broken = self.identity.is_some_and(|identity| identity.first_wrong.is_some());
+        if is_broken || rows().any(DirectionReport::is_inexact) { explain_rounding(f, self.rounding) } else { Ok(()) }
+    }
+}
+
+/// Says what rounding leaves of ways that are exact, where that is more than of an ordinary motion.
+pub(super) fn explain_rounding(f: &mut fmt::Formatter, rounding: f64) -> fmt::Result {
+    if rounding <= ROUGH[0] || rounding >= ROUGH[1] {
+        return Ok(());
+    }
+    writeln!(
+        f,
+        "  the simulations on other numbers left corrections of {rounding:.1e} to rounding, because tangent matrices are nearly singular or \
+         springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the check's `tolerance` \
+         should be; or take shorter steps, or another start"
+    )
+}
+
+/// A gradient of the user's own as a row of the table: it is compared number by number, with the adjoint's.
+fn own_line(own: &BlockReport, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
+    let (name, error, count) = (&own.name, own.relative_error, own.size.1);
+    let numbers = format!("{} of {count} wrong", own.wrong_entries);
+    writeln!(f, "  {name:width$}  {numbers:>19}  {error:>9.1e}  {:9}  {:9}         {}", "", "", own.verdict)
+}
+
+impl DirectionReport {
+    fn line(&self, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
+        let off = |x: f64| relative(x - self.direct, self.scale());
+        let (adjoint, complex, differences) = (off(self.adjoint), off(self.complex_step), off(self.differences));
+        let (name, estimate) = (&self.name, relative(self.differences_error, self.scale()));
+        let differences =
+            if differences.is_finite() { format!("{differences:.1e} ({estimate:.0e})") } else { "none        ".into() };
+        writeln!(
+            f,
+            "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>17}  {}",
+            self.direct, self.verdict
+        )
+    }
+}
