@@ -1,8 +1,10 @@
 //! What reports say: no true cause is hidden behind another, nothing is left without a word.
 
 use hamiltonian_adjoint::check::{self, Function, Part, Verdict};
+use hamiltonian_adjoint::element::CostPoint;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Grid, Inputs, Scalar, Scheme, Settings, System, gradient};
+use hamiltonian_adjoint::{Cost, Grid, Inputs, Scalar, Scene, Scheme, Settings, Sum, System, gradient};
+use nalgebra::SVector;
 
 fn cart() -> (System, Inputs) {
     let system = CartPendulum::with_links(1).scene().compile().expect("scene");
@@ -42,6 +44,27 @@ fn a_motion_that_starts_anew_elsewhere_is_no_witness() {
     // What remains are steps so short that no step of the Taylor remainder is.
     assert!(report.to_string().contains("for lack of motions"));
     check::hessian(&system, &inputs, settings).run().expect("motion").assert_passed();
+}
+
+#[test]
+fn a_product_that_cannot_be_compared_is_told_of() {
+    struct Way;
+    impl Cost<1> for Way {
+        fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+            at.q[0]
+        }
+    }
+    let mut scene = Scene::new();
+    let body = scene.particle("particle", 2.0, [0.3, 0.4]);
+    scene.cost("way", Way, Sum::Terminal, [body.coordinates[0]], [], [], []);
+    let system = scene.compile().expect("scene");
+    // By the initial coordinates and one step J is bilinear.
+    let inputs = Inputs::at_rest(&system, Grid::uniform(0, 0.1));
+    let check = check::hessian(&system, &inputs, Settings::default());
+    let report = check.own("mine", Part::Coordinates, inputs.no_change(), [7.0, 7.0]).run().expect("motion");
+    println!("{report}");
+    assert_eq!((report.verdict(), report.own.len()), (Verdict::NothingCompared, 1));
+    assert!(report.to_string().contains("mine") && report.to_string().contains("nothing to compare with"));
 }
 
 /// f = x y.

@@ -7,6 +7,7 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{only, product, random};
+use super::print::explain_rounding;
 use super::reference::Reference;
 use super::{DIFFERENCED, Part, Subject, own, sizes_of_inputs};
 use crate::{Error, Gradient, Inputs, Output, Settings, System};
@@ -104,10 +105,15 @@ impl HessianCheck<'_> {
             .into_iter()
             .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
         let rows = rows.collect();
-        let mut report = HessianReport { of, rows, by_differences: reference.is_differences, own: Vec::new() };
+        let (by_differences, rounding) = (reference.is_differences, reference.rounding);
+        let mut report = HessianReport { of, rows, by_differences, rounding, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
-        for own in self.own.iter().filter(|_| is_trusted) {
-            report.own.push(self.compare_own(own, &mut reference, &sizes, solver.hessian_product(&own.2)?)?);
+        for own in &self.own {
+            let mut found = self.compare_own(own, &mut reference, &sizes, solver.hessian_product(&own.2)?)?;
+            if !is_trusted {
+                own::set_aside(&mut found, "product");
+            }
+            report.own.push(found);
         }
         Ok(report)
     }
@@ -183,7 +189,9 @@ pub struct HessianReport {
     pub rows: Vec<HessianRow>,
     /// Whether the reference is differences of gradients.
     pub by_differences: bool,
-    /// Products of the user's own, unless the library's is wrong.
+    /// What hyper-dual numbers left to rounding, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)).
+    pub rounding: f64,
+    /// Products of the user's own.
     pub own: Vec<BlockReport>,
 }
 
@@ -240,6 +248,9 @@ impl fmt::Display for HessianReport {
                 off(*product),
                 off(*transposed)
             )?;
+        }
+        if self.rows.iter().any(|row| row.verdict == Verdict::Wrong) {
+            explain_rounding(f, self.rounding)?;
         }
         self.own.iter().try_for_each(|own| write!(f, "{own}"))
     }

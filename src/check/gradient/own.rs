@@ -69,6 +69,15 @@ pub(super) fn compare(
     Ok(report)
 }
 
+/// Says that there is nothing to compare with, since the library's own is not confirmed.
+pub(super) fn set_aside(report: &mut BlockReport, what: &str) {
+    report.verdict = Verdict::NothingCompared;
+    report.wrong_entries = 0;
+    report.entries.clear();
+    report.diagnoses.clear();
+    report.notes.push(format!("the library's {what} is not confirmed here, so that there is nothing to compare with"));
+}
+
 /// What entries are multiplied by to be compared with each other: their sizes, or the largest of their kind where several have one unit.
 fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     let own = part.of(sizes);

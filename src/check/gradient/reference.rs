@@ -19,6 +19,8 @@ pub(super) struct Reference<'a> {
     real: RefCell<Solver<'a>>,
     /// Whether hyper-dual numbers do not go through.
     pub(super) is_differences: bool,
+    /// The largest [`LiftedSolver::rounding`] of all motions on hyper-dual numbers.
+    pub(super) rounding: f64,
 }
 
 impl<'a> Reference<'a> {
@@ -28,7 +30,7 @@ impl<'a> Reference<'a> {
         let free = f64::INFINITY;
         let settings = Settings { position_tolerance: free, velocity_tolerance: free, ..subject.settings };
         let real = RefCell::new(Solver::new(subject.system, settings));
-        Ok(Reference { subject, hyper, real, is_differences: false })
+        Ok(Reference { subject, hyper, real, is_differences: false, rounding: 0.0 })
     }
 
     /// aᵀH b, and what it may be off by: nothing but rounding by hyper-dual numbers.
@@ -54,6 +56,7 @@ impl<'a> Reference<'a> {
             }
         }
         self.hyper.simulate(&lifted)?;
+        self.rounding = self.rounding.max(self.hyper.rounding());
         Ok(self.hyper.value_of(self.subject.which)?.part(3))
     }
 
