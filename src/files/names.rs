@@ -33,10 +33,10 @@ impl<T> Named<T> {
             place: format!("`{part}`"),
             problem: format!("{problem} `{name}`"),
         };
-        let (known, values): (Vec<String>, Vec<Option<T>>) =
+        let (known, mut values): (Vec<String>, Vec<Option<T>>) =
             self.0.into_iter().map(|(name, value)| (name, Some(value))).unzip();
         let places: HashMap<&str, usize> = known.iter().map(String::as_str).zip(0..).collect();
-        let (mut values, mut in_order) = (values, Vec::new());
+        let mut in_order = Vec::new();
         for name in names {
             let value = places.get(name).and_then(|&at| values[at].take());
             in_order.push(value.ok_or_else(|| wrong(name, "there is no value for"))?);

@@ -201,11 +201,12 @@ impl Accelerations {
         let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
         let real = part(0);
         self.evaluate(system, &real.view(), place)?;
-        let Accelerations { state, x, adjoint, .. } = self;
+        let Accelerations { state, x, adjoint, zeros, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
-        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..real.view() };
+        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(&real.view(), zeros) };
         for k in 1..R::PARTS {
-            acceleration_tangent(system, &here, &part(k).view(), &mut state.right);
+            let elements = &state.newton.evaluation.formulas(system).elements;
+            acceleration_tangent((system, elements), (&here, &part(k).view()), &mut state.right);
             state.solve(system, adjoint);
             for (all, own) in lifted.iter_mut().zip([&adjoint.v, &adjoint.sigma]) {
                 all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(k, *own));

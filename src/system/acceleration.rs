@@ -11,16 +11,14 @@
 
 use super::acceleration_kernels::{AccelerationKernels, rows_along, tangents};
 use super::argument::Argument;
-use super::batch::{Covector, Pair, Sums};
+use super::batch::{Covector, Pair};
 use super::branches::Branches;
 use super::cost::CostRows;
 use super::element::Element;
 use super::element_programs::{Alike, ElementPrograms};
 use super::formula::Component;
-use super::plain::add_sums;
 use super::point::Layout;
-use super::view::{NodeValues, NodeView};
-use crate::number::{Hyper, hyper, hyper_parts};
+use super::view::NodeView;
 use crate::{Error, System};
 
 /// The equations of accelerations and reactions of a scene.
@@ -189,29 +187,14 @@ impl AccelerationSecondOrder {
     }
 }
 
-/// The derivatives of f and g at a state, at fixed v̇ and λ, along the direction of q, v, u, t and parameters that `direction` holds in the same places.
-///
-/// By the plain formulas, which is what lifted numbers need: ε₁ goes along the direction, ε₂ along the motion.
-pub(crate) fn acceleration_tangent(system: &System, at: &NodeView<f64>, direction: &NodeView<f64>, result: &mut Pair) {
-    // Values and derivatives along the direction, and rates along the motion of both.
-    let list = |[x, along]: [&[f64]; 2], [rate, rate_along]: [&[f64]; 2]| {
-        let of = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-        let number = |i: usize| hyper(x[i], of(along, i), of(rate, i), of(rate_along, i));
-        (0..x.len()).map(number).collect::<Vec<Hyper>>()
-    };
-    let none = vec![0.0; at.lambda.len()];
-    let point = NodeValues {
-        q: list([at.q, direction.q], [at.v, direction.v]),
-        v: list([at.v, direction.v], [at.v_dot, &[]]),
-        sigma: list([none.as_slice(), &[]], [at.lambda, &[]]),
-        u: list([at.u, direction.u], [&[], &[]]),
-        t: hyper(at.t, direction.t, 1.0, 0.0),
-        design: list([at.design, direction.design], [&[], &[]]),
-        of_costs: Default::default(),
-    };
-    let mut sums = Sums::new(system.n(), system.m());
-    add_sums(system.batches.iter(), &point.view(), &mut sums);
-    let forces = sums.force().iter().zip(sums.l_v());
-    result.v.iter_mut().zip(forces).for_each(|(x, (force, l_v))| *x = hyper_parts(force)[1] - hyper_parts(l_v)[3]);
-    result.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(x, phi_dot)| *x = -hyper_parts(phi_dot)[3]);
+/// What f and g of all elements change by along a direction, at a state with σ = 0 and its v̇ and λ, which stay as they are, by the plain formulas: this is what
+/// lifted numbers need.
+pub(crate) fn acceleration_tangent(
+    (system, elements): (&System, &[Element]),
+    (at, along): (&NodeView<f64>, &NodeView<f64>),
+    result: &mut Pair,
+) {
+    result.v.fill(0.0);
+    result.sigma.fill(0.0);
+    elements.iter().for_each(|element| system.item(element.place).add_acceleration_change((at, along), result));
 }

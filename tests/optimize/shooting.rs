@@ -409,8 +409,7 @@ fn readings_tell_segments_what_one_motion_does_not_find() {
     };
     let inputs = |system: &System, length: f64| {
         let mut inputs = Inputs::at_rest(system, Grid::uniform(480, 0.025));
-        let start = Start::assembled(system);
-        inputs.start = start;
+        inputs.start = Start::assembled(system);
         let (q, turned) = (inputs.start.q_mut(), angle_at(0.0));
         (q[0], q[1], q[2]) = (length * turned.cos(), length * turned.sin(), turned);
         inputs.design[0] = length;
