@@ -15,6 +15,14 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// Costs or outputs read σ of constraints that depend on each other: how these share their common reaction follows from the compliance, to about five digits,
+    /// and so do these values and their derivatives.
+    SharedReaction {
+        /// The costs, and the terms of outputs.
+        costs: Vec<String>,
+        /// The equations whose multipliers they read.
+        equations: Vec<String>,
+    },
     /// At the start the kinetic energy is negative for velocities that the constraints allow: what is pushed there moves against the push. A negative mass in
     /// a direction that constraints forbid does no harm.
     NegativeMass {
@@ -157,6 +165,13 @@ impl fmt::Display for Warning {
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
                 equations.join(", ")
+            ),
+            Warning::SharedReaction { costs, equations } => write!(
+                f,
+                "σ of constraints that depend on each other, {}, is read by `{}`: how these share their common reaction follows from a small compliance, to \
+                 about five digits, and so do such values and their derivatives; leave out constraints that follow from others, or let costs read what the motion determines",
+                equations.join(", "),
+                costs.join("`, `")
             ),
             Warning::NegativeMass { coordinates, mass, time } => write!(
                 f,

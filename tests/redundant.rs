@@ -270,6 +270,14 @@ impl Cost<0, 1, 0> for Reaction {
     }
 }
 
+/// An angle, with a multiplier at hand.
+struct Angle;
+impl Cost<1, 1, 0> for Angle {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 1, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0].sin()
+    }
+}
+
 #[test]
 fn the_gradient_of_a_shared_reaction_through_restarts_is_that_by_complex_step() {
     let (mut mechanism, sigma) = on_cranks(3, 0.9, true);
@@ -286,6 +294,39 @@ fn the_gradient_of_a_shared_reaction_through_restarts_is_that_by_complex_step() 
         println!("rebased every {}: {error:.1e}", settings.rebase_every);
         // A share of a reaction is known to five digits, see below.
         assert!(error <= 1e-4, "{error:e}");
+    }
+}
+
+/// σ of the first of two hinges of one rod, or of the only one; or no σ, although it is at hand.
+#[test]
+fn costs_that_read_a_shared_reaction_are_named_and_the_check_says_so() {
+    let of = |hinges: usize, is_read: bool| {
+        let mut mechanism = Mechanism::new();
+        let rod = mechanism.rod([0.0, 0.0], [1.0, 0.0]);
+        let sigma: Vec<_> = (0..hinges).map(|_| mechanism.hinge(None, rod, [0.0, 0.0])).collect();
+        let ([first, _], angle) = (sigma[0], mechanism.bodies[rod].coordinates[2]);
+        match is_read {
+            true => mechanism.scene.cost("reaction", Reaction, Sum::Plain, [], [first], [], []),
+            false => mechanism.scene.cost("angle", Angle, Sum::Plain, [angle], [first], [], []),
+        }
+        let system = mechanism.compile();
+        let given = inputs(&system, 20, 0.01);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&given).expect("motion");
+        let report = hamiltonian_adjoint::check::gradient(&system, &given, Settings::default()).run().expect("a check");
+        (solver.report().warnings.clone(), report)
+    };
+    let (warnings, report) = of(2, true);
+    let [Warning::DependentConstraints { .. }, Warning::SharedReaction { costs, equations }] = warnings.as_slice() else {
+        panic!("{warnings:?}")
+    };
+    assert_eq!((costs.join(" "), equations.join(" ")), ("reaction".into(), "`hinge 1` (equation 0)".into()));
+    println!("{report}");
+    assert!(!report.passed() && report.to_string().contains("is read by `reaction`"), "{report}");
+    for (hinges, is_read, count) in [(1, true, 0), (2, false, 1)] {
+        let (warnings, report) = of(hinges, is_read);
+        assert!(warnings.len() == count && report.warnings.len() == count, "{warnings:?}");
+        report.assert_passed();
     }
 }
 

@@ -51,12 +51,18 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
         return false;
     };
     let takes_part = |j: &usize| shares[*j].abs() > SHARE;
-    let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
-    let mut warnings = vec![Warning::DependentConstraints { equations, time: at.t }];
+    let dependent: Vec<usize> = (0..system.m()).filter(takes_part).collect();
+    let names = |equations: &[usize]| equations.iter().map(|&j| system.equation_name(j).to_string()).collect();
+    let mut warnings = vec![Warning::DependentConstraints { equations: names(&dependent), time: at.t }];
     let chosen = scaled.and_then(|scaled| selection::at_start(forward, system, at, (&shared, scaled)));
     if let Some(chosen) = &chosen {
         let equations = selection::names(system, chosen, &shared);
         warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });
+    }
+    let (costs, read) = system.costs_of_multipliers(&dependent);
+    if chosen.is_none() && !costs.is_empty() {
+        let costs = costs.into_iter().map(str::to_string).collect();
+        warnings.push(Warning::SharedReaction { costs, equations: names(&read) });
     }
     let (q, design) = (at.q.to_vec(), at.design.to_vec());
     let compliance = chosen.unwrap_or_else(|| shared.clone());

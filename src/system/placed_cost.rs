@@ -121,9 +121,9 @@ impl<C: ListCost> PlacedCost<C> {
 
     /// It without its formula.
     pub(super) fn term(&self) -> Term<'_> {
-        let PlacedCost { name, output, sum, uses, obstacle, .. } = self;
+        let PlacedCost { name, output, sum, uses, obstacle, shape, .. } = self;
         let has_program = self.formula.is_some();
-        Term { name, output: *output, sum: *sum, uses: *uses, has_program, obstacle: *obstacle }
+        Term { name, output: *output, sum: *sum, uses: *uses, has_program, obstacle: *obstacle, shape }
     }
 
     pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {

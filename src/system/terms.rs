@@ -2,7 +2,7 @@
 
 use super::System;
 use super::cost::AnyCosts;
-use super::cost_shape::Of;
+use super::cost_shape::{CostShape, Of};
 use super::plain::add_costs;
 use super::view::NodeView;
 use super::weights::Weights;
@@ -20,6 +20,7 @@ pub struct Term<'a> {
     pub has_program: bool,
     /// Why it has none, unless it was not to have one.
     pub obstacle: Option<Obstacle>,
+    pub shape: &'a CostShape,
 }
 
 /// What is known of all of them.
@@ -127,6 +128,16 @@ impl System {
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
         let mut terms = self.all_terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
         terms.next().map(|term| term.name)
+    }
+
+    /// The names of costs that may read multipliers of these equations, and the equations that they read.
+    pub(crate) fn costs_of_multipliers(&self, equations: &[usize]) -> (Vec<&str>, Vec<usize>) {
+        let reads =
+            |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.shape.places.contains(&(Of::Sigma, j));
+        let is_one = |term: &Term| equations.iter().any(|&j| reads(term, j));
+        let costs = self.all_terms().filter(is_one).map(|term| term.name).collect();
+        let read = |j: &usize| self.all_terms().any(|term| reads(&term, *j));
+        (costs, equations.iter().copied().filter(read).collect())
     }
 
     /// The last single node at which a cost counts, and the name of the cost.

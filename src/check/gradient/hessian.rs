@@ -7,9 +7,9 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict};
 use super::directions::{only, product, random};
-use super::print::explain_rounding;
+use super::print::{explain_rounding, write_warnings};
 use super::reference::Reference;
-use super::{DIFFERENCED, Part, Subject, own, sizes_of_inputs};
+use super::{DIFFERENCED, Part, Subject, own, sizes_of_inputs, warnings_of};
 use crate::{Error, Gradient, Inputs, Output, Settings, System};
 
 /// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
@@ -86,6 +86,7 @@ impl HessianCheck<'_> {
         check_tolerance(self.tolerance)?;
         let (subject, of) = (self.subject, self.subject.name()?);
         let (mut solver, gradient) = subject.solved()?;
+        let warnings = warnings_of(&solver);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
@@ -106,7 +107,7 @@ impl HessianCheck<'_> {
             .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
         let rows = rows.collect();
         let (by_differences, rounding) = (reference.is_differences, reference.rounding);
-        let mut report = HessianReport { of, rows, by_differences, rounding, own: Vec::new() };
+        let mut report = HessianReport { of, rows, by_differences, rounding, warnings, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in &self.own {
             let mut found = self.compare_own(own, &mut reference, &sizes, solver.hessian_product(&own.2)?)?;
@@ -191,6 +192,8 @@ pub struct HessianReport {
     pub by_differences: bool,
     /// What hyper-dual numbers left to rounding, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)).
     pub rounding: f64,
+    /// What motion and gradient at the inputs have to say ([`Report::warnings`](crate::Report::warnings)), in words.
+    pub warnings: Vec<String>,
     /// Products of the user's own.
     pub own: Vec<BlockReport>,
 }
@@ -251,6 +254,7 @@ impl fmt::Display for HessianReport {
         }
         if self.rows.iter().any(|row| row.verdict == Verdict::Wrong) {
             explain_rounding(f, self.rounding)?;
+            write_warnings(f, &self.warnings)?;
         }
         self.own.iter().try_for_each(|own| write!(f, "{own}"))
     }

@@ -123,6 +123,7 @@ impl GradientCheck<'_> {
         check_tolerance(self.tolerance)?;
         let (subject, of) = (self.subject, self.subject.name()?);
         let (mut solver, gradient) = subject.solved()?;
+        let warnings = warnings_of(&solver);
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
@@ -158,6 +159,7 @@ impl GradientCheck<'_> {
             taylor,
             identity,
             rounding,
+            warnings,
             own: Vec::new(),
         };
         let trusted = report.verdict() == Verdict::Right;
@@ -222,6 +224,12 @@ impl GradientCheck<'_> {
         }
         Ok(report)
     }
+}
+
+/// What a motion and its gradient have to say, in words.
+fn warnings_of(solver: &Solver) -> Vec<String> {
+    let reports = [solver.report(), solver.adjoint_report()];
+    reports.iter().flat_map(|report| &report.warnings).map(ToString::to_string).collect()
 }
 
 /// Whether a motion takes the steps of another one and starts anew where that does: of one that does not, J is another function.

@@ -96,8 +96,17 @@ impl GradientReport {
             )?;
         }
         let is_broken = self.identity.is_some_and(|identity| identity.first_wrong.is_some());
-        if is_broken || rows().any(DirectionReport::is_inexact) { explain_rounding(f, self.rounding) } else { Ok(()) }
+        if !is_broken && !rows().any(DirectionReport::is_inexact) {
+            return Ok(());
+        }
+        explain_rounding(f, self.rounding)?;
+        write_warnings(f, &self.warnings)
     }
+}
+
+/// What the motion itself says may be why ways differ.
+pub(super) fn write_warnings(f: &mut fmt::Formatter, warnings: &[String]) -> fmt::Result {
+    warnings.iter().try_for_each(|warning| writeln!(f, "  warning of this motion: {warning}"))
 }
 
 /// Says what rounding leaves of ways that are exact, where that is more than of an ordinary motion.

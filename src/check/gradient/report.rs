@@ -52,6 +52,8 @@ pub struct GradientReport {
     /// What direct differentiation and complex step left to rounding along the random directions, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)):
     /// about 1e-14, and more where tangent matrices are close to singular or springs are stiff.
     pub rounding: f64,
+    /// What motion and gradient at the inputs have to say ([`Report::warnings`](crate::Report::warnings)), in words.
+    pub warnings: Vec<String>,
     /// Gradients of the user's own.
     pub own: Vec<BlockReport>,
 }
@@ -214,6 +216,7 @@ mod tests {
             taylor: Taylor { remainders: Vec::new(), slope: Some(slope), wrong_by: 5e-7 },
             identity: Some(Identity { worst: 0.0, node: 0, first_wrong }),
             rounding: 0.0,
+            warnings: Vec::new(),
             own: Vec::new(),
         }
     }
