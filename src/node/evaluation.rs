@@ -226,9 +226,9 @@ impl Evaluation {
         positions.get_or_insert_with(make).evaluate(system, at, phi);
     }
 
-    /// Adds 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
-    pub(crate) fn add_force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
-        self.constants.add_force(q, v, u, force);
+    /// Writes 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
+    pub(crate) fn force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
+        self.constants.force(q, v, u, force);
         self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
         if let Some(elements) = &self.elements {
             force.iter_mut().zip(elements.sums.force()).for_each(|(sum, force)| *sum += force);

@@ -110,9 +110,12 @@ impl Constants {
         for (((l_v, force), start), &position) in terms.zip(&positions.v) {
             r[position] = start - l_v + h * force;
         }
-        for (matrix, x, factor) in [(&self.vq, from.q, -1.0), (&self.qq, from.q, h), (&self.q_u, given.u, h)] {
+        let mut add = |matrix: &[Entry], x: &[f64], factor: f64| {
             matrix.iter().for_each(|e| r[positions.v[e.row]] += factor * e.value * x[e.col]);
-        }
+        };
+        add(&self.vq, from.q, -1.0);
+        add(&self.qq, from.q, h);
+        add(&self.q_u, given.u, h);
     }
 
     /// Writes the constant part of 𝓛_v.
@@ -129,9 +132,9 @@ impl Constants {
         multiply(&self.phi_q, at.v, phi_dot);
     }
 
-    /// Adds the constant part of 𝓛_q + Q.
-    pub fn add_force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
-        force.iter_mut().zip(&self.force).for_each(|(sum, constant)| *sum += constant);
+    /// Writes the constant part of 𝓛_q + Q.
+    pub fn force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
+        force.copy_from_slice(&self.force);
         multiply(&self.qv, v, force);
         multiply(&self.qq, q, force);
         multiply(&self.q_u, u, force);
@@ -160,16 +163,18 @@ impl Constants {
 
     /// Subtracts the constant part of row ∂v + h ∂q for c = e = 0 (see [`block`](super::block)), in the solver's order.
     pub fn subtract_force_rows(&self, h: f64, d: &[f64], positions: &Positions, right: &mut [f64]) {
-        for (matrix, factor) in [(&self.qv, 1.0), (&self.qq, h)] {
+        let mut subtract = |matrix: &[Entry], factor: f64| {
             matrix.iter().for_each(|e| right[positions.v[e.col]] -= factor * e.value * d[e.row]);
-        }
+        };
+        subtract(&self.qv, 1.0);
+        subtract(&self.qq, h);
     }
 
     /// Subtracts the constant part of the adjoint row ∂q.
     pub fn subtract_row_q(&self, with: &Covector, row_q: &mut [f64]) {
-        for (matrix, x) in [(&self.vq, with.c), (&self.qq, with.d)] {
-            matrix.iter().for_each(|e| row_q[e.col] -= e.value * x[e.row]);
-        }
+        let mut subtract = |matrix: &[Entry], x: &[f64]| matrix.iter().for_each(|e| row_q[e.col] -= e.value * x[e.row]);
+        subtract(&self.vq, with.c);
+        subtract(&self.qq, with.d);
     }
 
     /// Adds the constant part of all adjoint rows.
