@@ -1,4 +1,4 @@
-//! What projection, rebasing, checkpoints, dependent constraints and threads cost or gain.
+//! What step lengths, projection, rebasing, checkpoints, dependent constraints and threads cost or gain.
 
 use criterion::Criterion;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
@@ -22,6 +22,20 @@ pub fn restarts(criterion: &mut Criterion) {
     for links in [3, 30] {
         for (what, settings) in all {
             let row = Row { settings, ..Row::new(structures::chain(links), 1000, 0.002, 10.0) };
+            row.both(&mut group, "value + gradient", &mark(format!("{links} links, {what}"), links == 3));
+        }
+    }
+    group.finish();
+}
+
+/// Steps of one length, and of as many as there are steps, as grids by tolerance have: the linear part of each is made anew.
+pub fn lengths(criterion: &mut Criterion) {
+    let mut group = group(criterion, "lengths of steps, 100 steps");
+    for links in [3, 30] {
+        for (what, share) in [("one length", 0.0), ("a hundred lengths", 0.1)] {
+            let mut row = Row::new(structures::chain(links), 100, step_length(links), 10.0);
+            let steps = row.inputs.grid.steps.iter_mut().enumerate();
+            steps.for_each(|(k, step)| *step *= 1.0 + share * (0.7 * k as f64).sin());
             row.both(&mut group, "value + gradient", &mark(format!("{links} links, {what}"), links == 3));
         }
     }

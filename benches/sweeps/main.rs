@@ -151,6 +151,7 @@ criterion_group!(
     newton::first_guess,
     newton::iterations,
     newton::half_steps,
+    features::lengths,
     features::restarts,
     features::memory,
     features::outputs,

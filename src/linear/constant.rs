@@ -1,6 +1,7 @@
 //! The constant part of the matrix and the elimination of the condensed unknowns.
 
 use super::factorization::Breakdown;
+use super::node::PanelEntry;
 use super::symbolic::{Step, Symbolic};
 use crate::number::minus_product;
 
@@ -80,22 +81,16 @@ impl Constant {
         self.inverse.iter().copied()
     }
 
-    /// Sums up triplets (row, column, value) and eliminates the condensed unknowns:
+    /// Sums up entries by places and eliminates the condensed unknowns:
     /// K_ij −= K_ic K_cj / K_cc for all neighbours i, j of c.
     ///
     /// # Errors
     /// A pivot that vanishes, or vanishes against its summands.
-    pub(super) fn set(&mut self, symbolic: &Symbolic, triplets: &[(usize, usize, f64)]) -> Result<(), Breakdown> {
+    pub(super) fn set(&mut self, symbolic: &Symbolic, entries: impl Iterator<Item = (usize, f64)>) -> Result<(), Breakdown> {
         self.entries.fill(0.0);
         self.scale.fill(0.0);
         self.worst = 1.0;
-        for &(row, col, value) in triplets {
-            let place = symbolic.place(row, col);
-            debug_assert!(place.is_some(), "({row}, {col}) is not in the pattern");
-            if let Some(place) = place {
-                self.entries[place] += value;
-            }
-        }
+        entries.for_each(|(place, value)| self.entries[place] += value);
         self.couplings.clear();
         for (position, step) in symbolic.steps().iter().enumerate() {
             self.eliminate(position, step).map_err(|(pivot, scale)| {
@@ -105,12 +100,12 @@ impl Constant {
             self.couple(position, step);
         }
         self.reduced.clear();
-        for (at, upper, lower) in symbolic.panel_entries() {
-            let entry = Coupling::new(at, self.entries[upper], self.entries[lower]);
-            if at.0 == at.1 {
-                self.diagonal[at.0 - self.inverse.len()] = entry.row;
-            } else if !entry.is_zero() {
-                self.reduced.push(entry);
+        for PanelEntry { at: [c, j], stored } in symbolic.panel_entries() {
+            let [row, column] = stored.map(|place| self.entries[place as usize]);
+            if c == j {
+                self.diagonal[*c as usize - self.inverse.len()] = row;
+            } else if row != 0.0 || column != 0.0 {
+                self.reduced.push(Coupling { c: *c, j: *j, row, column });
             }
         }
         Ok(())

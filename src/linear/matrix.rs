@@ -32,9 +32,9 @@ impl<F: Factorization> Matrix<F> {
         &self.constants[self.current]
     }
 
-    /// Sets constant part number `which` from triplets (row, column, value), duplicates summed, condenses, and selects it.
+    /// Sets constant part number `which` from entries by their [`place`](Symbolic::place), duplicates summed, condenses, and selects it.
     ///
-    /// A number not used before adds a part. Every triplet lies in the pattern, on condensed or other unknowns.
+    /// A number not used before adds a part.
     ///
     /// # Errors
     /// A condensed unknown whose pivot is below 1e-13 of the magnitudes that were added up in it.
@@ -42,13 +42,13 @@ impl<F: Factorization> Matrix<F> {
         &mut self,
         symbolic: &Symbolic,
         which: usize,
-        triplets: &[(usize, usize, f64)],
+        entries: impl Iterator<Item = (usize, f64)>,
     ) -> Result<(), Breakdown> {
         if which >= self.constants.len() {
             self.constants.push(Constant::new(symbolic));
         }
         self.select(which);
-        self.constants[self.current].set(symbolic, triplets)
+        self.constants[self.current].set(symbolic, entries)
     }
 
     /// Starts an assembly: the values become the constant part; varying entries are then added to what is returned, by slots.

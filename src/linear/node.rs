@@ -60,6 +60,19 @@ pub(super) struct Pair {
     pub(super) lower: usize,
 }
 
+/// The entries (i, j) and (j, i) of a panel: positions, and where the two are stored.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PanelEntry {
+    pub(super) at: [u32; 2],
+    pub(super) stored: [u32; 2],
+}
+
+impl PanelEntry {
+    fn new(at: [usize; 2], stored: [usize; 2]) -> Self {
+        PanelEntry { at: at.map(|position| position as u32), stored: stored.map(|place| place as u32) }
+    }
+}
+
 impl Node {
     /// Number of values in the panel, s² + 2 s r.
     pub(super) fn panel_len(&self) -> usize {
@@ -71,20 +84,20 @@ impl Node {
         self.first + self.size
     }
 
-    /// The pairs of entries (i, j) and (j, i) of D: their positions and where the two are stored.
-    pub(super) fn square(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
+    /// The entries of D.
+    pub(super) fn square(&self) -> impl Iterator<Item = PanelEntry> {
         let (first, size, start) = (self.first, self.size, self.start);
         let pairs = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j)));
-        pairs.map(move |(i, j)| ((first + i, first + j), start + j * size + i, start + i * size + j))
+        pairs.map(move |(i, j)| PanelEntry::new([first + i, first + j], [start + j * size + i, start + i * size + j]))
     }
 
-    /// The pairs of entries of U and L.
-    pub(super) fn sides(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
+    /// The entries of U and L.
+    pub(super) fn sides(&self) -> impl Iterator<Item = PanelEntry> {
         let (first, size, end, upper) = (self.first, self.size, self.end(), self.start + self.size * self.size);
         let lower = upper + size * self.width;
         let lines = self.later.iter().flat_map(move |b| b.lines.clone().zip(end + b.first..));
         lines.flat_map(move |(line, other)| {
-            (0..size).map(move |k| ((first + k, other), upper + line * size + k, lower + line * size + k))
+            (0..size).map(move |k| PanelEntry::new([first + k, other], [upper, lower].map(|side| side + line * size + k)))
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Another solver behind [`Factorization`], to check ours by: the sparse LU of faer, which interchanges rows where it likes.
 
 use super::factorization::{Breakdown, Factorization, RightSide};
+use super::node::PanelEntry;
 use super::symbolic::Symbolic;
 use faer::MatMut;
 use faer::linalg::solvers::Solve;
@@ -31,8 +32,11 @@ impl Factorization for SparseLu {
 
     fn factor(&mut self, symbolic: &Symbolic, _: &[f64], with: RightSide<'_>) -> Result<(), Breakdown> {
         let size = symbolic.size() - self.condensed;
-        let entries: Vec<_> = (symbolic.panel_entries())
-            .flat_map(|((i, j), upper, lower)| [(i, j, upper)].into_iter().chain((i != j).then_some((j, i, lower))))
+        let both = |entry: &PanelEntry| {
+            let [[i, j], [upper, lower]] = [entry.at, entry.stored].map(|pair| pair.map(|x| x as usize));
+            [(i, j, upper)].into_iter().chain((i != j).then_some((j, i, lower)))
+        };
+        let entries: Vec<_> = (symbolic.panel_entries().iter().flat_map(both))
             .map(|(i, j, slot)| Triplet::new(i - self.condensed, j - self.condensed, self.values[slot]))
             .collect();
         let matrix = SparseColMat::try_new_from_triplets(size, size, &entries).expect("positions in range");

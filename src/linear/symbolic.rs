@@ -3,7 +3,7 @@
 use super::condense::{Condensed, condense};
 use super::graph::Graph;
 use super::kernel::{Kernel, kernel};
-use super::node::{Later, Node, Pair, Shape};
+use super::node::{Later, Node, Pair, PanelEntry, Shape};
 use super::order::{Eliminated, order};
 use super::pattern::Pattern;
 use std::ops::Range;
@@ -37,6 +37,7 @@ pub(crate) struct Symbolic {
     nodes: Vec<Node>,
     /// Consecutive nodes with the same kernel.
     runs: Vec<(&'static dyn Kernel, Range<usize>)>,
+    panel_entries: Vec<PanelEntry>,
     values_len: usize,
 }
 
@@ -71,6 +72,7 @@ impl Symbolic {
             entries: pattern.symmetric_entries(),
             owner,
             runs: runs(&nodes),
+            panel_entries: nodes.iter().flat_map(|node| node.square().chain(node.sides())).collect(),
             nodes,
             values_len,
         };
@@ -128,8 +130,8 @@ impl Symbolic {
         self.runs.iter().map(|(kernel, nodes)| (*kernel, &self.nodes[nodes.clone()]))
     }
 
-    /// Where an entry of the pattern is stored.
-    pub(super) fn place(&self, row: usize, col: usize) -> Option<usize> {
+    /// Where an entry of the pattern is stored; None if it is not in the pattern.
+    pub(crate) fn place(&self, row: usize, col: usize) -> Option<usize> {
         self.entries.binary_search(&(row, col)).ok()?;
         self.stored(self.positions[row], self.positions[col])
     }
@@ -162,8 +164,8 @@ impl Symbolic {
     }
 
     /// All pairs of entries (i, j) and (j, i) of the panels, the diagonal too: (i, j) as positions, and where the two are stored.
-    pub(super) fn panel_entries(&self) -> impl Iterator<Item = ((usize, usize), usize, usize)> {
-        self.nodes.iter().flat_map(|node| node.square().chain(node.sides()))
+    pub(super) fn panel_entries(&self) -> &[PanelEntry] {
+        &self.panel_entries
     }
 
     fn owner_of(&self, position: usize) -> &Node {

@@ -3,6 +3,7 @@
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
 
+use super::linear_part::LinearPart;
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::{Compliances, Report};
 use crate::system::{
@@ -17,15 +18,10 @@ pub(crate) struct Evaluation {
     sines: Sines,
     /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
-    /// μ of the equations that depend on others.
-    compliance: Vec<(usize, f64)>,
+    linear: LinearPart,
     /// The formulas and the design variables that the constants belong to.
     fingerprint: Option<u64>,
     design: Vec<f64>,
-    /// The half steps met last, whose L the matrix keeps; `oldest` is the next to be replaced.
-    steps: Vec<f64>,
-    oldest: usize,
-    triplets: Vec<(usize, usize, f64)>,
     /// The formulas, if they are other ones than were compiled.
     formulas: Option<Formulas>,
     workspace: Workspace,
@@ -33,9 +29,6 @@ pub(crate) struct Evaluation {
     /// Of motions that ask for Φ on their way.
     positions: Option<PositionConstraints>,
 }
-
-/// How many half steps are kept: a composition of steps has few different ones.
-const KEPT_STEPS: usize = 5;
 
 /// What elements that are evaluated at every point need besides: their point and sums in the scene's order.
 struct Elements {
@@ -60,12 +53,9 @@ impl Evaluation {
             constants: Constants::new(n),
             sines: system.sines().clone(),
             blocks: vec![0.0; system.block_len()],
-            compliance: Vec::new(),
+            linear: LinearPart::default(),
             fingerprint: None,
             design: Vec::new(),
-            steps: Vec::new(),
-            oldest: 0,
-            triplets: Vec::new(),
             formulas: None,
             workspace: system.formulas().assembly.workspace(),
             elements: (!system.formulas().assembly.is_empty()).then(elements),
@@ -92,8 +82,7 @@ impl Evaluation {
             positions.fix(&formulas.elements, start.design);
         }
         self.sines.set_coefficients(&mut self.constants.waves);
-        self.steps.clear();
-        self.oldest = 0;
+        self.linear.set(system, &self.constants);
         self.design.clear();
         self.design.extend_from_slice(start.design);
         // What is no number at this start may be one at the next.
@@ -113,16 +102,12 @@ impl Evaluation {
 
     /// Takes over the compliances of constraint equations.
     pub(crate) fn set_compliance(&mut self, compliance: &Compliances) {
-        if self.compliance != compliance {
-            self.compliance = compliance.to_vec();
-            self.steps.clear();
-            self.oldest = 0;
-        }
+        self.linear.set_compliance(compliance);
     }
 
     /// Equations that have a compliance, and their μ.
     pub(crate) fn compliance(&self) -> &Compliances {
-        &self.compliance
+        self.linear.compliance()
     }
 
     /// Prepares L in the matrix for steps of half length h.
@@ -132,29 +117,7 @@ impl Evaluation {
         h: f64,
         matrix: &mut Matrix<F>,
     ) -> Result<(), Breakdown> {
-        if let Some(which) = self.steps.iter().position(|&known| known == h) {
-            matrix.select(which);
-            return Ok(());
-        }
-        self.make_step(system, h, matrix)
-    }
-
-    /// Makes L for a half step that was not met before.
-    #[cold]
-    fn make_step<F: Factorization>(&mut self, system: &System, h: f64, matrix: &mut Matrix<F>) -> Result<(), Breakdown> {
-        let which = self.oldest;
-        self.oldest = (self.oldest + 1) % KEPT_STEPS;
-        if which >= self.steps.len() {
-            self.steps.push(h);
-        }
-        // Not to be found again if what follows fails.
-        self.steps[which] = f64::NAN;
-        self.constants.tangent(h, &mut self.triplets);
-        let equation = |j: usize| system.n() + j;
-        self.triplets.extend(self.compliance.iter().map(|&(j, mu)| (equation(j), equation(j), -mu)));
-        matrix.set_constant(system.symbolic(), which, &self.triplets)?;
-        self.steps[which] = h;
-        Ok(())
+        self.linear.select(system, h, matrix)
     }
 
     /// Whether elements other than sums of sines are evaluated at every point: these alone may have terms in the rows of condensed unknowns.
@@ -170,7 +133,7 @@ impl Evaluation {
     /// −k of r(x) = k + L x + N(x), in the solver's order.
     pub(crate) fn step_constants(&self, system: &System, from: &KnownPart, given: Given, r: &mut [f64]) {
         self.constants.step_constants(from, given, system.positions(), r);
-        for &(j, mu) in &self.compliance {
+        for &(j, mu) in self.linear.compliance() {
             r[system.positions().sigma[j]] -= mu * from.sigma[j];
         }
     }
@@ -302,7 +265,7 @@ impl Evaluation {
 
     /// Adds −μ e, the rows of the compliances.
     pub(crate) fn pull_back_compliance(&self, e: &[f64], rows: &mut [f64]) {
-        self.compliance.iter().for_each(|&(j, mu)| rows[j] -= mu * e[j]);
+        self.linear.compliance().iter().for_each(|&(j, mu)| rows[j] -= mu * e[j]);
     }
 
     /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.

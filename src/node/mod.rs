@@ -3,6 +3,7 @@
 mod convergence;
 mod evaluation;
 mod factors;
+mod linear_part;
 mod newton;
 mod predict;
 mod sizes;

@@ -140,17 +140,13 @@ impl Constants {
         multiply(&self.q_u, u, force);
     }
 
-    /// The constant part of K(h) as (row, column, value); unknowns are numbered v, then σ.
-    pub fn tangent(&self, h: f64, triplets: &mut Vec<(usize, usize, f64)>) {
+    /// The constant part of K(h) as (row, column, power of h, value); unknowns are numbered v, then σ.
+    pub fn tangent(&self) -> impl Iterator<Item = (usize, usize, usize, f64)> {
         let n = self.l_v.len();
-        triplets.clear();
-        for (list, factor) in [(&self.vv, 1.0), (&self.vq, h), (&self.qv, -h), (&self.qq, -h * h)] {
-            triplets.extend(list.iter().map(|e| (e.row, e.col, factor * e.value)));
-        }
-        for e in &self.phi_q {
-            triplets.push((n + e.row, e.col, e.value));
-            triplets.push((e.col, n + e.row, e.value));
-        }
+        let mechanics = [(&self.vv, 0, 1.0), (&self.vq, 1, 1.0), (&self.qv, 1, -1.0), (&self.qq, 2, -1.0)];
+        let of = |(list, power, sign)| (list as &Vec<Entry>).iter().map(move |e| (e.row, e.col, power, sign * e.value));
+        let both = move |e: &Entry| [(n + e.row, e.col, 0, e.value), (e.col, n + e.row, 0, e.value)];
+        mechanics.into_iter().flat_map(of).chain(self.phi_q.iter().flat_map(both))
     }
 
     /// Whether all of them are numbers.

@@ -1,0 +1,98 @@
+//! The linear part of a step, whose matrix is a polynomial of the half step: L(h) = L₀ + h L₁ + h² L₂ − diag(0, μ).
+
+use crate::System;
+use crate::linear::{Breakdown, Factorization, Matrix};
+use crate::motion::Compliances;
+use crate::system::Constants;
+
+/// L, and which half steps the matrix keeps it for.
+#[derive(Default)]
+pub(super) struct LinearPart {
+    /// Where entries are stored, ascending, and those of L₀, L₁ and L₂.
+    entries: Vec<(usize, [f64; 3])>,
+    /// μ of the equations that depend on others.
+    compliance: Vec<(usize, f64)>,
+    /// The half steps met last; `oldest` is the next to be replaced.
+    steps: Vec<f64>,
+    oldest: usize,
+}
+
+/// How many half steps are kept: a composition of steps has few different ones.
+const KEPT_STEPS: usize = 5;
+
+impl LinearPart {
+    /// Takes over constant derivatives.
+    pub(super) fn set(&mut self, system: &System, constants: &Constants) {
+        self.entries.clear();
+        for (row, col, power, value) in constants.tangent() {
+            let place = system.symbolic().place(row, col);
+            debug_assert!(place.is_some(), "({row}, {col}) is not in the pattern");
+            let mut powers = [0.0; 3];
+            powers[power] = value;
+            self.entries.extend(place.map(|place| (place, powers)));
+        }
+        self.entries.sort_unstable_by_key(|(place, _)| *place);
+        self.entries.dedup_by(|(later, more), (place, powers)| {
+            let is_same = later == place;
+            if is_same {
+                powers.iter_mut().zip(more).for_each(|(sum, more)| *sum += *more);
+            }
+            is_same
+        });
+        self.forget();
+    }
+
+    /// Takes over the compliances of constraint equations.
+    pub(super) fn set_compliance(&mut self, compliance: &Compliances) {
+        if self.compliance != compliance {
+            self.compliance.clear();
+            self.compliance.extend_from_slice(compliance);
+            self.forget();
+        }
+    }
+
+    /// Equations that have a compliance, and their μ.
+    pub(super) fn compliance(&self) -> &Compliances {
+        &self.compliance
+    }
+
+    fn forget(&mut self) {
+        self.steps.clear();
+        self.oldest = 0;
+    }
+
+    /// Prepares L(h) in the matrix.
+    pub(super) fn select<F: Factorization>(
+        &mut self,
+        system: &System,
+        h: f64,
+        matrix: &mut Matrix<F>,
+    ) -> Result<(), Breakdown> {
+        if let Some(which) = self.steps.iter().position(|&known| known == h) {
+            matrix.select(which);
+            return Ok(());
+        }
+        self.make(system, h, matrix)
+    }
+
+    /// Makes L for a half step that was not met before.
+    #[cold]
+    fn make<F: Factorization>(&mut self, system: &System, h: f64, matrix: &mut Matrix<F>) -> Result<(), Breakdown> {
+        let which = self.oldest;
+        self.oldest = (self.oldest + 1) % KEPT_STEPS;
+        if which >= self.steps.len() {
+            self.steps.push(h);
+        }
+        // Not to be found again if what follows fails.
+        self.steps[which] = f64::NAN;
+        let entries = self.entries.iter().map(|&(place, [l_0, l_1, l_2])| (place, l_0 + h * (l_1 + h * l_2)));
+        let diagonal = |&(j, mu): &(usize, f64)| {
+            let unknown = system.n() + j;
+            system.symbolic().place(unknown, unknown).map(|place| (place, -mu))
+        };
+        let compliances = self.compliance.iter().filter_map(diagonal);
+        matrix.set_constant(system.symbolic(), which, entries.chain(compliances))?;
+        self.steps[which] = h;
+        Ok(())
+    }
+}
