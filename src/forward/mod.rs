@@ -3,6 +3,7 @@
 mod accelerations;
 mod adapt;
 pub(crate) mod assembly;
+mod circuits;
 mod continuation;
 mod cost;
 mod drift;
@@ -124,6 +125,7 @@ impl ForwardSweep {
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
         (self.motion.first, self.stepper.smooth_from, self.restarting.most_range) = (0, 0, 0.0);
         self.motion.restarts.clear();
+        self.restarting.circuits.forget();
         self.motion.ahead.again();
         self.motion.trajectory.computed = 0;
         self.motion.trajectory.restarted.clear();

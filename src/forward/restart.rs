@@ -38,6 +38,7 @@
 //!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
+use super::circuits::Circuits;
 use super::projection::Projection;
 use super::{Motion, selection};
 use crate::forward::ForwardSweep;
@@ -147,11 +148,17 @@ pub(crate) struct Restarting {
     pub(crate) most_range: f64,
     pub(crate) last_end: LastEnd,
     pub(super) point: Point,
+    pub(super) circuits: Circuits,
 }
 
 impl Restarting {
     pub(crate) fn new(n: usize, m: usize) -> Self {
-        Restarting { most_range: 0.0, last_end: LastEnd { node: 0, sigma: vec![0.0; m] }, point: Point::new(n, m) }
+        Restarting {
+            most_range: 0.0,
+            last_end: LastEnd { node: 0, sigma: vec![0.0; m] },
+            point: Point::new(n, m),
+            circuits: Circuits::default(),
+        }
     }
 }
 

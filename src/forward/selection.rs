@@ -14,6 +14,7 @@
 //! Between choices positions are projected now and then: what is left out would drift farther than the others. Equations that begin to contradict the others are found
 //! then, since they violate Φ = 0 at the projection, or dΦ/dt = 0 there, by μ ν.
 
+use super::circuits::Circuits;
 use super::projection::Projection;
 use super::rank::Scaled;
 use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
@@ -21,14 +22,11 @@ use super::restart::{UNDETERMINED, closeness, closeness_here};
 use super::{ForwardSweep, Motion};
 use crate::motion::{Compliances, Report};
 use crate::node::{Newton, StepFailure};
-use crate::number::larger;
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
 
 /// μ of an equation that is left out, in units of what it was.
 const LEFT_OUT: f64 = 1e17;
-/// What is left out stays so while its share is at least this part of the largest.
-const AS_BEFORE: f64 = 0.6;
 /// Close to configurations where the others lose rank too, where 1/θ is above this, positions are projected after every step.
 const NEARLY_SINGULAR: f64 = 10.0;
 /// Above this the drift, divided by θ, would be worse for v than it is.
@@ -59,32 +57,17 @@ impl Motion {
     }
 }
 
-/// Sees whether what is left out has lost its share in the dependency, after a step into a node:
-///
-/// ```text
-///   K (v, −z) = (Φ_qᵀ, 0)_j,  z_j = 1      by the factors of the step
-/// ```
+/// Sees whether what is left out has lost its share in the dependency, after a step into a node, by the factors of the step.
 pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     if !motion.leaves_out() || motion.has_been_at(node) {
         return;
     }
-    let (shared, now) = (&motion.shared, motion.trajectory.compliance_into(node));
-    let (newton, at) = (&mut stepper.newton, &mut restarting.point);
-    monitor.is_urgent = closeness_here(newton, system, &mut at.left) > NEARLY_SINGULAR;
-    for j in left_out(now, shared) {
-        at.q.copy_from_slice(motion.at(node).q);
-        at.x.v.fill(0.0);
-        at.x.sigma.fill(0.0);
-        at.x.sigma[j] = 1.0;
-        at.evaluate(system, motion, newton, node, &mut monitor.report);
-        at.left.sigma.fill(0.0);
-        newton.solve(system, &mut at.left);
-        let share = |&(k, mu): &(usize, f64)| (at.x.sigma[k] - at.left.sigma[k]).abs() * root_flexibility(mu);
-        let most = shared.iter().map(share).fold(0.0, larger);
-        let own = shared.iter().find(|(k, _)| *k == j).map_or(0.0, share);
-        monitor.is_urgent |= own < AS_BEFORE * most;
-    }
+    let newton = &mut stepper.newton;
+    let is_close = closeness_here(newton, system, &mut restarting.point.left) > NEARLY_SINGULAR;
+    let chosen = (&motion.shared[..], motion.trajectory.compliance_into(node));
+    let are_good = restarting.circuits.are_good(newton, (system, Some(motion.node_blocks(node))), chosen);
+    monitor.is_urgent = is_close || !are_good;
 }
 
 /// Chooses what is left out from a node on, so close to where branches cross; false if the motion is to go on as before.
@@ -135,12 +118,12 @@ pub(super) fn at_start(
     (shared, scaled): (&Compliances, &Scaled),
 ) -> Option<Vec<(usize, f64)>> {
     let q = scaled.aside(at, STRAIGHT_ON);
-    let newton = &mut forward.stepper.newton;
+    let (newton, circuits) = (&mut forward.stepper.newton, &mut forward.restarting.circuits);
     let mut select_at = |q: &[f64]| {
         let from = KnownPart { h: 0.0, q, p_star: &[], sigma: at.sigma };
         newton.evaluation.set_compliance(shared);
         newton.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
-        select(newton, system, (shared, shared), &mut Report::default())
+        select(newton, system, circuits, (shared, shared), &mut Report::default())
     };
     let (aside, here) = (select_at(q.as_slice())?, select_at(at.q)?);
     (left_out(&aside, shared).count() < left_out(&here, shared).count()).then_some(here)
@@ -164,10 +147,11 @@ fn look(
     settings: &Settings,
 ) -> Result<Option<Vec<(usize, f64)>>, Error> {
     let now = forward.motion.trajectory.compliance_into(node).to_vec();
-    let chosen = match project(forward, system, node, settings)? {
-        true => select(&mut forward.stepper.newton, system, (&forward.motion.shared, &now), &mut forward.monitor.report),
-        false => None,
-    };
+    let is_projected = project(forward, system, node, settings)?;
+    let ForwardSweep { motion, stepper, monitor, restarting, .. } = &mut *forward;
+    let of = (&motion.shared[..], &now[..]);
+    let select = || select(&mut stepper.newton, system, &mut restarting.circuits, of, &mut monitor.report);
+    let chosen = is_projected.then(select).flatten();
     let (newton, blocks) = (&mut forward.stepper.newton, forward.motion.node_blocks(node));
     newton.evaluation.set_compliance(&now);
     let restored = newton.factor(system, 0.0, blocks, &mut forward.monitor.report);
@@ -212,26 +196,39 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     Ok(true)
 }
 
-/// Leaves out one equation for each dependency at the point of the evaluation.
+/// Leaves out one equation for each dependency at the point of the evaluation: what was left out before where it still has its share, otherwise what has the
+/// largest.
 pub(super) fn select(
     newton: &mut Newton,
     system: &System,
+    circuits: &mut Circuits,
     (shared, now): (&Compliances, &Compliances),
     report: &mut Report,
 ) -> Option<Vec<(usize, f64)>> {
-    let mut roots = vec![0.0; system.m()];
-    shared.iter().for_each(|&(j, mu)| roots[j] = root_flexibility(mu));
-    let mut chosen = shared.to_vec();
-    loop {
+    let mut chosen = now.to_vec();
+    newton.evaluation.set_compliance(&chosen);
+    let is_regular = newton.factor_here(system, 0.0, report).is_ok();
+    let are_good = is_regular && circuits.are_good(newton, (system, None), (shared, now));
+    if !is_regular || !circuits.are_dependent() {
+        chosen.copy_from_slice(shared);
+    } else if !are_good {
+        circuits.exchange(shared, &mut chosen, LEFT_OUT);
+    }
+    if chosen != now {
         newton.evaluation.set_compliance(&chosen);
         newton.factor_here(system, 0.0, report).ok()?;
-        let Some(shares) = softest(newton, system, &roots) else { return Some(chosen) };
+    }
+    let mut roots = vec![0.0; system.m()];
+    shared.iter().for_each(|&(j, mu)| roots[j] = root_flexibility(mu));
+    while let Some(shares) = softest(newton, system, &roots) {
         let share = |k: usize| if chosen[k] == shared[k] { shares[shared[k].0].abs() } else { 0.0 };
-        let before = (0..shared.len()).find(|&k| now[k] != shared[k] && share(k) >= AS_BEFORE);
-        let most = before.or_else(|| (0..shared.len()).max_by(|&a, &b| share(a).total_cmp(&share(b))))?;
+        let most = (0..shared.len()).max_by(|&a, &b| share(a).total_cmp(&share(b)))?;
         if share(most) == 0.0 {
             return None;
         }
         chosen[most].1 *= LEFT_OUT;
+        newton.evaluation.set_compliance(&chosen);
+        newton.factor_here(system, 0.0, report).ok()?;
     }
+    Some(chosen)
 }

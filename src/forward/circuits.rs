@@ -1,0 +1,206 @@
+//! Dependencies among constraints, one for each equation that is left out: the smallest set of equations that depend on each other with it, and without any
+//! other that is left out (its fundamental circuit, in the words of matroid theory).
+//!
+//! ```text
+//!   Φ_qᵀ z = 0,  z_j = 1:      K (v, e_j − z) = (Φ_qᵀ e_j, 0)     by the factors at hand
+//! ```
+//!
+//! Circuits that have no equation in common are computed by one solve, as their sum: those of mechanisms that hang together by independent constraints.
+
+use super::redundancy::root_flexibility;
+use crate::System;
+use crate::motion::Compliances;
+use crate::node::Newton;
+use crate::number::larger;
+use crate::system::{Covector, Pair, StateRows};
+
+/// What is left out stays so while its share is at least this part of the largest.
+const AS_BEFORE: f64 = 0.6;
+/// An equation is in a circuit if its share is at least this part of that of what is left out …
+const NEGLIGIBLE: f64 = 1e-6;
+/// … and circuits are computed anew if one outside of them has this much.
+const STRAY: f64 = 1e-3;
+/// Equations depend on each other as long as √(zᵀ Φ_q M⁻¹ Φ_qᵀ z) is below this for a z_j of size one.
+const INDEPENDENT: f64 = 1e-5;
+
+/// A circuit; equations are numbered among those that close loops.
+struct Circuit {
+    left_out: usize,
+    equations: Vec<usize>,
+    /// Circuits of one group have no equation in common.
+    group: usize,
+    /// The equation of the largest share, and whether what is left out has one as large as AS_BEFORE.
+    largest: usize,
+    is_good: bool,
+}
+
+impl Circuit {
+    /// Looks at the shares of all equations.
+    fn judge(&mut self, shares: &[f64]) {
+        let by_share = |a: &usize, b: &usize| shares[*a].total_cmp(&shares[*b]);
+        self.largest = self.equations.iter().copied().max_by(by_share).unwrap_or(self.left_out);
+        self.is_good = shares[self.left_out] >= AS_BEFORE * shares[self.largest];
+    }
+}
+
+/// The circuits of all equations that are left out.
+#[derive(Default)]
+pub(super) struct Circuits {
+    known: Vec<Circuit>,
+    groups: usize,
+    /// What is left out now.
+    left_out: Vec<usize>,
+    /// The largest |v| of all circuits.
+    most_v: f64,
+    /// The sum of the circuits of a group, |z_k| √(Φ_q M⁻¹ Φ_qᵀ)_kk, and whether an equation is in one of them.
+    shares: Vec<f64>,
+    is_inside: Vec<bool>,
+    unit: Vec<f64>,
+    zeros: Vec<f64>,
+    rows: StateRows,
+    left: Pair,
+}
+
+impl Circuits {
+    /// Nothing is known of a motion that begins.
+    pub(super) fn forget(&mut self) {
+        self.known.clear();
+        self.groups = 0;
+    }
+
+    /// Whether all that is left out has the share that it should, by the factors at hand and the blocks of a point.
+    pub(super) fn are_good(
+        &mut self,
+        newton: &mut Newton,
+        (system, blocks): (&System, Option<&[f64]>),
+        (shared, now): (&Compliances, &Compliances),
+    ) -> bool {
+        self.fit(system, shared);
+        self.left_out.clear();
+        self.left_out.extend((0..shared.len()).filter(|&k| now[k] != shared[k]));
+        self.carry_over();
+        self.most_v = 0.0;
+        if !self.compute_groups(newton, (system, blocks), shared) {
+            self.known.clear();
+        }
+        if self.known.len() < self.left_out.len() {
+            self.find(newton, (system, blocks), shared);
+        }
+        self.known.iter().all(|circuit| circuit.is_good)
+    }
+
+    /// Whether all that was left out depends on other equations, which it does to rounding where positions satisfy all of them.
+    pub(super) fn are_dependent(&self) -> bool {
+        self.most_v <= INDEPENDENT
+    }
+
+    /// Puts back what was left out and has lost its share, and leaves out what has the largest in its place, unless that could be in another circuit too.
+    pub(super) fn exchange(&self, shared: &Compliances, chosen: &mut [(usize, f64)], left_out: f64) {
+        let mut circuits_of = vec![0; shared.len()];
+        self.known.iter().flat_map(|circuit| &circuit.equations).for_each(|&k| circuits_of[k] += 1);
+        for circuit in self.known.iter().filter(|circuit| !circuit.is_good) {
+            chosen[circuit.left_out] = shared[circuit.left_out];
+            if circuit.equations.iter().all(|&k| circuits_of[k] == 1) {
+                chosen[circuit.largest].1 *= left_out;
+            }
+        }
+    }
+
+    fn fit(&mut self, system: &System, shared: &Compliances) {
+        let (n, m) = (system.n(), system.m());
+        if self.zeros.len() != n || self.unit.len() != m {
+            (self.unit, self.zeros) = (vec![0.0; m], vec![0.0; n]);
+            (self.rows, self.left) = (StateRows::new(n, m), Pair::new(n, m));
+        }
+        self.shares.resize(shared.len(), 0.0);
+        self.is_inside.resize(shared.len(), false);
+    }
+
+    /// Keeps the circuits that have one equation of those that are left out now: they are its own.
+    fn carry_over(&mut self) {
+        let is_same = self.known.iter().map(|circuit| circuit.left_out).eq(self.left_out.iter().copied());
+        if is_same {
+            return;
+        }
+        let left_out = &self.left_out;
+        self.known.retain_mut(|circuit| {
+            let mut own = circuit.equations.iter().filter(|k| left_out.binary_search(k).is_ok());
+            let [first, second] = [own.next(), own.next()];
+            circuit.left_out = first.map_or(circuit.left_out, |first| *first);
+            first.is_some() && second.is_none()
+        });
+        self.arrange();
+    }
+
+    /// Puts circuits in the order of what is left out, and into groups.
+    fn arrange(&mut self) {
+        self.known.sort_by_key(|circuit| circuit.left_out);
+        self.known.dedup_by_key(|circuit| circuit.left_out);
+        let mut taken: Vec<Vec<bool>> = Vec::new();
+        for circuit in &mut self.known {
+            let is_free = |taken: &Vec<bool>| circuit.equations.iter().all(|&k| !taken[k]);
+            circuit.group = taken.iter().position(is_free).unwrap_or(taken.len());
+            if circuit.group == taken.len() {
+                taken.push(vec![false; self.shares.len()]);
+            }
+            circuit.equations.iter().for_each(|&k| taken[circuit.group][k] = true);
+        }
+        self.groups = taken.len();
+    }
+
+    /// The shares in all circuits that are known, group by group; false if they have become other ones.
+    fn compute_groups(&mut self, newton: &mut Newton, at: (&System, Option<&[f64]>), shared: &Compliances) -> bool {
+        for group in 0..self.groups {
+            self.unit.fill(0.0);
+            self.is_inside.fill(false);
+            for circuit in self.known.iter().filter(|circuit| circuit.group == group) {
+                let (j, mu) = shared[circuit.left_out];
+                self.unit[j] = root_flexibility(mu).recip();
+                circuit.equations.iter().for_each(|&k| self.is_inside[k] = true);
+            }
+            self.solve(newton, at, shared);
+            if self.shares.iter().zip(&self.is_inside).any(|(share, inside)| !inside && *share > STRAY) {
+                return false;
+            }
+            for circuit in self.known.iter_mut().filter(|circuit| circuit.group == group) {
+                circuit.judge(&self.shares);
+            }
+        }
+        true
+    }
+
+    /// The circuits that are not known, one by one.
+    #[cold]
+    fn find(&mut self, newton: &mut Newton, at: (&System, Option<&[f64]>), shared: &Compliances) {
+        for left_out in self.left_out.clone() {
+            if self.known.iter().any(|circuit| circuit.left_out == left_out) {
+                continue;
+            }
+            let (j, mu) = shared[left_out];
+            self.unit.fill(0.0);
+            self.unit[j] = root_flexibility(mu).recip();
+            self.solve(newton, at, shared);
+            let own = self.shares[left_out];
+            let takes_part = |k: &usize| *k == left_out || self.shares[*k] >= NEGLIGIBLE * own;
+            let equations = (0..shared.len()).filter(takes_part).collect();
+            let mut circuit = Circuit { left_out, equations, group: 0, largest: left_out, is_good: true };
+            circuit.judge(&self.shares);
+            self.known.push(circuit);
+        }
+        self.arrange();
+    }
+
+    /// Shares in the sum of the circuits of equations with these units.
+    fn solve(&mut self, newton: &mut Newton, (system, blocks): (&System, Option<&[f64]>), shared: &Compliances) {
+        let evaluation = &newton.evaluation;
+        let with = Covector { c: &self.zeros, d: &self.zeros, e: &self.unit };
+        evaluation.pull_back(system, blocks.unwrap_or(&evaluation.blocks), &with, &mut self.rows);
+        self.left.v.copy_from_slice(&self.rows.v);
+        self.left.sigma.fill(0.0);
+        newton.solve(system, &mut self.left);
+        self.most_v = larger(self.most_v, newton.size_of(&self.left.v));
+        for (share, &(j, mu)) in self.shares.iter_mut().zip(shared) {
+            *share = (self.unit[j] - self.left.sigma[j]).abs() * root_flexibility(mu);
+        }
+    }
+}
