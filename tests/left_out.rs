@@ -1,6 +1,8 @@
 //! Dependent constraints whose positions drift apart: what follows from the others is left out, and chosen anew on the way.
 
 mod common;
+#[path = "scenes/pantograph.rs"]
+mod pantograph;
 
 use common::bench::number;
 use common::{assert_says, largest, largest_difference, relative_error};
@@ -11,6 +13,7 @@ use hamiltonian_adjoint::{
     Scheme, Settings, Solver, Start, Sum, System, Trajectory, Warning, simulate,
 };
 use nalgebra::SVector;
+use pantograph::{Pantograph, pantographs};
 
 /// What a cost of an arm is made of.
 #[derive(Clone, Copy)]
@@ -28,48 +31,16 @@ impl Cost<1, 0, 1> for Measure {
     }
 }
 
-/// A pantograph: a rhombus of two arms and two bars, with a bar across that follows from its sides or not, driven by its weight, a spring and a torque.
-struct Pantograph {
+/// One pantograph, and its scene.
+struct Model {
     scene: Scene,
-    arms: [Body; 2],
-    foot: [Multiplier; 2],
-    stylus: [Multiplier; 2],
+    pantograph: Pantograph,
 }
 
-impl Pantograph {
+impl Model {
     fn new(across: bool, stiffness: f64) -> Self {
-        let mut scene = Scene::new();
-        scene.gravity(0.0, -9.81);
-        scene.control("torque");
-        let (arms, foot, stylus) = Pantograph::add(&mut scene, "", across, stiffness);
-        Pantograph { scene, arms, foot, stylus }
-    }
-
-    /// One of several that move alike.
-    fn add(scene: &mut Scene, which: &str, across: bool, stiffness: f64) -> ([Body; 2], [Multiplier; 2], [Multiplier; 2]) {
-        let torque = scene.control_named("torque").expect("a control");
-        let name = |name: &str| format!("{name}{which}");
-        let (first, second) = (1.0f64, -0.6f64);
-        let ahead = |[x, y]: [f64; 2], angle: f64, length: f64| [x + length * angle.cos(), y + length * angle.sin()];
-        let mut rod = |what: &str, mass: f64, length: f64, foot: [f64; 2], angle: f64| {
-            let [x, y] = ahead(foot, angle, 0.5 * length);
-            scene.body(&name(what), mass, mass * length * length / 12.0, [x, y, angle])
-        };
-        let (elbow, middle) = (ahead([0.0; 2], first, 1.0), ahead([0.0; 2], first, 0.5));
-        let arms = [rod("upper arm", 0.5, 1.0, [0.0; 2], first), rod("lower arm", 0.5, 1.0, elbow, second)];
-        let stylus = ahead(middle, second, 0.5);
-        let bars = [rod("bar", 0.2, 0.5, middle, second), rod("other bar", 0.2, 0.5, stylus, first)];
-        let foot = scene.revolute(&name("foot"), Body::GROUND.at(0.0, 0.0), arms[0].at(-0.5, 0.0));
-        scene.revolute(&name("elbow"), arms[0].at(0.5, 0.0), arms[1].at(-0.5, 0.0));
-        scene.revolute(&name("middle"), arms[0].at(0.0, 0.0), bars[0].at(-0.25, 0.0));
-        let stylus = scene.revolute(&name("stylus"), bars[0].at(0.25, 0.0), bars[1].at(-0.25, 0.0));
-        scene.revolute(&name("corner"), bars[1].at(0.25, 0.0), arms[1].at(0.0, 0.0));
-        if across {
-            scene.distance(&name("across"), arms[0].at(0.25, 0.0), bars[1].at(0.0, 0.0), 0.5);
-        }
-        scene.torsional_spring_damper(&name("spring"), arms[0], arms[1], stiffness, -1.6, 0.1);
-        scene.torque_actuator(&name("motor"), Body::GROUND, arms[0], torque);
-        (arms, foot, stylus)
+        let (scene, mut all) = pantographs(1, across, stiffness);
+        Model { scene, pantograph: all.remove(0) }
     }
 
     fn compile(self, measure: Measure) -> System {
@@ -78,7 +49,7 @@ impl Pantograph {
 
     fn compile_with(mut self, measure: Measure, sum: Sum) -> System {
         let torque = self.scene.control_named("torque").expect("a control");
-        for (name, arm) in ["upper", "lower"].into_iter().zip(self.arms) {
+        for (name, arm) in ["upper", "lower"].into_iter().zip(self.pantograph.arms) {
             self.scene.cost(name, measure, sum, [arm.coordinates[2]], [], [torque], []);
         }
         self.scene.compile().expect("scene")
@@ -105,7 +76,7 @@ fn arms(system: &System, motion: &Trajectory) -> [f64; 2] {
 /// The pantographs without and with the bar across: how far their arms are apart at the end, how often equations were chosen, and whether it says so.
 fn compare(grid: &Grid, settings: Settings, stiffness: f64) -> (f64, usize) {
     let [free, again] = [false, true].map(|across| {
-        let system = Pantograph::new(across, stiffness).compile(Measure::Angle);
+        let system = Model::new(across, stiffness).compile(Measure::Angle);
         let given = inputs(&system, grid.clone(), 4.0);
         let mut solver = Solver::new(&system, settings);
         let motion = solver.simulate(&given).expect("motion").clone();
@@ -164,13 +135,7 @@ fn what_is_left_out_is_chosen_anew_as_the_mechanism_turns() {
 #[test]
 fn mechanisms_side_by_side_are_looked_at_together() {
     let [one, many] = [1, 12].map(|count| {
-        let mut scene = Scene::new();
-        scene.gravity(0.0, -9.81);
-        scene.control("torque");
-        for which in 0..count {
-            Pantograph::add(&mut scene, &format!(" {which}"), true, 40.0);
-        }
-        let system = scene.compile().expect("scene");
+        let system = pantographs(count, true, 40.0).0.compile().expect("scene");
         let given = inputs(&system, Grid::uniform(200, 0.005), 4.0);
         let mut solver = Solver::new(&system, Settings::default());
         solver.simulate(&given).expect("motion");
@@ -187,7 +152,7 @@ fn mechanisms_side_by_side_are_looked_at_together() {
 
 #[test]
 fn the_gradient_is_exact_through_choices() {
-    let system = Pantograph::new(true, 40.0).compile(Measure::Angle);
+    let system = Model::new(true, 40.0).compile(Measure::Angle);
     let esdirk = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
     let projected = Settings { drift_bound: 1e-4, ..Settings::default() };
     for (what, grid, settings) in [
@@ -219,7 +184,7 @@ fn the_gradient_is_exact_through_choices() {
 fn costs_at_early_nodes_know_the_choices_before_them() {
     let mut most = 0;
     for node in (4..60).step_by(3) {
-        let system = Pantograph::new(true, 12.0).compile_with(Measure::Angle, Sum::Node(node));
+        let system = Model::new(true, 12.0).compile_with(Measure::Angle, Sum::Node(node));
         let given = inputs(&system, Grid::uniform(100, 0.02), 4.0);
         let mut solver = Solver::new(&system, Settings::default());
         let choices = &solver.simulate(&given).expect("motion").compliance;
@@ -254,7 +219,7 @@ fn product_of_hessian(system: &System, solver: &mut Solver, given: &Inputs, sett
 #[test]
 fn costs_on_accelerations_feel_no_brake() {
     let [free, again] = [false, true].map(|across| {
-        let system = Pantograph::new(across, 4.0).compile(Measure::Acceleration);
+        let system = Model::new(across, 4.0).compile(Measure::Acceleration);
         let given = inputs(&system, Grid::uniform(200, 0.00125), 0.0);
         let mut solver = Solver::new(&system, Settings::default());
         solver.simulate(&given).expect("motion");
@@ -275,7 +240,7 @@ fn costs_on_accelerations_feel_no_brake() {
 #[test]
 fn steps_by_tolerance_choose_as_well() {
     let [free, again] = [false, true].map(|across| {
-        let system = Pantograph::new(across, 40.0).compile(Measure::Angle);
+        let system = Model::new(across, 40.0).compile(Measure::Angle);
         let mut solver = Solver::new(&system, Settings::default());
         let given = solver.adapt(&inputs(&system, Grid::uniform(40, 0.05), 4.0), 1e-5).expect("a grid");
         let motion = solver.simulate(&given).expect("motion").clone();
@@ -297,10 +262,10 @@ impl Cost<0, 1, 0> for Reaction {
 #[test]
 fn costs_on_reactions_of_what_is_left_out_and_of_what_shares_with_it_are_refused() {
     let gradient = |across: bool, choose: fn(&Pantograph) -> Multiplier| {
-        let mut pantograph = Pantograph::new(across, 40.0);
-        let multiplier = choose(&pantograph);
-        pantograph.scene.cost("reaction", Reaction, Sum::Integral, [], [multiplier], [], []);
-        let system = pantograph.compile(Measure::Angle);
+        let mut model = Model::new(across, 40.0);
+        let multiplier = choose(&model.pantograph);
+        model.scene.cost("reaction", Reaction, Sum::Integral, [], [multiplier], [], []);
+        let system = model.compile(Measure::Angle);
         let given = inputs(&system, Grid::uniform(200, 0.00125), 4.0);
         hamiltonian_adjoint::gradient(&system, &given, Settings::default())
     };
@@ -318,7 +283,7 @@ fn costs_on_reactions_of_what_is_left_out_and_of_what_shares_with_it_are_refused
 
 #[test]
 fn a_motion_with_choices_goes_through_json() {
-    let system = Pantograph::new(true, 4.0).compile(Measure::Angle);
+    let system = Model::new(true, 4.0).compile(Measure::Angle);
     let given = inputs(&system, Grid::uniform(50, 0.005), 0.0);
     let motion = simulate(&system, &given, Settings::default()).expect("motion");
     let from: Vec<usize> = motion.compliance.iter().map(|part| part.from).collect();
@@ -350,12 +315,12 @@ impl Motion<1> for Parting {
 #[test]
 fn constraints_that_begin_to_contradict_each_other_are_refused_though_one_is_left_out() {
     let driven = |parting: f64| {
-        let mut pantograph = Pantograph::new(true, 4.0);
-        let arm = pantograph.arms[0];
+        let mut model = Model::new(true, 4.0);
+        let arm = model.pantograph.arms[0];
         for (name, b) in [("drive", 0.0), ("another drive", parting)] {
-            pantograph.scene.driven_angle(name, Body::GROUND, arm, Parting, [b.into()]);
+            model.scene.driven_angle(name, Body::GROUND, arm, Parting, [b.into()]);
         }
-        let system = pantograph.compile(Measure::Angle);
+        let system = model.compile(Measure::Angle);
         simulate(&system, &inputs(&system, Grid::uniform(100, 0.005), 0.0), Settings::default())
     };
     let motion = driven(0.0).expect("motion");

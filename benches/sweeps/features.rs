@@ -4,7 +4,7 @@ use criterion::Criterion;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Settings, Sum};
 
-use crate::{group, mark, step_length, structures};
+use crate::{group, mark, pantograph, step_length, structures};
 use benches::Row;
 
 /// Restarts at every node (if Φ is to be satisfied there) and at every hundredth.
@@ -73,7 +73,8 @@ pub fn outputs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A string of bars with every hinge there twice. A motion of one step shows what finding the dependencies costs at every start.
+/// A string of bars with every hinge there twice. A motion of one step shows what finding the dependencies costs at every start. Pantographs side by side, whose
+/// positions drift apart, so that equations are left out and chosen on the way.
 pub fn redundancy(criterion: &mut Criterion) {
     let mut group = group(criterion, "dependent constraints");
     for bars in [3, 30] {
@@ -83,6 +84,12 @@ pub fn redundancy(criterion: &mut Criterion) {
                 let name = mark(format!("{bars} bars, {what}, N = {steps}"), bars == 3);
                 row.both(&mut group, "value + gradient", &name);
             }
+        }
+    }
+    for count in [1, 64] {
+        for (what, across) in [("plain", false), ("a bar too many each", true)] {
+            let row = Row::new(pantograph::pantographs(count, across, 40.0).0, 100, 0.005, 4.0);
+            row.simulate(&mut group, "simulate", &mark(format!("{count} pantographs, {what}"), count == 1));
         }
     }
     group.finish();

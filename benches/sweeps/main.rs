@@ -11,6 +11,8 @@ mod formulas;
 mod newton;
 #[path = "../../tests/scenes/pairs.rs"]
 mod pairs;
+#[path = "../../tests/scenes/pantograph.rs"]
+mod pantograph;
 #[path = "../../tests/scenes/ready_parts.rs"]
 mod ready_parts;
 #[path = "../../tests/scenes/structures.rs"]

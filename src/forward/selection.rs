@@ -232,3 +232,48 @@ pub(super) fn select(
     }
     Some(chosen)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::forward::redundancy::compliances;
+    use crate::planar::Body;
+    use crate::{Grid, Inputs, Scene};
+
+    /// Two cranks of a parallelogram at 1 rad and their coupler, which a third crank at its middle makes dependent.
+    fn parallelogram(cranks: usize) -> System {
+        let mut scene = Scene::new();
+        let (x, y) = (1.0f64.cos(), 1.0f64.sin());
+        let coupler = scene.body("coupler", 1.0, 0.1, [x + 1.0, y, 0.0]);
+        for (k, along) in [0.0, 2.0, 1.0].into_iter().enumerate().take(cranks) {
+            let crank = scene.body(&format!("crank {k}"), 1.0, 0.1, [along + 0.5 * x, 0.5 * y, 1.0]);
+            scene.revolute(&format!("foot {k}"), Body::GROUND.at(along, 0.0), crank.at(-0.5, 0.0));
+            scene.revolute(&format!("head {k}"), crank.at(0.5, 0.0), coupler.at(along - 1.0, 0.0));
+        }
+        scene.compile().expect("a scene")
+    }
+
+    #[test]
+    fn what_does_not_depend_on_others_any_more_is_put_back() {
+        for (cranks, dependencies) in [(2, 0), (3, 1)] {
+            let system = parallelogram(cranks);
+            let mut forward = ForwardSweep::new(&system, crate::Scheme::TRAPEZOIDAL);
+            forward.run(&system, &Inputs::at_rest(&system, Grid::uniform(1, 0.01)), &Settings::default()).expect("a step");
+            let ForwardSweep { motion, stepper, monitor, .. } = &mut forward;
+            let (newton, at) = (&mut stepper.newton, motion.at(0));
+            let shared = compliances(newton, &system, &at);
+            // All equations of the loops, one by one, though at most one of them follows from the others.
+            for k in 0..shared.len() {
+                let mut now = shared.clone();
+                now[k].1 *= LEFT_OUT;
+                let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
+                newton.factor_at(&system, &from, Given::from(at), (at.v, at.sigma), &mut monitor.report).expect("K(0)");
+                let of = (&shared[..], &now[..]);
+                let chosen = select(newton, &system, &mut Circuits::default(), of, &mut monitor.report).expect("a choice");
+                let count = left_out(&chosen, &shared).count();
+                assert_eq!(count, dependencies, "{} left out: {:?}", system.equation_name(shared[k].0), chosen);
+            }
+            assert!(!shared.is_empty() && shared.iter().all(|(_, mu)| root_flexibility(*mu) > 0.0));
+        }
+    }
+}
