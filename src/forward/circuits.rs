@@ -23,6 +23,11 @@ const STRAY: f64 = 1e-3;
 /// Equations depend on each other as long as √(zᵀ Φ_q M⁻¹ Φ_qᵀ z) is below this for a z_j of size one.
 const INDEPENDENT: f64 = 1e-5;
 
+/// The equations that are left out, by their numbers among those that close loops.
+pub(super) fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
+    (0..shared.len()).filter(|&k| chosen[k] != shared[k])
+}
+
 /// A circuit; equations are numbered among those that close loops.
 struct Circuit {
     left_out: usize,
@@ -47,7 +52,6 @@ impl Circuit {
 #[derive(Default)]
 pub(super) struct Circuits {
     known: Vec<Circuit>,
-    groups: usize,
     /// What is left out now.
     left_out: Vec<usize>,
     /// The largest |v| of all circuits.
@@ -65,26 +69,25 @@ impl Circuits {
     /// Nothing is known of a motion that begins.
     pub(super) fn forget(&mut self) {
         self.known.clear();
-        self.groups = 0;
     }
 
-    /// Whether all that is left out has the share that it should, by the factors at hand and the blocks of a point.
+    /// Whether all that is left out has the share that it should, by the factors at hand and at the point of the evaluation.
     pub(super) fn are_good(
         &mut self,
         newton: &mut Newton,
-        (system, blocks): (&System, Option<&[f64]>),
+        system: &System,
         (shared, now): (&Compliances, &Compliances),
     ) -> bool {
         self.fit(system, shared);
         self.left_out.clear();
-        self.left_out.extend((0..shared.len()).filter(|&k| now[k] != shared[k]));
+        self.left_out.extend(left_out(now, shared));
         self.carry_over();
         self.most_v = 0.0;
-        if !self.compute_groups(newton, (system, blocks), shared) {
+        if !self.compute_groups(newton, system, shared) {
             self.known.clear();
         }
         if self.known.len() < self.left_out.len() {
-            self.find(newton, (system, blocks), shared);
+            self.find(newton, system, shared);
         }
         self.known.iter().all(|circuit| circuit.is_good)
     }
@@ -145,12 +148,12 @@ impl Circuits {
             }
             circuit.equations.iter().for_each(|&k| taken[circuit.group][k] = true);
         }
-        self.groups = taken.len();
     }
 
     /// The shares in all circuits that are known, group by group; false if they have become other ones.
-    fn compute_groups(&mut self, newton: &mut Newton, at: (&System, Option<&[f64]>), shared: &Compliances) -> bool {
-        for group in 0..self.groups {
+    fn compute_groups(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) -> bool {
+        let groups = self.known.iter().map(|circuit| circuit.group + 1).max().unwrap_or(0);
+        for group in 0..groups {
             self.unit.fill(0.0);
             self.is_inside.fill(false);
             for circuit in self.known.iter().filter(|circuit| circuit.group == group) {
@@ -158,7 +161,7 @@ impl Circuits {
                 self.unit[j] = root_flexibility(mu).recip();
                 circuit.equations.iter().for_each(|&k| self.is_inside[k] = true);
             }
-            self.solve(newton, at, shared);
+            self.solve(newton, system, shared);
             if self.shares.iter().zip(&self.is_inside).any(|(share, inside)| !inside && *share > STRAY) {
                 return false;
             }
@@ -171,7 +174,7 @@ impl Circuits {
 
     /// The circuits that are not known, one by one.
     #[cold]
-    fn find(&mut self, newton: &mut Newton, at: (&System, Option<&[f64]>), shared: &Compliances) {
+    fn find(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
         for left_out in self.left_out.clone() {
             if self.known.iter().any(|circuit| circuit.left_out == left_out) {
                 continue;
@@ -179,7 +182,7 @@ impl Circuits {
             let (j, mu) = shared[left_out];
             self.unit.fill(0.0);
             self.unit[j] = root_flexibility(mu).recip();
-            self.solve(newton, at, shared);
+            self.solve(newton, system, shared);
             let own = self.shares[left_out];
             let takes_part = |k: &usize| *k == left_out || self.shares[*k] >= NEGLIGIBLE * own;
             let equations = (0..shared.len()).filter(takes_part).collect();
@@ -191,10 +194,10 @@ impl Circuits {
     }
 
     /// Shares in the sum of the circuits of equations with these units.
-    fn solve(&mut self, newton: &mut Newton, (system, blocks): (&System, Option<&[f64]>), shared: &Compliances) {
+    fn solve(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
         let evaluation = &newton.evaluation;
         let with = Covector { c: &self.zeros, d: &self.zeros, e: &self.unit };
-        evaluation.pull_back(system, blocks.unwrap_or(&evaluation.blocks), &with, &mut self.rows);
+        evaluation.pull_back(system, &evaluation.blocks, &with, &mut self.rows);
         self.left.v.copy_from_slice(&self.rows.v);
         self.left.sigma.fill(0.0);
         newton.solve(system, &mut self.left);

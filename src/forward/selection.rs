@@ -14,7 +14,7 @@
 //! Between choices positions are projected now and then: what is left out would drift farther than the others. Equations that begin to contradict the others are found
 //! then, since they violate Φ = 0 at the projection, or dΦ/dt = 0 there, by μ ν.
 
-use super::circuits::Circuits;
+use super::circuits::{Circuits, left_out};
 use super::projection::Projection;
 use super::rank::Scaled;
 use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
@@ -57,7 +57,7 @@ impl Motion {
     }
 }
 
-/// Sees whether what is left out has lost its share in the dependency, after a step into a node, by the factors of the step.
+/// Sees whether what is left out has lost its share in the dependency, after a step into a node, where the evaluation stands, by the factors of the step.
 pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     if !motion.leaves_out() || motion.has_been_at(node) {
@@ -66,7 +66,7 @@ pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     let newton = &mut stepper.newton;
     let is_close = closeness_here(newton, system, &mut restarting.point.left) > NEARLY_SINGULAR;
     let chosen = (&motion.shared[..], motion.trajectory.compliance_into(node));
-    let are_good = restarting.circuits.are_good(newton, (system, Some(motion.node_blocks(node))), chosen);
+    let are_good = restarting.circuits.are_good(newton, system, chosen);
     monitor.is_urgent = is_close || !are_good;
 }
 
@@ -129,14 +129,9 @@ pub(super) fn at_start(
     (left_out(&aside, shared).count() < left_out(&here, shared).count()).then_some(here)
 }
 
-/// The equations that are left out.
-fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
-    chosen.iter().zip(shared).filter(|(now, shared)| now != shared).map(|((j, _), _)| *j)
-}
-
-/// Their names.
+/// The names of the equations that are left out.
 pub(super) fn names(system: &System, chosen: &Compliances, shared: &Compliances) -> Vec<String> {
-    left_out(chosen, shared).map(|j| system.equation_name(j).to_string()).collect()
+    left_out(chosen, shared).map(|k| system.equation_name(shared[k].0).to_string()).collect()
 }
 
 /// What is best left out from a node on, if it is anything.
@@ -208,7 +203,7 @@ pub(super) fn select(
     let mut chosen = now.to_vec();
     newton.evaluation.set_compliance(&chosen);
     let is_regular = newton.factor_here(system, 0.0, report).is_ok();
-    let are_good = is_regular && circuits.are_good(newton, (system, None), (shared, now));
+    let are_good = is_regular && circuits.are_good(newton, system, (shared, now));
     if !is_regular || !circuits.are_dependent() {
         chosen.copy_from_slice(shared);
     } else if !are_good {
