@@ -23,7 +23,7 @@ use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;
-use crate::system::{Beside, NodeView, Sums, factors_of};
+use crate::system::{Beside, CostFactors, NodeView, Sums};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// A part of y: a column of the tangent matrices.
@@ -326,7 +326,7 @@ impl<'a> PaperSystem<'a> {
         let (n, m) = (self.system.n(), self.system.m());
         let steps: Vec<Dual64> = self.inputs.grid.steps.iter().map(|&dt| Dual64::from_re(dt)).collect();
         let columns = which(&mut arguments).len();
-        let mut costs = CostSum::new(&self.refinement, factors_of(0, self.system.outputs()));
+        let mut costs = CostSum::new(&self.refinement, CostFactors::of_cost(self.system.outputs()));
         let place = (i, self.trajectory.compliance_from(i));
         DVector::from_fn(columns, |k, _| {
             which(&mut arguments)[k].eps = 1.0;

@@ -12,7 +12,7 @@ use crate::forward::{ForwardSweep, Motion};
 use crate::motion::{Task, Watch};
 use crate::node::Newton;
 use crate::scheme::{StageAdjoint, carried_part};
-use crate::system::NodeView;
+use crate::system::{CostFactors, NodeView};
 use crate::{Error, Settings, System};
 
 impl AdjointSweep {
@@ -22,7 +22,7 @@ impl AdjointSweep {
         system: &System,
         forward: &mut ForwardSweep,
         settings: &Settings,
-        choose: impl Fn(usize, &mut [f64]),
+        choose: impl Fn(usize, &mut CostFactors),
     ) -> Result<(), Error> {
         let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;

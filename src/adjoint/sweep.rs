@@ -109,12 +109,7 @@ impl AdjointSweep {
     pub(crate) fn forget(&mut self) {
         self.variables = None;
         self.is_recorded = false;
-        self.take_cost_alone();
-    }
-
-    fn take_cost_alone(&mut self) {
-        self.cost.factors.fill(0.0);
-        self.cost.factors[0] = 1.0;
+        self.cost.factors.choose(0);
     }
 
     pub(crate) fn variables(&self) -> Option<&AdjointVariables> {
@@ -179,7 +174,7 @@ impl AdjointSweep {
         if let Some(record) = &mut self.record {
             record.fit(system, motion.blocks.ncols());
         }
-        self.take_cost_alone();
+        self.cost.factors.choose(0);
         self.design.fill(0.0);
         self.report = Report::default();
         self.time = 0.0;

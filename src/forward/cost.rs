@@ -5,19 +5,18 @@ use nalgebra::DVector;
 use super::accelerations::{Accelerations, AccelerationsOfCosts};
 use crate::motion::{Compliances, Refinement};
 use crate::number::Real;
-use crate::system::{Beside, CostRows, Depends, NodeValues, NodeView, Weights, factors_of};
+use crate::system::{Beside, CostFactors, CostRows, Depends, NodeValues, NodeView, Weights};
 use crate::{Error, Inputs, System, Trajectory};
 
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
 pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
-    factors: Vec<f64>,
+    factors: CostFactors,
     accelerations: AccelerationsOfCosts,
 }
 
 impl<'a> CostSum<'a> {
-    /// With the factor of J, then those of the outputs.
-    pub(crate) fn new(refinement: &'a Refinement, factors: Vec<f64>) -> Self {
+    pub(crate) fn new(refinement: &'a Refinement, factors: CostFactors) -> Self {
         CostSum { refinement, factors, accelerations: AccelerationsOfCosts::default() }
     }
 
@@ -54,7 +53,7 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// Inputs of other sizes; a cost or a sum that is not finite; accelerations that a cost depends on and that are not determined.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
-        Ok(self.sums_of_costs(system, inputs, factors_of(0, system.outputs()))?[0])
+        Ok(self.sums_of_costs(system, inputs, CostFactors::of_cost(system.outputs()))?[0])
     }
 
     /// The values of all outputs of the nodes computed, as [`cost`](Self::cost) gives J.
@@ -62,13 +61,12 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// As [`cost`](Self::cost).
     pub fn outputs(&self, system: &System, inputs: &Inputs<R>) -> Result<DVector<R>, Error> {
-        let factors = (0..=system.outputs()).map(|k| if k == 0 { 0.0 } else { 1.0 });
-        let sums = self.sums_of_costs(system, inputs, factors.collect())?;
+        let sums = self.sums_of_costs(system, inputs, CostFactors::of_outputs(system.outputs()))?;
         Ok(DVector::from_column_slice(&sums[1..]))
     }
 
     /// J and the outputs, as far as they are asked for.
-    fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: Vec<f64>) -> Result<Vec<R>, Error> {
+    fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: CostFactors) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
         let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let refinement = Refinement::new(&lengths, inputs.grid.around[0], &self.inserted);
@@ -142,7 +140,7 @@ impl<R: Real> Trajectory<R> {
         }
         let at = accelerations.with(at);
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
-        rows.factors.copy_from_slice(&costs.factors);
+        rows.factors.copy_from(&costs.factors);
         let steps: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let weights = costs.refinement.weights(&self.scheme, &steps, node, Beside::Both);
         system.bad_cost(&at, &weights, &mut rows, costs.refinement.given_step(node))

@@ -23,6 +23,7 @@ use std::ops::ControlFlow;
 
 use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Watch};
+use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
 /// Simulates one system for many inputs; after the first call with a grid of some length, steps allocate nothing.
@@ -198,7 +199,7 @@ impl<'s> Solver<'s> {
         self.differentiate(|_, _| ())
     }
 
-    fn differentiate(&mut self, choose: impl Fn(usize, &mut [f64])) -> Result<&Gradient, Error> {
+    fn differentiate(&mut self, choose: impl Fn(usize, &mut CostFactors)) -> Result<&Gradient, Error> {
         let sweep = std::slice::from_mut(&mut self.sweep);
         AdjointSweep::run(sweep, self.system, &mut self.forward, &self.settings, choose)?;
         Ok(&self.sweep.gradient)
@@ -233,7 +234,7 @@ impl<'s> Solver<'s> {
         let rows = &mut rows[..outputs.len()];
         if !outputs.is_empty() {
             let settings = Settings { keep_adjoint: false, ..*settings };
-            AdjointSweep::run(rows, system, forward, &settings, |k, factors| choose(1 + outputs[k], factors))?;
+            AdjointSweep::run(rows, system, forward, &settings, |k, factors| factors.choose(1 + outputs[k]))?;
             sweep.report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
         }
         Ok(rows.iter().map(|row| &row.gradient))
@@ -246,7 +247,7 @@ impl<'s> Solver<'s> {
 
     /// Its gradient.
     pub(crate) fn gradient_of(&mut self, which: usize) -> Result<&Gradient, Error> {
-        self.differentiate(|_, factors| choose(which, factors))
+        self.differentiate(|_, factors| factors.choose(which))
     }
 
     /// The gradient of Σ w_k r_k over the outputs r, by one backward sweep: (∂r)ᵀ w.
@@ -263,7 +264,7 @@ impl<'s> Solver<'s> {
     /// As [`pull_back`](Self::pull_back).
     pub fn weighted_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
-        self.differentiate(|_, factors| choose_weights(of_cost, of_outputs, factors))
+        self.differentiate(|_, factors| factors.weigh(of_cost, of_outputs))
     }
 
     /// What all outputs change by along a direction of the inputs, ∂r · d, exact: one forward sweep, however many there are.
@@ -326,18 +327,6 @@ impl<'s> Solver<'s> {
     pub(crate) fn forward_mut(&mut self) -> &mut ForwardSweep {
         &mut self.forward
     }
-}
-
-/// The factors of a sum of J and the outputs.
-fn choose_weights(of_cost: f64, of_outputs: &[f64], factors: &mut [f64]) {
-    factors[0] = of_cost;
-    factors[1..].copy_from_slice(of_outputs);
-}
-
-/// Those of J (0) or an output (from 1 on) alone.
-fn choose(which: usize, factors: &mut [f64]) {
-    factors.fill(0.0);
-    factors[which] = 1.0;
 }
 
 /// # Errors

@@ -5,6 +5,7 @@ use std::any::Any;
 
 use super::argument::Argument;
 use super::blame::Suspect;
+use super::cost_factors::CostFactors;
 use super::cost_formula::CostMemory;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::Of;
@@ -39,8 +40,8 @@ pub struct CostRows {
     pub integrand_after: f64,
     /// How many costs were evaluated.
     pub evaluations: usize,
-    /// The factor of J, then those of the outputs: what is differentiated is their weighted sum.
-    pub factors: Vec<f64>,
+    /// What is differentiated is their weighted sum.
+    pub factors: CostFactors,
     pub memory: CostMemory,
 }
 
@@ -58,7 +59,7 @@ impl CostRows {
             u: zeros(k),
             u_dot: zeros(k),
             design: zeros(designs),
-            factors: factors_of(0, outputs),
+            factors: CostFactors::of_cost(outputs),
             ..CostRows::default()
         }
     }
@@ -125,11 +126,6 @@ impl CostRows {
     }
 }
 
-/// The factors of J (0) and of so many outputs (from 1 on) that leave one of them alone.
-pub fn factors_of(which: usize, outputs: usize) -> Vec<f64> {
-    (0..=outputs).map(|k| if k == which { 1.0 } else { 0.0 }).collect()
-}
-
 /// The derivatives of a cost, to be added to.
 pub struct Slopes<'a> {
     lists: [&'a mut [f64]; 10],
@@ -150,7 +146,7 @@ impl Slopes<'_> {
 /// Costs on numbers of type R.
 pub trait PlainCosts<R: Real>: Send + Sync {
     /// Adds every cost of the batch at one node, with its weight and the factor of J or of the output that it belongs to, to that (0 for J).
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], add: &mut dyn FnMut(usize, R));
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &CostFactors, add: &mut dyn FnMut(usize, R));
 }
 
 /// Costs in real numbers, with derivatives.
@@ -168,7 +164,7 @@ pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
     /// Its costs, without their formulas.
     fn terms(&self) -> Vec<Term<'_>>;
     /// What is needed by those that are summed at a given node, or between given nodes.
-    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse;
+    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse;
     /// The programs for second derivatives, of all costs that can be recorded.
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
     /// Takes over design variables.

@@ -2,9 +2,11 @@
 
 use num_dual::Dual64;
 use std::any::Any;
+use std::ops::Range;
 
 use super::blame::Suspect;
 use super::cost::{AnyCosts, CostRows, PlainCosts};
+use super::cost_factors::CostFactors;
 use super::cost_formula::{CostFormula, CostMemory};
 use super::cost_second_order::CostSecondOrder;
 use super::placed_cost::PlacedCost;
@@ -18,10 +20,10 @@ use crate::number::{Fingerprint, Real};
 /// All costs of one type.
 pub struct Costs<C> {
     items: Vec<PlacedCost<C>>,
-    /// Those that may count anywhere.
-    anywhere: Vec<usize>,
-    /// Nodes in order, each with a cost that counts there alone: with a reading at each of many nodes, nodes need not look at all.
-    at_node: Vec<(usize, usize)>,
+    /// Those that may count anywhere, by the output that they belong to: of many outputs, only those need to be looked at that are asked for.
+    anywhere: Vec<(usize, usize)>,
+    /// Those that count at a single node, by that node and their output: with a reading at each of many, nodes need not look at all.
+    at_node: Vec<((usize, usize), usize)>,
 }
 
 impl<C> Default for Costs<C> {
@@ -38,28 +40,36 @@ impl<C: ListCost> Costs<C> {
     fn arrange(&mut self) {
         for (index, item) in self.items.iter().enumerate() {
             match item.sum {
-                Sum::Node(node) => self.at_node.push((node, index)),
-                _ => self.anywhere.push(index),
+                Sum::Node(node) => self.at_node.push(((node, item.output), index)),
+                _ => self.anywhere.push((item.output, index)),
             }
         }
+        self.anywhere.sort_unstable();
         self.at_node.sort_unstable();
     }
 
-    /// The costs that may count at a given node, or between given nodes, by their numbers.
-    fn here(&self, node: Option<usize>) -> impl Iterator<Item = usize> + '_ {
-        let first = self.at_node.partition_point(|(other, _)| Some(*other) < node);
-        let at_node = self.at_node[first..].iter().take_while(move |(other, _)| Some(*other) == node);
-        self.anywhere.iter().copied().chain(at_node.map(|(_, index)| *index))
+    /// The costs that may count at a given node, or between given nodes, for some of the outputs, by their numbers.
+    fn here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = usize> + '_ {
+        let at_node = node.map_or(&[][..], |node| among(&self.at_node, (node, outputs.start)..(node, outputs.end)));
+        let anywhere = among(&self.anywhere, outputs).iter().map(|(_, index)| *index);
+        anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
 }
 
+/// Those of a sorted list whose keys are in a range.
+fn among<K: Ord>(list: &[(K, usize)], keys: Range<K>) -> &[(K, usize)] {
+    let first = list.partition_point(|(key, _)| *key < keys.start);
+    let rest = &list[first..];
+    &rest[..rest.partition_point(|(key, _)| *key < keys.end)]
+}
+
 impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &[f64], add: &mut dyn FnMut(usize, R)) {
-        let here = self.here(weights.node()).map(|index| &self.items[index]);
-        for item in here.filter(|item| factors[item.output] != 0.0) {
-            let Some(weight) = weights.of(item.sum) else { continue };
+    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &CostFactors, add: &mut dyn FnMut(usize, R)) {
+        for item in self.here(weights.node(), factors.some()).map(|index| &self.items[index]) {
+            let factor = factors.of(item.output);
+            let Some(weight) = weights.of(item.sum).filter(|_| factor != 0.0) else { continue };
             if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
-                add(item.output, item.value(at) * weight * factors[item.output]);
+                add(item.output, item.value(at) * weight * factor);
             }
         }
     }
@@ -109,14 +119,15 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         self.items.iter().map(PlacedCost::term).collect()
     }
 
-    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &[f64]) -> CostUse {
-        let here = self.here(node).map(|index| &self.items[index]);
-        let summed = here.filter(|item| factors[item.output] != 0.0 && is_summed(item.sum));
+    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
+        let here = self.here(node, factors.some()).map(|index| &self.items[index]);
+        let summed = here.filter(|item| factors.of(item.output) != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 
     fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        self.here(weights.node()).for_each(|index| self.items[index].gradient(at, weights, rows));
+        let here = self.here(weights.node(), rows.factors.some());
+        here.for_each(|index| self.items[index].gradient(at, weights, rows));
     }
 
     fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
@@ -141,7 +152,7 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         weights: &Weights<Dual64>,
         rows: &mut CostRows,
     ) {
-        let here = self.here(weights.node());
+        let here = self.here(weights.node(), rows.factors.some());
         here.for_each(|index| self.items[index].gradient_along(&mut programs[index], at, weights, rows));
     }
 
@@ -187,14 +198,29 @@ mod tests {
     }
 
     #[test]
-    fn a_node_looks_at_its_own_readings_and_at_what_counts_anywhere() {
+    fn of(sums: &[(Sum, usize)]) -> Costs<Nothing> {
         let mut costs = Costs::default();
-        for sum in [Sum::Node(7), Sum::Node(3), Sum::Integral, Sum::Node(900), Sum::Node(3), Sum::Terminal] {
-            costs.push(PlacedCost::new(("of a node", 0), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));
+        for &(sum, output) in sums {
+            costs.push(PlacedCost::new(("of a node", output), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));
         }
         costs.arrange();
-        let here = |node| costs.here(node).collect::<Vec<usize>>();
+        costs
+    }
+
+    #[test]
+    fn a_node_looks_at_its_own_readings_and_at_what_counts_anywhere() {
+        let sums = [Sum::Node(7), Sum::Node(3), Sum::Integral, Sum::Node(900), Sum::Node(3), Sum::Terminal];
+        let costs = of(&sums.map(|sum| (sum, 0)));
+        let here = |node| costs.here(node, 0..1).collect::<Vec<usize>>();
         assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
         assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
+    }
+
+    #[test]
+    fn of_many_outputs_those_are_looked_at_that_are_asked_for() {
+        let costs = of(&[2, 0, 1, 2, 0, 1].map(|output| (if output == 1 { Sum::Node(4) } else { Sum::Integral }, output)));
+        let here = |outputs| costs.here(Some(4), outputs).collect::<Vec<usize>>();
+        assert_eq!([0..1, 1..2, 2..3, 3..4].map(here), [vec![1, 4], vec![2, 5], vec![0, 3], vec![]]);
+        assert_eq!((here(1..3), here(0..3)), (vec![0, 3, 2, 5], vec![1, 4, 0, 3, 2, 5]));
     }
 }

@@ -134,7 +134,7 @@ impl<C: ListCost> PlacedCost<C> {
     }
 
     pub(super) fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        let factor = rows.factors[self.output];
+        let factor = rows.factors.of(self.output);
         if factor == 0.0 {
             return;
         }
@@ -176,7 +176,7 @@ impl<C: ListCost> PlacedCost<C> {
         weights: &Weights<Dual64>,
         rows: &mut CostRows,
     ) {
-        let factor = rows.factors[self.output];
+        let factor = rows.factors.of(self.output);
         let is_summed = |weight: &Dual64| weight.re != 0.0 || weight.eps != 0.0 || self.sum.is_of_both_steps();
         let Some(weight) = weights.of(self.sum).filter(is_summed).filter(|_| factor != 0.0) else { return };
         let (_, mut slopes) = rows.memory_and_slopes();

@@ -7,6 +7,7 @@ use num_dual::Dual64;
 
 use super::batch::{Batch, Sums};
 use super::cost::{AnyCosts, PlainCosts};
+use super::cost_factors::CostFactors;
 use super::item::PlacedElement;
 use super::jet::Number;
 use super::typed::{AnyElement, OnNumbers};
@@ -69,7 +70,7 @@ impl<'a> Family for OfCosts<'a> {
 pub(super) fn add_costs<R: Real>(
     all: &[Box<dyn AnyCosts>],
     (at, weights): (&NodeView<R>, &Weights<R>),
-    factors: &[f64],
+    factors: &CostFactors,
     add: &mut dyn FnMut(usize, R),
 ) {
     let mut lifted: Option<(NodeValues<Hyper>, Weights<Hyper>)> = None;

@@ -2,6 +2,7 @@
 
 use super::System;
 use super::cost::AnyCosts;
+use super::cost_factors::CostFactors;
 use super::cost_shape::{CostShape, Of};
 use super::plain::add_costs;
 use super::view::NodeView;
@@ -110,8 +111,8 @@ impl System {
     }
 
     /// Whether any cost with one of these factors has a value before the last node.
-    pub(crate) fn has_running_cost(&self, factors: &[f64]) -> bool {
-        self.terms.running.iter().zip(factors).any(|(running, factor)| *running && *factor != 0.0)
+    pub(crate) fn has_running_cost(&self, factors: &CostFactors) -> bool {
+        factors.counting().any(|which| self.terms.running[which])
     }
 
     /// The ways in which the terms of an output (0 for J) are summed, and their names.
@@ -160,14 +161,14 @@ impl System {
         &self,
         at: &NodeView<R>,
         weights: &Weights<R>,
-        factors: &[f64],
+        factors: &CostFactors,
         add: &mut dyn FnMut(usize, R),
     ) {
         add_costs(&self.costs, (at, weights), factors, add);
     }
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.
-    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &[f64]) -> Depends {
+    pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &CostFactors) -> Depends {
         if self.terms.uses.accelerations == Depends::Never {
             return Depends::Never;
         }

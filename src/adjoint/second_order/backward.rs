@@ -20,7 +20,7 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
-        self.sweep.cost.factors.copy_from_slice(first.factors);
+        self.sweep.cost.factors.copy_from(first.factors);
         self.suspect = None;
         newton.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
         for node in (0..motion.nodes()).rev() {

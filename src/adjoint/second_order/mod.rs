@@ -30,7 +30,7 @@ use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::{AccelerationsOfCosts, ForwardSweep, Motion};
 use crate::motion::Report;
 use crate::node::Newton;
-use crate::system::{CostRows, Pair, Sums};
+use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use assembly::AssemblyChange;
 use kept::KeptFactors;
@@ -86,7 +86,7 @@ pub(crate) struct SecondOrderSweep {
 /// What the gradient left: the adjoint variables of its sweep, the factors of J and of the outputs, and dJ/dz.
 struct First<'a> {
     record: &'a Record,
-    factors: &'a [f64],
+    factors: &'a CostFactors,
     design: &'a [f64],
 }
 
@@ -144,7 +144,7 @@ impl SecondOrderSweep {
         if !first.is_recorded {
             first.record.get_or_insert_default();
             let factors = first.cost.factors.clone();
-            let again = |_, of: &mut [f64]| of.copy_from_slice(&factors);
+            let again = |_, of: &mut CostFactors| of.copy_from(&factors);
             AdjointSweep::run(std::slice::from_mut(first), system, forward, settings, again)?;
         }
         let AdjointSweep { record, cost, design, .. } = first;

@@ -101,7 +101,7 @@ impl SecondOrderSweep {
         if system.has_control_rates() || is_felt {
             let (first, memory) = (&mut self.first_rows, &mut self.sweep.cost.memory);
             first.clear();
-            first.factors.copy_from_slice(&self.sweep.cost.factors);
+            first.factors.copy_from(&self.sweep.cost.factors);
             // What programs need was made for the sweep: without it costs would be evaluated by num-dual.
             std::mem::swap(&mut first.memory, memory);
             let weights = weights.map(|weight| weight.re);

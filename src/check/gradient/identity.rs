@@ -15,7 +15,7 @@ use num_dual::Dual64;
 use super::Subject;
 use crate::forward::CostSum;
 use crate::motion::Refinement;
-use crate::system::factors_of;
+use crate::system::CostFactors;
 use crate::{AdjointVariables, Error, Gradient, Inputs};
 
 /// How well the identity holds.
@@ -57,8 +57,7 @@ pub(super) fn identity(
     };
     let (mut by_tangent, mut of_controls) = (0.0, 0.0);
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
-    let factors = factors_of(which, system.outputs());
-    let mut costs = CostSum::new(&refinement, factors);
+    let mut costs = CostSum::new(&refinement, CostFactors::of_one(which, system.outputs()));
     for i in (1..taken.grid.nodes()).rev() {
         // All others have the factor 0.
         motion.costs_of_step(system, (moved, &design), (&mut costs, i), &mut |_, term: Dual64| by_tangent += term.eps)?;

@@ -19,12 +19,13 @@ use std::ops::ControlFlow;
 
 use plan::{Plan, SHORTEST};
 
+use super::check_weights;
 use super::checkpoint::Checkpoint;
-use super::{check_weights, choose, choose_weights};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::{Progress, Report, Watch};
+use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System};
 
 /// One node in so many is planned besides those of the given grid.
@@ -125,7 +126,7 @@ impl<'s> LongSolver<'s> {
     /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
     pub fn weighted_gradient(&mut self, inputs: &Inputs, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
-        self.differentiate(inputs, 1, |_, factors| choose_weights(of_cost, of_outputs, factors))?;
+        self.differentiate(inputs, 1, |_, factors| factors.weigh(of_cost, of_outputs))?;
         Ok(&self.sweeps[0].gradient)
     }
 
@@ -135,12 +136,17 @@ impl<'s> LongSolver<'s> {
     /// As [`gradient`](Self::gradient).
     pub fn jacobian(&mut self, inputs: &Inputs) -> Result<Vec<Gradient>, Error> {
         let outputs = self.system.outputs();
-        self.differentiate(inputs, outputs, |k, factors| choose(1 + k, factors))?;
+        self.differentiate(inputs, outputs, |k, factors| factors.choose(1 + k))?;
         Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
     }
 
     /// The way forth, and the way back with so many right-hand sides.
-    fn differentiate(&mut self, inputs: &Inputs, sweeps: usize, choose: impl Fn(usize, &mut [f64])) -> Result<(), Error> {
+    fn differentiate(
+        &mut self,
+        inputs: &Inputs,
+        sweeps: usize,
+        choose: impl Fn(usize, &mut CostFactors),
+    ) -> Result<(), Error> {
         let LongSolver { system, settings, .. } = *self;
         self.sweeps.resize_with(sweeps, || AdjointSweep::new(system, settings.scheme));
         self.begin(inputs)?;

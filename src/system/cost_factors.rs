@@ -1,0 +1,93 @@
+//! [`CostFactors`]: which weighted sum of J and the outputs is meant.
+
+use std::ops::Range;
+
+/// The factor of J (0), then those of the outputs (from 1 on).
+#[derive(Clone, Debug, Default)]
+pub struct CostFactors {
+    all: Vec<f64>,
+    /// Those outside of it are zero, so that what only they count for need not be looked at.
+    some: Range<usize>,
+}
+
+impl CostFactors {
+    /// J alone, beside so many outputs.
+    pub fn of_cost(outputs: usize) -> Self {
+        CostFactors::of_one(0, outputs)
+    }
+
+    /// J (0) or one of so many outputs (from 1 on) alone.
+    pub fn of_one(which: usize, outputs: usize) -> Self {
+        let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0 };
+        factors.choose(which);
+        factors
+    }
+
+    /// Each of so many outputs, but not J.
+    pub fn of_outputs(outputs: usize) -> Self {
+        let mut factors = CostFactors::of_cost(outputs);
+        factors.weigh(0.0, &vec![1.0; outputs]);
+        factors
+    }
+
+    /// Takes J (0) or an output (from 1 on) alone.
+    pub fn choose(&mut self, which: usize) {
+        self.all.fill(0.0);
+        self.all[which] = 1.0;
+        self.some = which..which + 1;
+    }
+
+    /// Takes w₀ J + Σ w_k r_k.
+    pub fn weigh(&mut self, of_cost: f64, of_outputs: &[f64]) {
+        self.all[0] = of_cost;
+        self.all[1..].copy_from_slice(of_outputs);
+        let first = self.all.iter().position(|factor| *factor != 0.0).unwrap_or(0);
+        let end = self.all.iter().rposition(|factor| *factor != 0.0).map_or(first, |last| last + 1);
+        self.some = first..end;
+    }
+
+    /// Takes the factors of others, without a new list.
+    pub fn copy_from(&mut self, others: &CostFactors) {
+        self.all.copy_from_slice(&others.all);
+        self.some = others.some.clone();
+    }
+
+    /// The factor of J (0) or of an output (from 1 on).
+    #[inline]
+    pub fn of(&self, which: usize) -> f64 {
+        self.all[which]
+    }
+
+    /// How many there are, J's included.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Those that may have another factor than zero.
+    pub fn some(&self) -> Range<usize> {
+        self.some.clone()
+    }
+
+    /// Those that have one.
+    pub fn counting(&self) -> impl Iterator<Item = usize> + '_ {
+        self.some().filter(|which| self.all[*which] != 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CostFactors;
+
+    #[test]
+    fn what_counts_is_between_the_first_and_the_last_factor_that_is_not_zero() {
+        let mut factors = CostFactors::of_cost(4);
+        assert_eq!((factors.some(), factors.len()), (0..1, 5));
+        factors.weigh(0.0, &[0.0, 2.0, 0.0, -1.0]);
+        assert_eq!((factors.some(), factors.counting().collect::<Vec<_>>()), (2..5, vec![2, 4]));
+        factors.weigh(0.0, &[0.0; 4]);
+        assert_eq!(factors.counting().count(), 0);
+        factors.choose(3);
+        assert_eq!((factors.some(), factors.of(2), factors.of(3)), (3..4, 0.0, 1.0));
+        assert_eq!(CostFactors::of_outputs(4).some(), 1..5);
+    }
+}
