@@ -310,3 +310,42 @@ impl KineticEnergy<1> for Line {
         v[0] * v[0] * 0.5
     }
 }
+
+/// x² + y² = R².
+struct Ring;
+impl Constraint<2, 1, 1> for Ring {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, b: &SVector<S, 1>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0].powi(2) + q[1].powi(2) - b[0].powi(2)])
+    }
+}
+
+/// A bead on a ring, given far from it.
+fn bead(radius: f64) -> System {
+    let mut scene = Scene::new();
+    let bead = scene.particle("bead", 1.0, [1.9 * radius, 0.7 * radius]);
+    scene.constraint("ring", Ring, bead.coordinates, [radius.into()]);
+    scene.compile().expect("scene")
+}
+
+#[test]
+fn what_is_left_of_large_lengths_is_rounding() {
+    for radius in [1e3, 3e3, 1e4, 3e4, 1e5, 1e7, 1e9] {
+        let system = bead(radius);
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.1));
+        inputs.start = Start::assembled(&system);
+        if let Start::Assembled { v, .. } = &mut inputs.start {
+            (v[0], v[1]) = (0.3 * radius, radius);
+        }
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("motion");
+        // The start that was found may be given as well.
+        let found = solver.inputs().clone();
+        assert!(matches!(found.start, Start::Velocity { .. }));
+        simulate(&system, &found, Settings::default()).expect("motion");
+        // A part in 10¹² too long is no rounding.
+        let mut off = found.clone();
+        off.start.q_mut().iter_mut().for_each(|q| *q *= 1.0 + 1e-12);
+        let refused = simulate(&system, &off, Settings::default());
+        assert_eq!(refused.is_err(), 2e-12 * radius * radius > 1e-9, "{radius}");
+    }
+}

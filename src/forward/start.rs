@@ -34,7 +34,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.motion.trajectory.times[0], design));
         forward.stepper.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
         forward.motion.start_blocks.clone_from(&forward.stepper.newton.evaluation.blocks);
-        check_velocity(forward, system, &q, &left.sigma, settings)?;
+        check_velocity(forward, system, [&q, &p_star], &mut left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
         p_star = left.v;
     }
@@ -77,7 +77,7 @@ fn point<'a>(forward: &'a ForwardSweep, q: &'a [f64]) -> NodeView<'a, f64> {
 fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
     let (at, tolerance, mut phi) = (point(forward, q), settings.position_tolerance, vec![0.0; system.m()]);
     system.phi(&at, &mut phi);
-    let Some((j, violation)) = worst(&phi, tolerance) else { return Ok(()) };
+    let Some((j, violation)) = worst_but_rounding(system, (&at, q), &mut phi, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
         return Err(system.constraint_not_finite(&point(forward, q), j));
     }
@@ -92,12 +92,12 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
 fn check_velocity(
     forward: &ForwardSweep,
     system: &System,
-    q: &[f64],
-    phi_dot: &[f64],
+    [q, v]: [&[f64]; 2],
+    phi_dot: &mut [f64],
     settings: &Settings,
 ) -> Result<(), Error> {
     let (at, tolerance) = (point(forward, q), settings.velocity_tolerance);
-    let Some((j, violation)) = worst(phi_dot, tolerance) else { return Ok(()) };
+    let Some((j, violation)) = worst_but_rounding(system, (&at, v), phi_dot, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
         return Err(system.constraint_not_finite(&point(forward, q), j));
     }
@@ -105,6 +105,18 @@ fn check_velocity(
     let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));
     let equation = system.equation_name(j).into();
     Err(clash.unwrap_or(Error::InitialVelocity { equation, violation, tolerance }))
+}
+
+/// The same of what is more than rounding of large coordinates or velocities.
+fn worst_but_rounding(
+    system: &System,
+    (at, of): (&NodeView<f64>, &[f64]),
+    values: &mut [f64],
+    tolerance: f64,
+) -> Option<(usize, f64)> {
+    worst(values, tolerance)?;
+    system.take_rounding(at, of, values);
+    worst(values, tolerance)
 }
 
 /// The violation that is largest, or not a number, if it is beyond the tolerance.

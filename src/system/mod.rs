@@ -95,6 +95,9 @@ use parameters::Parameters;
 use plain::{add_sums, write_phi};
 use point::Layout;
 
+/// Units in the last place of its terms that a sum may be off by.
+const ROUNDED: f64 = 8.0 * f64::EPSILON;
+
 /// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
 ///
 /// Immutable, and shared freely between threads; what a run needs besides is in [`Solver`](crate::Solver).
@@ -262,6 +265,18 @@ impl System {
         let mut entries = Vec::new();
         self.placed().for_each(|item| item.phi_q(at, &mut entries));
         entries
+    }
+
+    /// Takes out of Φ what rounding of the coordinates makes of it, or out of dΦ/dt what that of the velocities does: some units in the last places of
+    /// the terms Φ_q q, or Φ_q v. What is left no other numbers would take away.
+    pub(crate) fn take_rounding(&self, at: &NodeView<f64>, of: &[f64], values: &mut [f64]) {
+        let mut terms = vec![0.0; self.m];
+        self.phi_q(at).iter().for_each(|entry| terms[entry.row] += (entry.value * of[entry.col]).abs());
+        for (value, terms) in values.iter_mut().zip(terms) {
+            if terms.is_finite() && value.abs() <= ROUNDED * terms {
+                *value = 0.0;
+            }
+        }
     }
 
     /// The number of stored derivatives at one node.

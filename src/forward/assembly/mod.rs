@@ -212,10 +212,14 @@ impl Assembler<'_> {
                 break;
             }
         }
-        let (equation, violation) = largest_of(&self.phi(q, &moved.v, given));
+        let (q0, mut phi) = (sum(q, &moved.v), self.phi(q, &moved.v, given));
+        let at = given.at(&q0, &zeros.v, &zeros.sigma);
+        if largest_of(&phi).1 > self.tolerance {
+            self.system.take_rounding(&at, &q0, &mut phi);
+        }
+        let (equation, violation) = largest_of(&phi);
         if !violation.is_finite() {
-            let (q0, zeros) = (sum(q, &moved.v), Pair::new(q.len(), self.system.m()));
-            return Err(self.system.constraint_not_finite(&given.at(&q0, &zeros.v, &zeros.sigma), equation));
+            return Err(self.system.constraint_not_finite(&at, equation));
         }
         if violation > self.tolerance {
             let equation = self.system.equation_name(equation).to_string();
