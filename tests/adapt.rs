@@ -231,3 +231,14 @@ fn a_solver_that_made_a_grid_has_no_motion_until_it_simulates_one() {
     // The same numbers as by a solver that knows nothing of how the grid was found.
     assert_eq!(&motion, Solver::new(&system, with(Scheme::ESDIRK4)).simulate(&adapted).expect("motion"));
 }
+
+#[test]
+fn a_motion_that_begins_late_has_the_same_steps() {
+    let (system, mut inputs) = four_bar();
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK5));
+    let steps = solver.adapt(&inputs, 1e-9).expect("grid").grid.steps;
+    for start in [1.7e9, 1e12, -1e20] {
+        inputs.grid.start = start;
+        assert_eq!(solver.adapt(&inputs, 1e-9).expect("grid").grid.steps, steps, "{start}");
+    }
+}

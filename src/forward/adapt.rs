@@ -25,7 +25,7 @@
 use nalgebra::DMatrix;
 
 use super::{ForwardSweep, HISTORY, restart};
-use crate::motion::{Task, column, column_mut};
+use crate::motion::{Clock, Task, column, column_mut};
 use crate::node::StepFailure;
 use crate::scheme::local_error;
 use crate::system::Pair;
@@ -42,7 +42,7 @@ const AFTER_FAILURE: f64 = 0.25;
 const WINDOW: usize = 64;
 /// Steps by errors alone that are shorter than 1/1.5² of their mean stay as they are.
 const BETWEEN: f64 = 1.0 / 1.5;
-/// Steps shorter than this part of the motion, or of the time, are lost in its rounding.
+/// Steps shorter than this part of the motion are lost in its rounding.
 const SHORTEST: f64 = 1e-14;
 /// Slopes of controls differ by rounding below this part of them, or if controls do below this part of the largest.
 const STRAIGHT: f64 = 1e-9;
@@ -64,9 +64,12 @@ fn kinks(inputs: &Inputs) -> Vec<usize> {
 }
 
 /// A grid under construction: the steps taken, and the straight piece of the given inputs that the next one lies in.
+///
+/// Times are counted from the start: of those that begin late, as of dates, short steps are rounding.
 struct Growing<'a> {
     given: &'a Inputs,
     times: Vec<f64>,
+    now: Clock,
     kinks: std::iter::Peekable<std::vec::IntoIter<usize>>,
     /// The given step that time has come to.
     at: usize,
@@ -81,7 +84,7 @@ impl Growing<'_> {
 
     /// The given controls at a time.
     fn controls(&mut self, t: f64, u: &mut [f64]) {
-        let forth = self.times[self.times.len() - 1] >= self.times[0];
+        let forth = self.times[self.times.len() - 1] >= 0.0;
         let is_over = |end: f64| if forth { end <= t } else { end >= t };
         while self.at + 2 < self.times.len() && is_over(self.times[self.at + 1]) {
             self.at += 1;
@@ -97,9 +100,8 @@ impl Growing<'_> {
 
 /// The longest step from a time on, between those of a grid and equal ones.
 fn between(grid: &Grid, times: &[f64], t: f64) -> f64 {
-    let (start, end) = (times[0], times[times.len() - 1]);
-    let mean = (end - start) / grid.steps.len() as f64;
-    let step = times[1..grid.steps.len()].partition_point(|time| (time - start).abs() <= (t - start).abs());
+    let mean = times[times.len() - 1] / grid.steps.len() as f64;
+    let step = times[1..grid.steps.len()].partition_point(|time| time.abs() <= t.abs());
     BETWEEN * (grid.steps[step] * mean).sqrt()
 }
 
@@ -117,7 +119,7 @@ impl ForwardSweep {
         if settings.scheme.order % 2 == 1 {
             return Ok(by_errors);
         }
-        let times = by_errors.grid.times();
+        let times = by_errors.grid.passed();
         self.grow(system, inputs, settings, tolerance, &|t| between(&by_errors.grid, &times, t))
     }
 
@@ -130,9 +132,9 @@ impl ForwardSweep {
         tolerance: f64,
         longest: &dyn Fn(f64) -> f64,
     ) -> Result<Inputs, Error> {
-        let times = inputs.grid.times();
-        let mut growing = Growing { given: inputs, kinks: kinks(inputs).into_iter().peekable(), times, at: 0 };
-        let duration = growing.times[growing.times.len() - 1] - growing.times[0];
+        let (times, now, kinks) = (inputs.grid.passed(), Clock::new(0.0), kinks(inputs).into_iter().peekable());
+        let mut growing = Growing { given: inputs, times, now, kinks, at: 0 };
+        let duration = growing.times[growing.times.len() - 1];
         let mut dt = FIRST * duration;
         self.begin(system, &first_step(inputs, dt), WINDOW + HISTORY, settings)?;
         self.motion.is_growing = true;
@@ -144,7 +146,7 @@ impl ForwardSweep {
             if self.motion.trajectory.computed == WINDOW + HISTORY {
                 self.slide();
             }
-            let begin = self.motion.time(node - 1);
+            let begin = growing.now.time();
             let left = end - begin;
             let bounded = dt.abs().min(longest(begin)).copysign(dt);
             let is_last = bounded.abs() >= 0.999 * left.abs();
@@ -162,8 +164,8 @@ impl ForwardSweep {
                     let error = self.error_of_step(system, node, (&mut delta_q, &mut delta)) / tolerance;
                     let order = settings.scheme.estimate_order() as f64;
                     let factor = (SAFETY * error.powf(-order.recip())).clamp(RANGE.0, RANGE.1);
-                    if error > 1.0 && is_too_short(length, begin, duration) {
-                        return Err(Error::Tolerance { time: begin, length, error });
+                    if error > 1.0 && is_too_short(length, duration) {
+                        return Err(Error::Tolerance { time: self.motion.time(node - 1), length, error });
                     }
                     // The first step is not taken as long as one of five times its length would do.
                     may_lengthen = may_lengthen && error <= 1.0 && factor == RANGE.1 && length == dt;
@@ -173,19 +175,20 @@ impl ForwardSweep {
                         self.monitor.watch_reach(&self.motion, node);
                         restart::apply(self, system, node, settings)?;
                         node += 1;
+                        growing.now = growing.now.after(length);
                         self.motion.trajectory.computed = node - self.motion.first;
                         if is_last {
                             growing.kinks.next();
                         }
                         // As many nodes as it will be if steps go on like this.
-                        let share = (begin + length - growing.times[0]) / duration;
+                        let share = (begin + length) / duration;
                         let nodes = 1 + ((node - 1) as f64 / share).round() as usize;
                         self.watch.tell(Task::Simulation, node, nodes)?;
                     }
                     factor
                 }
                 Err(failure) => {
-                    self.give_up_if_hopeless(system, node, failure, is_too_short(length, begin, duration))?;
+                    self.give_up_if_hopeless(system, node, failure, is_too_short(length, duration))?;
                     may_lengthen = false;
                     AFTER_FAILURE
                 }
@@ -248,8 +251,8 @@ impl ForwardSweep {
 }
 
 /// Whether a step cannot be shorter.
-fn is_too_short(length: f64, begin: f64, duration: f64) -> bool {
-    length.abs() <= SHORTEST * duration.abs().max(begin.abs())
+fn is_too_short(length: f64, duration: f64) -> bool {
+    length.abs() <= SHORTEST * duration.abs()
 }
 
 /// The start of the given inputs, with one step.
