@@ -2,9 +2,10 @@
 
 use hamiltonian_adjoint::check::{self, Function, Part, Verdict};
 use hamiltonian_adjoint::element::CostPoint;
+use hamiltonian_adjoint::planar::Distance;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Cost, Grid, Inputs, Scalar, Scene, Scheme, Settings, Sum, System, gradient};
-use nalgebra::SVector;
+use hamiltonian_adjoint::{Constraint, Cost, Grid, Inputs, Scalar, Scene, Scheme, Settings, Sum, System, gradient};
+use nalgebra::{SVector, Vector1};
 
 fn cart() -> (System, Inputs) {
     let system = CartPendulum::with_links(1).scene().compile().expect("scene");
@@ -181,4 +182,74 @@ fn a_formula_under_a_large_offset_is_accused_only_if_it_loses_a_derivative() {
     let hidden = lost(1e10);
     println!("{hidden}");
     assert!(hidden.blocks[0].notes.iter().any(|note| note.contains("a derivative that the formula loses")));
+}
+
+/// (x + y)², of the inputs and nothing else.
+struct SquareOfSum;
+impl Function for SquareOfSum {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let [a, b] = x else { panic!("{} inputs", x.len()) };
+        vec![(*a + *b).powi(2)]
+    }
+}
+
+#[test]
+fn a_function_is_given_its_inputs_alone() {
+    let check = check::function(&SquareOfSum, ["x", "y"], ["z"]).value(|x| (x[0] + x[1]).powi(2));
+    check.jacobian(|x| [[2.0 * (x[0] + x[1]); 2]]).run().assert_passed();
+}
+
+#[test]
+fn a_wrong_one_of_the_user_s_own_is_not_hidden_by_one_that_compares_nothing() {
+    let (system, inputs) = cart();
+    let zeros = vec![0.0; inputs.controls.len()];
+    let check = check::gradient(&system, &inputs, Settings::default());
+    let report = check.own("none", Part::Design, []).own("zeros", Part::Controls, zeros).run().expect("motion");
+    assert_eq!(report.verdict(), Verdict::Wrong);
+    // It is not the differences that are to blame.
+    let check = check::hessian(&system, &inputs, Settings::default());
+    let report = check.own("none", Part::Design, inputs.no_change(), []).run().expect("motion");
+    assert_eq!(report.verdict(), Verdict::NothingCompared);
+    assert!(report.to_string().contains("right; but see the product of your own"), "{report}");
+}
+
+#[test]
+fn what_is_nearly_right_is_not_moved_by_nothing() {
+    let (system, inputs) = cart();
+    let right = gradient(&system, &inputs, Settings::default()).expect("gradient");
+    let nearly = right.start.rate().map(|g| g * (1.0 + 3e-9));
+    let check = check::gradient(&system, &inputs, Settings::default()).own("mine", Part::Rates, nearly.iter().copied());
+    let found = &check.run().expect("motion").own[0].diagnoses[0];
+    assert!(found.text.contains("digits only"), "{found:?}");
+}
+
+/// e²⁰ˣ.
+struct Steep;
+impl Function for Steep {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        vec![(x[0] * 20.0).exp()]
+    }
+}
+
+#[test]
+fn the_largest_error_is_that_of_all_points() {
+    let slope = |x: f64| 20.0 * (20.0 * x).exp();
+    let check = check::function(&Steep, ["x"], ["y"]).at(&[0.1]).at(&[1.4]);
+    let report = check.jacobian(move |x| slope(x[0]) * (1.0 + 1e-9) + 1e-3).run();
+    let off = slope(1.4) * 1e-9;
+    assert!(report.blocks[0].absolute_error > 0.99 * off, "{report}");
+}
+
+/// An element made of another.
+struct Doubled<E>(E);
+impl<E: Constraint<6, 1, 5>> Constraint<6, 1, 5> for Doubled<E> {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 5>, t: S) -> Vector1<S> {
+        self.0.phi(q, b, t) * S::from(2.0)
+    }
+}
+
+#[test]
+fn an_element_made_of_another_has_its_own_name() {
+    let report = check::constraint(&Doubled(Distance), [0.1, 0.2, 0.3, 0.4, 0.7]).phi_t(|_| 0.0).run();
+    assert_eq!(report.title, "constraint `Doubled`");
 }

@@ -6,7 +6,7 @@ use super::matrix::fitting;
 use super::place::{Place, set_scales};
 use super::plan::{Block, Setting};
 use super::random::Random;
-use super::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
+use super::report::{BlockReport, Entry, Mistake, Verdict};
 use super::scan::bends;
 
 /// Places found by searching: the most for each point, and for all columns together; but not fewer than the last.
@@ -33,7 +33,8 @@ pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> V
 /// Compares one block at all points, and where the formula bends near them.
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let (rows, columns) = (block.rows.len(), block.columns.len());
-    let mut report = BlockReport::empty(block.name.clone(), (rows, columns), setting.tolerance);
+    let (name, size, tolerance) = (block.name.clone(), (rows, columns), setting.tolerance);
+    let mut report = BlockReport { name, size, tolerance, ..BlockReport::default() };
     if setting.drawn.points.is_empty() || rows == 0 || columns == 0 {
         report.notes.push("no points, or no rows or columns: nothing was compared".into());
         return report;
@@ -129,35 +130,34 @@ fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut Blo
         let (diagnoses, notes) = diagnosis::diagnose(&evidence);
         report.diagnoses = diagnoses;
         report.notes.extend(notes);
-        report.notes.extend(without_first(&evidence, &report.diagnoses));
+        // A coincidence is possible.
+        if evidence.at.len() == 1 && report.diagnoses.iter().any(|found| found.mistake != Mistake::Unexplained) {
+            report.notes.push("the diagnosis rests on a single point; more points make it certain".to_string());
+        }
     }
-}
-
-/// A warning where only one point was compared: a coincidence is possible.
-fn without_first(evidence: &Evidence, diagnoses: &[Diagnosis]) -> Option<String> {
-    let sure = evidence.at.len() > 1 || diagnoses.iter().all(|d| d.mistake == Mistake::Unexplained);
-    (!sure).then(|| "the diagnosis rests on a single point; more points make it certain".to_string())
 }
 
 /// Errors and the worst entries.
 fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
+    // NaN counts as infinitely wrong.
+    let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
     let mut wrong: Vec<(f64, Entry)> = Vec::new();
-    for i in 0..rows {
-        for j in 0..columns {
-            let worst = (0..evidence.at.len()).map(|p| (evidence.excess(p, (i, j)), p)).max_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((excess, p)) = worst else { continue };
-            let (hand, truth) = (evidence.at[p].hand[(i, j)], evidence.at[p].truth[(i, j)]);
-            let error = (hand - truth).abs();
-            let relative = if error == 0.0 { 0.0 } else { error / evidence.at[p].scale[(i, j)] };
-            // NaN counts as infinitely wrong.
-            let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
-            report.absolute_error = at_least(report.absolute_error, error);
+    for at in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+        let errors = |place: &Place| {
+            let error = (place.hand[at] - place.truth[at]).abs();
+            [error, if error == 0.0 { 0.0 } else { error / place.scale[at] }]
+        };
+        for [absolute, relative] in evidence.at.iter().map(|place| errors(place)) {
+            report.absolute_error = at_least(report.absolute_error, absolute);
             report.relative_error = at_least(report.relative_error, relative);
-            if excess > 1.0 {
-                let (row, column) = (evidence.block.rows[i].clone(), evidence.block.columns[j].clone());
-                wrong.push((at_least(0.0, relative), Entry { row, column, hand, truth, point: evidence.at[p].number }));
-            }
+        }
+        let worst = (0..evidence.at.len()).map(|p| (evidence.excess(p, at), p)).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, p)) = worst.filter(|(excess, _)| *excess > 1.0) {
+            let Place { hand, truth, number, .. } = evidence.at[p];
+            let (row, column) = (evidence.block.rows[at.0].clone(), evidence.block.columns[at.1].clone());
+            let entry = Entry { row, column, hand: hand[at], truth: truth[at], point: *number };
+            wrong.push((at_least(0.0, errors(evidence.at[p])[1]), entry));
         }
     }
     wrong.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -64,17 +64,12 @@ impl Derived {
     pub(crate) const fn gradient(by: Part) -> Derived {
         Derived { rate: &[], gradient: Some(by) }
     }
-
-    /// The arguments by which the function itself is differentiated.
-    pub(crate) fn inner(&self) -> Option<Part> {
-        self.gradient.or(self.rate.first().copied())
-    }
 }
 
-/// A formula's values as a block of one column: the derivative of s f(x) by s = 1, which stands behind all arguments.
-pub(crate) struct Values<F>(pub F);
+/// s f(x), with s = 1 behind all arguments of f: its derivatives are those of f, and f itself by s.
+pub(crate) struct TimesLast<F>(pub F);
 
-impl<F: Formula> Formula for Values<F> {
+impl<F: Formula> Formula for TimesLast<F> {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Some((&s, x)) = x.split_last() else { return Vec::new() };
         self.0.value(x).into_iter().map(|y| y * s).collect()

@@ -1,13 +1,14 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
 use super::draw::{Drawn, check_magnitudes, check_size, draw};
-use super::formula::{Function, Values};
+use super::formula::Function;
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
 use super::plan::{Block, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
 use crate::Error;
+use std::ops::Range;
 
 const TITLE: &str = "function";
 
@@ -61,18 +62,21 @@ pub fn function<'a, F: Function, const I: usize, const O: usize>(
 
 impl<'a, F: Function> FunctionCheck<'a, F> {
     /// The Jacobian, one row for each output.
-    pub fn jacobian<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
+    pub fn jacobian<A: Matrix>(self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
-        let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
-        self.blocks.push(Block::new("f_x", Jacobian::new(self.function, 0..count), hand));
-        self
+        self.block("f_x", 0..count, hand)
     }
 
     /// The function's values, one for each output.
-    pub fn value<A: Matrix>(mut self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
+    pub fn value<A: Matrix>(self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
+        let count = self.inputs.len();
+        self.block("f", count..count + 1, hand)
+    }
+
+    fn block<A: Matrix>(mut self, name: &str, by: Range<usize>, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
         let hand = Box::new(move |x: &[f64]| hand(&x[..count]).dense());
-        self.blocks.push(Block::new("f", Jacobian::new(Values(self.function), count..count + 1), hand));
+        self.blocks.push(Block::new(name, Jacobian::new(self.function, by), hand));
         self
     }
 

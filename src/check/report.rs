@@ -5,7 +5,7 @@ use std::fmt;
 use crate::Error;
 
 /// The outcome for one block, or for all of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Verdict {
     /// Right within rounding, at every point.
@@ -15,6 +15,7 @@ pub enum Verdict {
     /// The oracles contradict each other: the formula itself must be looked at first.
     OraclesDisagree,
     /// Nothing was compared, which is no success.
+    #[default]
     NothingCompared,
     /// The check cannot be run as it was asked for; the report's `refused` says why.
     Refused,
@@ -81,7 +82,7 @@ pub struct Entry {
 }
 
 /// The comparison of one block.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BlockReport {
     /// Its name.
@@ -139,45 +140,51 @@ fn as_text<S: serde::Serializer>(error: &Option<Error>, serializer: S) -> Result
 impl Report {
     /// The outcome: right if at least one block was compared and all are right.
     pub fn verdict(&self) -> Verdict {
-        let any = |verdict| self.blocks.iter().any(|block| block.verdict == verdict);
-        if self.refused.is_some() {
-            Verdict::Refused
-        } else if any(Verdict::Wrong) {
-            Verdict::Wrong
-        } else if any(Verdict::OraclesDisagree) {
-            Verdict::OraclesDisagree
-        } else if self.blocks.is_empty() || any(Verdict::NothingCompared) {
-            Verdict::NothingCompared
-        } else {
-            Verdict::Right
-        }
-    }
-
-    /// Whether everything handed in is right.
-    pub fn passed(&self) -> bool {
-        self.verdict() == Verdict::Right
+        if self.refused.is_some() { Verdict::Refused } else { Verdict::of_all(&self.blocks) }
     }
 
     /// The block called `name`.
     pub fn block(&self, name: &str) -> Option<&BlockReport> {
         self.blocks.iter().find(|block| block.name == name)
     }
-
-    /// For tests.
-    ///
-    /// # Panics
-    /// With the whole report, unless everything is right.
-    #[track_caller]
-    pub fn assert_passed(&self) {
-        assert!(self.passed(), "\n{self}");
-    }
 }
 
+/// What follows from the verdict of a report.
+macro_rules! outcome {
+    ($report:ty) => {
+        impl $report {
+            /// Whether everything is right.
+            pub fn passed(&self) -> bool {
+                self.verdict() == Verdict::Right
+            }
+
+            /// For tests.
+            ///
+            /// # Panics
+            /// With the whole report, unless everything is right.
+            #[track_caller]
+            pub fn assert_passed(&self) {
+                assert!(self.passed(), "\n{self}");
+            }
+        }
+    };
+}
+
+pub(super) use outcome;
+
+outcome!(Report);
+
 impl Verdict {
+    /// The worst of some blocks; of none, that nothing was compared.
+    fn of_all(blocks: &[BlockReport]) -> Verdict {
+        let worst = [Verdict::Wrong, Verdict::OraclesDisagree, Verdict::NothingCompared, Verdict::Right];
+        let any = |verdict: &Verdict| blocks.iter().any(|block| block.verdict == *verdict);
+        worst.into_iter().find(any).unwrap_or_default()
+    }
+
     /// That of the library, and where it is right that of the user's own.
     pub(super) fn with(self, own: &[BlockReport]) -> Verdict {
-        let of_own = own.iter().map(|own| own.verdict).find(|verdict| *verdict != Verdict::Right);
-        if self == Verdict::Right { of_own.unwrap_or(self) } else { self }
+        if self == Verdict::Right && !own.is_empty() { Verdict::of_all(own) } else { self }
     }
 }
 
@@ -223,35 +230,14 @@ impl fmt::Display for Report {
             writeln!(f, "  {:width$}  {size:>7}  {points:>6}  {abs:>9}  {rel:>9}  {}", block.name, block.verdict)?;
         }
         for block in self.blocks.iter().filter(|block| block.verdict != Verdict::Right || !block.notes.is_empty()) {
-            block.details(f)?;
+            write!(f, "{block}")?;
         }
         self.notes.iter().try_for_each(|note| writeln!(f, "\n{note}"))
     }
 }
 
-impl BlockReport {
-    /// The report of a block before anything is compared.
-    pub(crate) fn empty(name: String, size: (usize, usize), tolerance: f64) -> Self {
-        BlockReport {
-            name,
-            size,
-            points: 0,
-            bends: 0,
-            set_aside: 0,
-            verdict: Verdict::NothingCompared,
-            absolute_error: 0.0,
-            relative_error: 0.0,
-            tolerance,
-            complex_step_error: 0.0,
-            differences_error: 0.0,
-            wrong_entries: 0,
-            entries: Vec::new(),
-            diagnoses: Vec::new(),
-            notes: Vec::new(),
-        }
-    }
-
-    fn details(&self, f: &mut fmt::Formatter) -> fmt::Result {
+impl fmt::Display for BlockReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "\n{}: {}", self.name, self.verdict)?;
         for diagnosis in &self.diagnoses {
             writeln!(f, "  → {}", diagnosis.text)?;
@@ -267,11 +253,5 @@ impl BlockReport {
             writeln!(f, "  and {more} more entries")?;
         }
         self.notes.iter().try_for_each(|note| writeln!(f, "  note: {note}"))
-    }
-}
-
-impl fmt::Display for BlockReport {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.details(f)
     }
 }

@@ -24,7 +24,7 @@ pub use force::force;
 use std::rc::Rc;
 
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
-use super::formula::{Derived, Function, Made, Values};
+use super::formula::{Derived, Function, Made};
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
 use super::plan::{Block, MatrixAt, Plan, Setting};
@@ -68,7 +68,9 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     const PLACES: Places = Point::<N, M, K, P>::PLACES;
 
     fn new(element: &'a E, kind: &str, b: [f64; P]) -> Self {
-        let name = std::any::type_name::<E>().rsplit("::").next().unwrap_or_default().trim_end_matches('>');
+        // Without the module that it stands in, and what it is generic over.
+        let name =
+            std::any::type_name::<E>().split('<').next().and_then(|path| path.rsplit("::").next()).unwrap_or_default();
         let numbered = |name: &str, count: usize| (0..count).map(|i| format!("{name}[{i}]")).collect();
         ElementCheck {
             element,
@@ -286,15 +288,14 @@ impl Derivative {
             let of = Jacobian::new(made(derived), places.of(by));
             (name.to_string(), Box::new(move |x| of.dual(x)))
         };
-        let (of, by, is_value) = (made(self.derived), places.of(self.by), self.by == Part::One);
-        let below = self.derived.inner().filter(|_| !is_value);
-        let truth = if is_value { Jacobian::new(Values(of), by) } else { Jacobian::new(of, by) };
         let hand = Box::new(move |x: &[f64]| hand(&Point::from_list(x)).dense());
+        // The arguments by which the function itself is differentiated.
+        let below = self.derived.gradient.or(self.derived.rate.first().copied()).filter(|_| self.by != Part::One);
         let block = Block {
             foundation: below.map(|by| Jacobian::new(made(Derived::VALUE), places.of(by))),
             terms: self.terms.iter().map(matrix).collect(),
             others: self.others.iter().map(matrix).collect(),
-            ..Block::new(self.name, truth, hand)
+            ..Block::new(self.name, Jacobian::new(made(self.derived), places.of(self.by)), hand)
         };
         (self.rows, block)
     }

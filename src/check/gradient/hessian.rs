@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::super::draw::check_tolerance;
 use super::super::random::Random;
-use super::super::report::{BlockReport, Verdict};
+use super::super::report::{BlockReport, Verdict, outcome};
 use super::directions::{only, product, random};
 use super::print::{explain_rounding, write_warnings};
 use super::reference::Reference;
@@ -198,6 +198,8 @@ pub struct HessianReport {
     pub own: Vec<BlockReport>,
 }
 
+outcome!(HessianReport);
+
 impl HessianReport {
     /// The outcome of everything, products of the user's own included.
     pub fn verdict(&self) -> Verdict {
@@ -214,32 +216,20 @@ impl HessianReport {
             Verdict::Right
         }
     }
-
-    /// Whether all is right.
-    pub fn passed(&self) -> bool {
-        self.verdict() == Verdict::Right
-    }
-
-    /// For tests.
-    ///
-    /// # Panics
-    /// With the whole report, unless all is right.
-    #[track_caller]
-    pub fn assert_passed(&self) {
-        assert!(self.passed(), "\n{self}");
-    }
 }
 
 impl fmt::Display for HessianReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let summary = match self.verdict() {
+        let library = self.library();
+        let summary = match library {
             Verdict::NothingCompared if self.rows.iter().all(|row| row.size == 0.0) => {
                 "FAILED, because nothing was compared: it is linear in the inputs".to_string()
             }
             Verdict::NothingCompared => "FAILED, because differences of gradients are too rough here".to_string(),
             other => other.to_string(),
         };
-        writeln!(f, "products of the Hessian of {}, a·H b with b in all inputs: {summary}", self.of)?;
+        let own = if library == self.verdict() { "" } else { "; but see the product of your own" };
+        writeln!(f, "products of the Hessian of {}, a·H b with b in all inputs: {summary}{own}", self.of)?;
         let way = if self.by_differences { "by differences" } else { "by hyper-dual numb." };
         writeln!(f, "  {:20}  {way:>19}  {:>9}  {:>9}   verdict", "a in", "a·(H b)", "b·(H a)")?;
         for row in &self.rows {

@@ -23,7 +23,7 @@ pub(super) fn compare(
     let all = part.inputs(inputs);
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
     let title = format!("{name} ({kind}, {})", part.name());
-    let mut report = BlockReport { points: 1, ..BlockReport::empty(title, (1, truth.len()), tolerance) };
+    let mut report = BlockReport { name: title, size: (1, truth.len()), points: 1, tolerance, ..BlockReport::default() };
     if hand.len() != truth.len() {
         report.verdict = Verdict::Wrong;
         report
@@ -144,7 +144,7 @@ fn diagnose(
         (1, "one", "entry j holds the derivative of input j"),
         (channels, "a node", "node i has the derivatives of node i"),
     ];
-    let ways = moved.into_iter().filter(|(by, ..)| count > 2 * by).flat_map(|way| [(way, true), (way, false)]);
+    let ways = moved.into_iter().filter(|(by, ..)| *by > 0 && count > 2 * by).flat_map(|way| [(way, true), (way, false)]);
     if let Some(((_, what, which), back)) = ways.into_iter().find(|&((by, ..), back)| shifted(by, back)) {
         let sign = if back { "−" } else { "+" };
         return says(Mistake::OtherArgument, format!("moved by {what}: {which} {sign} 1"));

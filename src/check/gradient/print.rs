@@ -12,16 +12,15 @@ const ROUGH: [f64; 2] = [1e-12, 1e-3];
 
 impl fmt::Display for GradientReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let summary = match self.verdict() {
-            Verdict::Right => "right".to_string(),
+        let library = self.library();
+        let summary = match library {
             Verdict::NothingCompared => {
                 "FAILED, because nothing was compared: it does not depend on the inputs by more than its rounding"
                     .to_string()
             }
             other => other.to_string(),
         };
-        let own = if self.library() == self.verdict() { "" } else { "; but see the gradient of your own" };
-        let summary = if own.is_empty() { summary } else { self.library().to_string() };
+        let own = if library == self.verdict() { "" } else { "; but see the gradient of your own" };
         writeln!(f, "gradient of {} = {:.12e}: {summary}{own}", self.of, self.value)?;
         let names = self.directions.iter().map(|row| &row.name).chain(self.own.iter().map(|own| &own.name));
         let width = names.map(|name| name.chars().count()).max().unwrap_or(0);

@@ -1,6 +1,6 @@
 //! What a gradient check found.
 
-use super::super::report::{BlockReport, Verdict};
+use super::super::report::{BlockReport, Verdict, outcome};
 use super::taylor::ENOUGH;
 use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
@@ -148,6 +148,8 @@ pub(super) fn relative(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference.abs() / size }
 }
 
+outcome!(GradientReport);
+
 impl GradientReport {
     /// The outcome of everything, gradients of the user's own included.
     pub fn verdict(&self) -> Verdict {
@@ -180,20 +182,6 @@ impl GradientReport {
         let (by, allowed) =
             (self.taylor.wrong_by, |row: &DirectionReport| (row.differences - row.adjoint).abs() + row.differences_error);
         by.is_infinite() || self.directions.last().is_some_and(|row| by > BENDS * allowed(row))
-    }
-
-    /// Whether all is right.
-    pub fn passed(&self) -> bool {
-        self.verdict() == Verdict::Right
-    }
-
-    /// For tests.
-    ///
-    /// # Panics
-    /// With the whole report, unless all is right.
-    #[track_caller]
-    pub fn assert_passed(&self) {
-        assert!(self.passed(), "\n{self}");
     }
 }
 

@@ -11,7 +11,7 @@ pub use terms::Terms;
 use std::ops::Range;
 
 use super::draw::{Drawn, check_size, check_tolerance};
-use super::formula::{Formula, Values};
+use super::formula::Formula;
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
 use super::plan::{Block, Elsewhere, Plan, Setting};
@@ -153,14 +153,12 @@ impl<'a> StepCheck<'a> {
     fn block<A: Matrix>(mut self, name: String, equation: Equation, by: Part, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         let (paper, places) = (self.paper, Places(self.paper));
         let f = Residual { paper, rows: part(equation as usize, paper.system.n(), paper.system.m()) };
-        let range = places.of(by);
-        let truth = if by == Part::One { Jacobian::new(Values(f), range) } else { Jacobian::new(f, range) };
         let hand = Box::new(move |x: &[f64]| hand(&StepPoint::new(paper, x)).dense());
         let block = Block {
             terms: terms::of_block(paper, equation, by),
             others: terms::all(paper),
             elsewhere: other_nodes(places),
-            ..Block::new(name, truth, hand)
+            ..Block::new(name, Jacobian::new(f, places.of(by)), hand)
         };
         self.blocks.push((equation, block));
         self
