@@ -94,7 +94,7 @@ impl Input {
 /// As [`Solver::simulate`]; an input that the motion does not have.
 pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     const STEP: f64 = 1e-30;
-    through_lifted::<Cx>(system, inputs, settings, with, Cx::new(0.0, STEP), |j| j.0.im / STEP)
+    through_lifted::<Cx>(system, inputs, settings, with, STEP)
 }
 
 /// dJ/dx by dual numbers through the entire simulation, one simulation for each input.
@@ -102,7 +102,7 @@ pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: 
 /// # Errors
 /// As [`Solver::simulate`]; an input that the motion does not have.
 pub fn tangent(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
-    through_lifted::<Dual64>(system, inputs, settings, with, Dual64::new(0.0, 1.0), |j| j.eps)
+    through_lifted::<Dual64>(system, inputs, settings, with, 1.0)
 }
 
 fn through_lifted<R: Real>(
@@ -110,17 +110,16 @@ fn through_lifted<R: Real>(
     inputs: &Inputs,
     settings: Settings,
     with: &[Input],
-    unit: R,
-    derivative: impl Fn(R) -> f64,
+    step: f64,
 ) -> Result<Vec<f64>, Error> {
     let mut solver = LiftedSolver::<R>::new(system, inputs, settings)?;
     let lifted = inputs.lift::<R>();
     let one = |input: &Input| {
         input.check(inputs)?;
         let mut perturbed = lifted.clone();
-        *input.of(&mut perturbed) += unit;
+        input.of(&mut perturbed).add_to_part(1, step);
         solver.simulate(&perturbed)?;
-        Ok(derivative(solver.cost()?))
+        Ok(solver.cost()?.part(1) / step)
     };
     with.iter().map(one).collect()
 }

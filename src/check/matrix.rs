@@ -1,6 +1,6 @@
 //! What a hand-derived block may be written as.
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, Dim, RawStorage};
 
 /// A matrix in any of the usual ways: rows of an array, a nalgebra matrix or vector, a list, a number.
 pub trait Matrix {
@@ -20,21 +20,9 @@ impl<const R: usize> Matrix for [f64; R] {
     }
 }
 
-impl<const R: usize, const C: usize> Matrix for SMatrix<f64, R, C> {
+impl<R: Dim, C: Dim, S: RawStorage<f64, R, C>> Matrix for nalgebra::Matrix<f64, R, C, S> {
     fn dense(self) -> DMatrix<f64> {
-        DMatrix::from_column_slice(R, C, self.as_slice())
-    }
-}
-
-impl Matrix for DMatrix<f64> {
-    fn dense(self) -> DMatrix<f64> {
-        self
-    }
-}
-
-impl Matrix for nalgebra::DVector<f64> {
-    fn dense(self) -> DMatrix<f64> {
-        DMatrix::from_column_slice(self.len(), 1, self.as_slice())
+        DMatrix::from_iterator(self.nrows(), self.ncols(), self.iter().copied())
     }
 }
 

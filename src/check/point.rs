@@ -64,8 +64,8 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         Self::same(0.0, b)
     }
 
-    /// The same number for all arguments.
-    fn same(x: f64, b: [f64; P]) -> Self {
+    /// The same number for all arguments but the constants.
+    pub(crate) fn same(x: f64, b: [f64; P]) -> Self {
         Point { b: b.into(), ..Self::from_list(&vec![x; Self::PLACES.of(Part::One).end]) }
     }
 
@@ -81,11 +81,6 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         self
     }
 
-    /// Of size 1 in everything.
-    pub(crate) fn ones(b: [f64; P]) -> Self {
-        Self::same(1.0, b)
-    }
-
     /// A random point of these magnitudes, none of whose arguments is near zero; the constants are kept.
     pub(crate) fn random(magnitudes: &Self, random: &mut Random) -> Self {
         let (t, mut x) = (Self::PLACES.of(Part::T).start, magnitudes.list());
@@ -96,17 +91,10 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
 
     /// All arguments in one list, and the 1 that values are multiplied by where they are compared.
     pub(crate) fn list(&self) -> Vec<f64> {
-        let states = [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.v_dot];
-        let states = states.into_iter().flat_map(|x| x.iter().copied());
-        states
-            .chain(self.sigma.iter().copied())
-            .chain(self.lambda.iter().copied())
-            .chain(self.u.iter().copied())
-            .chain(self.u_dot.iter().copied())
-            .chain([self.t])
-            .chain(self.b.iter().copied())
-            .chain([1.0])
-            .collect()
+        let states = [self.q, self.v, self.p_star, self.p_star_dot, self.v_dot].map(|x| x.data.0[0]).concat();
+        let Point { sigma, lambda, u, u_dot, t, b, .. } = self;
+        let rest = [sigma.as_slice(), lambda.as_slice(), u.as_slice(), u_dot.as_slice(), &[*t], b.as_slice(), &[1.0]];
+        [states, rest.concat()].concat()
     }
 }
 

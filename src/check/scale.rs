@@ -12,24 +12,20 @@ const BALANCING_ROUNDS: usize = 60;
 /// in millimetres. Ruiz's equilibration alone has many solutions; which one it finds would depend on the units. So it begins where
 /// the logarithms of all entries are balanced, which is unique. Rows and columns without any entry get `fallback_ij`.
 pub(crate) fn sizes(a: &DMatrix<f64>, fallback: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
-    let (rows, columns) = a.shape();
     let (mut r, mut c) = balanced(a);
-    let entry = |r: &[f64], c: &[f64], i: usize, j: usize| a[(i, j)].abs() / (r[i] * c[j]);
     for _ in 0..ROUNDS {
-        let row: Vec<f64> = (0..rows).map(|i| (0..columns).fold(0.0, |m: f64, j| m.max(entry(&r, &c, i, j)))).collect();
-        let column: Vec<f64> = (0..columns).map(|j| (0..rows).fold(0.0, |m: f64, i| m.max(entry(&r, &c, i, j)))).collect();
-        let grow =
-            |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).filter(|(_, m)| **m > 0.0).for_each(|(x, m)| *x *= m.sqrt());
-        grow(&mut r, &row);
-        grow(&mut c, &column);
+        let entries = a.map_with_location(|i, j, x| x.abs() / (r[i] * c[j]));
+        let grow = |x: &mut f64, most: f64| *x *= if most > 0.0 { most.sqrt() } else { 1.0 };
+        r.iter_mut().zip(entries.row_iter()).for_each(|(r, row)| grow(r, largest(row.iter())));
+        c.iter_mut().zip(entries.column_iter()).for_each(|(c, column)| grow(c, largest(column.iter())));
     }
-    let empty_row = |i: usize| a.row(i).iter().all(|x| *x == 0.0);
-    let empty_column = |j: usize| a.column(j).iter().all(|x| *x == 0.0);
-    let (no_row, no_column): (Vec<bool>, Vec<bool>) =
-        ((0..rows).map(empty_row).collect(), (0..columns).map(empty_column).collect());
-    DMatrix::from_fn(rows, columns, |i, j| {
-        if no_row[i] || no_column[j] { fallback(i, j) } else { (r[i] * c[j]).max(a[(i, j)].abs()) }
-    })
+    let no_row: Vec<bool> = a.row_iter().map(|row| row.iter().all(|x| *x == 0.0)).collect();
+    let no_column: Vec<bool> = a.column_iter().map(|column| column.iter().all(|x| *x == 0.0)).collect();
+    a.map_with_location(|i, j, x| if no_row[i] || no_column[j] { fallback(i, j) } else { (r[i] * c[j]).max(x.abs()) })
+}
+
+fn largest<'a>(x: impl Iterator<Item = &'a f64>) -> f64 {
+    x.fold(0.0, |most, x| most.max(*x))
 }
 
 /// r_i c_j ≈ |a_ij| in the least squares of the logarithms of all entries but zeros, by turns for r and c.

@@ -67,18 +67,10 @@ pub(crate) fn bends(of: &Jacobian, setting: &Setting, most: usize) -> Vec<Bend> 
         let samples = samples(&sample, &line.rounding(f, &mut random), setting.drawn.given, &mut random);
         strongest(&samples).into_iter().map(|s| Bend { x: line.at(s), base: line.base }).collect::<Vec<_>>()
     };
-    let lines = lines(of, &along, setting);
-    let mut found: Vec<_> = lines.into_iter().map(of_line).map(Vec::into_iter).collect();
-    let mut bends = Vec::new();
-    while bends.len() < most {
-        let before = bends.len();
-        bends.extend(found.iter_mut().filter_map(Iterator::next));
-        if bends.len() == before {
-            break;
-        }
-    }
-    bends.truncate(most);
-    bends
+    let lines = lines(of, &along, setting).into_iter();
+    let mut found: Vec<(usize, Bend)> = lines.map(of_line).flat_map(|bends| bends.into_iter().enumerate()).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, bend)| bend).take(most).collect()
 }
 
 /// Along all arguments of a kind, and along each one, through the first points; those along which nothing changes are left out.

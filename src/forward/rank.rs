@@ -209,16 +209,11 @@ fn mass_diagonal(system: &System, at: &NodeView<f64>) -> DVector<f64> {
     diagonal
 }
 
-/// M = 𝓛_vv, one column after the other by dual numbers.
+/// M = 𝓛_vv.
 pub(crate) fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
-    let mut there = NodeValues::of_equations(at, Dual64::from_re);
-    let mut sums = Sums::new(system.n(), system.m());
-    DMatrix::from_columns(&Vec::from_iter((0..system.n()).map(|j| {
-        there.v[j].eps = 1.0;
-        system.plain_sums(&there.view(), &mut sums);
-        there.v[j].eps = 0.0;
-        DVector::from_iterator(system.n(), sums.l_v().iter().map(|l_v| l_v.eps))
-    })))
+    let [mass, ..] =
+        system.columns(System::plain_sums, &mut NodeValues::of_equations(at, Dual64::from_re), |there| &mut there.v);
+    mass
 }
 
 /// An orthonormal basis of the null space, by columns.

@@ -3,8 +3,10 @@
 //! Dual numbers are [`Slope`]s, on which formulas are verified, or, in costs, parts of hyper-dual ones, which accelerations need anyway: so every formula
 //! is compiled for one number type less.
 
+use nalgebra::DMatrix;
 use num_dual::Dual64;
 
+use super::System;
 use super::batch::{Batch, Sums};
 use super::cost::{AnyCosts, PlainCosts};
 use super::cost_factors::CostFactors;
@@ -141,5 +143,31 @@ pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, a
     if let Some((_, own)) = lifted {
         phi.fill(R::zero());
         add_back(phi, &own, slope);
+    }
+}
+
+/// The sums of some elements.
+pub type ElementSums = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
+
+impl System {
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt of some elements differentiated by one kind of arguments, a column for each, by dual numbers.
+    pub(crate) fn columns(
+        &self,
+        of: ElementSums,
+        at: &mut NodeValues<Dual64>,
+        by: fn(&mut NodeValues<Dual64>) -> &mut Vec<Dual64>,
+    ) -> [DMatrix<f64>; 3] {
+        let count = by(at).len();
+        let mut found = [self.n(), self.n(), self.m()].map(|rows| DMatrix::zeros(rows, count));
+        let mut sums = Sums::new(self.n(), self.m());
+        for k in 0..count {
+            by(at)[k].eps = 1.0;
+            of(self, &at.view(), &mut sums);
+            by(at)[k].eps = 0.0;
+            for (matrix, values) in found.iter_mut().zip([sums.l_v(), sums.force(), sums.phi_dot()]) {
+                matrix.column_mut(k).iter_mut().zip(values).for_each(|(entry, value)| *entry = value.eps);
+            }
+        }
+        found
     }
 }

@@ -1,5 +1,6 @@
 //! Sets of entries of a block, and how people call them.
 
+use std::cmp::Ordering;
 use std::fmt;
 
 use super::Evidence;
@@ -16,25 +17,16 @@ impl Lines {
     pub(super) const BOTH: [Lines; 2] = [Lines::Rows, Lines::Columns];
 
     pub(super) fn word(self) -> &'static str {
-        match self {
-            Lines::Rows => "row",
-            Lines::Columns => "column",
-        }
+        ["row", "column"][self as usize]
     }
 
     pub(super) fn names<'e>(self, evidence: &Evidence<'e>) -> &'e [String] {
-        match self {
-            Lines::Rows => &evidence.block.rows,
-            Lines::Columns => &evidence.block.columns,
-        }
+        [&evidence.block.rows, &evidence.block.columns][self as usize]
     }
 
     /// The line in which an entry stands.
     pub(super) fn of(self, (i, j): (usize, usize)) -> usize {
-        match self {
-            Lines::Rows => i,
-            Lines::Columns => j,
-        }
+        [i, j][self as usize]
     }
 
     /// The entry that stands in another line at the same place.
@@ -96,15 +88,10 @@ impl Mask {
                 return format!("in the {} of {}", lines.word(), lines.names(evidence)[lines.of(line.entries[0])]);
             }
         }
-        if self.entries.iter().all(|(i, j)| i == j) {
-            return "on the diagonal".into();
+        let sides = [("on", Ordering::Equal), ("below", Ordering::Greater), ("above", Ordering::Less)];
+        match sides.iter().find(|(_, side)| self.entries.iter().all(|(i, j)| i.cmp(j) == *side)) {
+            Some((side, _)) => format!("{side} the diagonal"),
+            None => format!("in {} of the {} entries", self.entries.len(), evidence.rows() * evidence.columns()),
         }
-        if self.entries.iter().all(|(i, j)| i > j) {
-            return "below the diagonal".into();
-        }
-        if self.entries.iter().all(|(i, j)| i < j) {
-            return "above the diagonal".into();
-        }
-        format!("in {} of the {} entries", self.entries.len(), evidence.rows() * evidence.columns())
     }
 }

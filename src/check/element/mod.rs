@@ -79,7 +79,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             equations: (0..M).map(|j| format!("equation {j}")).collect(),
             controls: numbered("u", K),
             constants: numbered("b", P),
-            magnitudes: Point::ones(b),
+            magnitudes: Point::same(1.0, b),
             given: Vec::new(),
             count: 12,
             seed: 1,

@@ -30,13 +30,7 @@ impl Part {
 
     /// For reports.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            Part::Controls => "controls",
-            Part::Design => "design variables",
-            Part::Coordinates => "initial coordinates",
-            Part::Rates => "initial rates",
-            Part::Steps => "step lengths",
-        }
+        ["controls", "design variables", "initial coordinates", "initial rates", "step lengths"][self as usize]
     }
 
     /// Its numbers.
@@ -47,6 +41,15 @@ impl Part {
             Part::Coordinates => inputs.start.q().as_slice(),
             Part::Rates => inputs.start.rate().as_slice(),
             Part::Steps => &inputs.grid.steps,
+        }
+    }
+
+    /// How many numbers it has at each node or step, if they follow each other in time.
+    pub(super) fn channels(self, inputs: &Inputs) -> Option<usize> {
+        match self {
+            Part::Controls => Some(inputs.controls.nrows()),
+            Part::Steps => Some(1),
+            Part::Design | Part::Coordinates | Part::Rates => None,
         }
     }
 

@@ -110,11 +110,8 @@ impl HessianCheck<'_> {
         let mut report = HessianReport { of, rows, by_differences, rounding, warnings, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
         for own in &self.own {
-            let mut found = self.compare_own(own, &mut reference, &sizes, solver.hessian_product(&own.2)?)?;
-            if !is_trusted {
-                own::set_aside(&mut found, "product");
-            }
-            report.own.push(found);
+            let product = solver.hessian_product(&own.2)?;
+            report.own.push(self.compare_own(own, &mut reference, &sizes, (product, is_trusted))?);
         }
         Ok(report)
     }
@@ -124,10 +121,11 @@ impl HessianCheck<'_> {
         (name, part, along, values): &Own,
         reference: &mut Reference,
         sizes: &Inputs,
-        product: &Gradient,
+        (product, is_trusted): (&Gradient, bool),
     ) -> Result<BlockReport, Error> {
         let (what, within) = ((name.as_str(), "own product", *part), (self.tolerance, 1.0));
-        own::compare(self.subject, sizes, what, values, product, within, |input| {
+        let truth = if is_trusted { Ok(product) } else { Err("product") };
+        own::compare(self.subject, sizes, what, values, truth, within, |input| {
             let direction = only(self.subject.inputs, input, 1.0);
             let (product, (value, error)) = (input.in_gradient(product), reference.product([&direction, along])?);
             Ok((product - value).abs() + error <= self.tolerance * product.abs())

@@ -10,20 +10,29 @@ const LISTED: usize = 4;
 
 /// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
 ///
-/// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
+/// The truth is the library's own, or else what of it is not confirmed. A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
 pub(super) fn compare(
     Subject { system, inputs, .. }: Subject,
     sizes: &Inputs,
     (name, kind, part): (&str, &str, Part),
     hand: &[f64],
-    gradient: &Gradient,
+    truth: Result<&Gradient, &str>,
     (tolerance, raised): (f64, f64),
     mut is_known: impl FnMut(Input) -> Result<bool, Error>,
 ) -> Result<BlockReport, Error> {
     let all = part.inputs(inputs);
+    let name = format!("{name} ({kind}, {})", part.name());
+    let mut report = BlockReport { name, size: (1, all.len()), points: 1, tolerance, ..BlockReport::default() };
+    let gradient = match truth {
+        Ok(gradient) => gradient,
+        Err(what) => {
+            report
+                .notes
+                .push(format!("the library's {what} is not confirmed here, so that there is nothing to compare with"));
+            return Ok(report);
+        }
+    };
     let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
-    let title = format!("{name} ({kind}, {})", part.name());
-    let mut report = BlockReport { name: title, size: (1, truth.len()), points: 1, tolerance, ..BlockReport::default() };
     if hand.len() != truth.len() {
         report.verdict = Verdict::Wrong;
         report
@@ -55,11 +64,7 @@ pub(super) fn compare(
     if !wrong.is_empty() {
         let steps = &inputs.grid.steps;
         let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
-        let channels = match part {
-            Part::Controls => inputs.controls.nrows(),
-            Part::Steps => 1,
-            Part::Design | Part::Coordinates | Part::Rates => 0,
-        };
+        let channels = part.channels(inputs).unwrap_or(0);
         report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), (&within, tolerance)));
         wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
         let entry =
@@ -69,23 +74,10 @@ pub(super) fn compare(
     Ok(report)
 }
 
-/// Says that there is nothing to compare with, since the library's own is not confirmed.
-pub(super) fn set_aside(report: &mut BlockReport, what: &str) {
-    report.verdict = Verdict::NothingCompared;
-    report.wrong_entries = 0;
-    report.entries.clear();
-    report.diagnoses.clear();
-    report.notes.push(format!("the library's {what} is not confirmed here, so that there is nothing to compare with"));
-}
-
 /// What entries are multiplied by to be compared with each other: their sizes, or the largest of their kind where several have one unit.
 fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     let own = part.of(sizes);
-    let channels = match part {
-        Part::Controls => sizes.controls.nrows(),
-        Part::Steps => 1,
-        Part::Design | Part::Coordinates | Part::Rates => return own.to_vec(),
-    };
+    let Some(channels) = part.channels(sizes) else { return own.to_vec() };
     let largest = |k: usize| own.iter().skip(k).step_by(channels).copied().fold(0.0, f64::max);
     let largest: Vec<f64> = (0..channels).map(largest).collect();
     (0..own.len()).map(|j| largest[j % channels]).collect()

@@ -12,7 +12,7 @@ use nalgebra::DVector;
 use num_dual::Dual64;
 
 use crate::forward::redundancy::masses;
-use crate::system::{NodeView, Sums};
+use crate::system::{NodeValues, NodeView};
 use crate::{Inputs, Solver, Start, System};
 
 /// What is smaller than this part of what it is measured by has the size of that part.
@@ -61,16 +61,11 @@ fn first<const N: usize>(sizes: [f64; N]) -> f64 {
 
 /// The largest force by a unit of each control, at the start.
 fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64], i32) -> f64) -> Vec<f64> {
-    let dual = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
-    let (q, zeros, sigma) = (dual(inputs.start.q().as_slice()), dual(&vec![0.0; system.n()]), dual(&vec![0.0; system.m()]));
-    let design = dual(&system.parameters().values(inputs.design.as_slice()));
-    let (mut u, mut sums) = (dual(inputs.controls_at(0)), Sums::new(system.n(), system.m()));
-    let of_control = |k: usize| {
-        u[k].eps = 1.0;
-        let at = NodeView::of_equations([&q, &zeros, &sigma], (&u, Dual64::from_re(inputs.grid.start), &design));
-        system.plain_sums(&at, &mut sums);
-        u[k].eps = 0.0;
-        largest(&sums.force().iter().map(|force| force.eps).collect::<Vec<f64>>(), -1)
-    };
-    (0..system.k()).map(of_control).collect()
+    let (zeros, sigma) = (vec![0.0; system.n()], vec![0.0; system.m()]);
+    let design = system.parameters().values(inputs.design.as_slice());
+    let state = [inputs.start.q().as_slice(), &zeros, &sigma];
+    let at = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &design));
+    let at = &mut NodeValues::of_equations(&at, Dual64::from_re);
+    let [_, force, _] = system.columns(System::plain_sums, at, |at| &mut at.u);
+    force.column_iter().map(|column| largest(column.as_slice(), -1)).collect()
 }

@@ -7,7 +7,7 @@ use super::super::plan::MatrixAt;
 use super::point::{Part, State, StepPoint};
 use crate::System;
 use crate::paper_system::{Equation, PaperSystem, Variable};
-use crate::system::{NodeView, Sums};
+use crate::system::{NodeValues, NodeView};
 
 /// M, Φ_q and the other terms of Eq. (10), each by dual numbers.
 ///
@@ -99,60 +99,34 @@ pub(super) fn all<'a>(paper: &'a PaperSystem<'a>) -> Vec<(String, MatrixAt<'a>)>
     named.flat_map(|term| [signed(paper, term, 1.0, false), signed(paper, term, 1.0, true)]).collect()
 }
 
-/// Derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt by one argument, one column each.
-struct Columns {
-    l_v: DMatrix<f64>,
-    force: DMatrix<f64>,
-    phi_dot: DMatrix<f64>,
-}
-
 impl Terms {
     pub(super) fn new(system: &System, y: &State, u: &DVector<f64>, b: &DVector<f64>, time: f64) -> Self {
-        let dual = |x: &DVector<f64>| x.map(Dual64::from_re);
-        let design = DVector::from_column_slice(&system.parameters().values(b.as_slice()));
-        let arguments = [dual(&y.q), dual(&y.v), dual(&y.sigma), dual(u), dual(&design)];
-        let mut unloaded = arguments.clone();
-        unloaded[2].fill(Dual64::from_re(0.0));
-        let by = |of: &[DVector<Dual64>; 5], which: usize| columns(system, System::plain_sums, of, which, time);
-        let kinetic = |which: usize| columns(system, System::kinetic_sums, &unloaded, which, time).force;
+        let design = system.parameters().values(b.as_slice());
+        let state = [&y.q, &y.v, &y.sigma].map(DVector::as_slice);
+        let at = NodeView::of_equations(state, (u.as_slice(), time, &design));
+        let loaded = &mut NodeValues::of_equations(&at, Dual64::from_re);
+        let unloaded = &mut loaded.clone();
+        unloaded.sigma.fill(Dual64::from_re(0.0));
+        let all = System::plain_sums;
         // Both are linear in σ, so what is left without it, and what it adds, are these differences.
-        let (by_q, by_q_unloaded) = (by(&arguments, 0), by(&unloaded, 0));
-        let by_v = by(&unloaded, 1);
+        let [l_v_q, l_q_q, _] = system.columns(all, loaded, |at| &mut at.q);
+        let [mass_v_q, force_q, phi_dot_q] = system.columns(all, unloaded, |at| &mut at.q);
+        let [mass, force_v, phi_q] = system.columns(all, unloaded, |at| &mut at.v);
+        let [_, force_u, _] = system.columns(all, unloaded, |at| &mut at.u);
+        let [_, t_qq, _] = system.columns(System::kinetic_sums, unloaded, |at| &mut at.q);
+        let [_, t_qv, _] = system.columns(System::kinetic_sums, unloaded, |at| &mut at.v);
         Terms {
-            mass: by_v.l_v,
-            phi_q: by_v.phi_dot,
-            force_v: by_v.force,
-            phi_q_t_sigma_q: by_q.l_v - &by_q_unloaded.l_v,
-            phi_dot_q_t_sigma_q: by_q.force - &by_q_unloaded.force,
-            mass_v_q: by_q_unloaded.l_v,
-            force_q: by_q_unloaded.force,
-            phi_dot_q: by_q_unloaded.phi_dot,
-            force_u: by(&unloaded, 3).force,
-            t_qq: kinetic(0),
-            t_qv: kinetic(1),
+            phi_q_t_sigma_q: l_v_q - &mass_v_q,
+            phi_dot_q_t_sigma_q: l_q_q - &force_q,
+            mass,
+            mass_v_q,
+            phi_q,
+            phi_dot_q,
+            force_q,
+            force_v,
+            t_qq,
+            t_qv,
+            force_u,
         }
     }
-}
-
-/// The sums of some elements.
-type Elements = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
-
-fn columns(system: &System, elements: Elements, arguments: &[DVector<Dual64>; 5], which: usize, time: f64) -> Columns {
-    let (n, m, count) = (system.n(), system.m(), arguments[which].len());
-    let zeros = |rows| DMatrix::zeros(rows, count);
-    let mut found = Columns { l_v: zeros(n), force: zeros(n), phi_dot: zeros(m) };
-    let mut seeded = arguments.clone();
-    let mut sums = Sums::new(n, m);
-    for k in 0..count {
-        seeded[which][k].eps = 1.0;
-        let [q, v, sigma, u, design] = [0, 1, 2, 3, 4].map(|i| seeded[i].as_slice());
-        elements(system, &NodeView::of_equations([q, v, sigma], (u, Dual64::from_re(time), design)), &mut sums);
-        for (matrix, values) in
-            [(&mut found.l_v, sums.l_v()), (&mut found.force, sums.force()), (&mut found.phi_dot, sums.phi_dot())]
-        {
-            matrix.column_mut(k).iter_mut().zip(values).for_each(|(entry, value)| *entry = value.eps);
-        }
-        seeded[which][k].eps = 0.0;
-    }
-    found
 }
