@@ -540,3 +540,60 @@ fn what_a_maximum_cuts_off_has_no_second_derivatives_either() {
     });
     assert!((products[0] - products[1]).abs() <= 1e-12 * products[1].abs(), "{products:?}");
 }
+
+/// u ln q, whose derivatives by q are numbers at u = 0, and by u are not.
+struct Torque;
+impl Cost<1, 0, 1> for Torque {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.u[0] * at.q[0].ln()
+    }
+}
+
+/// ½ (5 + ln q) v².
+struct Thinning;
+impl KineticEnergy<1> for Thinning {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
+        (q[0].ln() + 5.0) * v[0] * v[0] * 0.5
+    }
+}
+
+/// ln q₀ − ln q₁.
+struct Ratio;
+impl Constraint<2, 1> for Ratio {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0].ln() - q[1].ln()])
+    }
+}
+
+#[test]
+fn arguments_are_blamed_with_others_in_the_place_of_which_there_is_a_number() {
+    let at = |add: &dyn Fn(&mut Scene, Coordinate)| {
+        let mut scene = Scene::new();
+        let [x] = scene.coordinates("sled", ["x"]);
+        scene.place(x, -0.5);
+        add(&mut scene, x);
+        let system = scene.compile().expect("scene");
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&Inputs::at_rest(&system, Grid::uniform(2, 0.1))).map(|_| ());
+        motion.and_then(|()| solver.cost()).expect_err("no number")
+    };
+    let cost = at(&|scene, x| {
+        let u = scene.control("u");
+        scene.kinetic_energy("mass", Mass, [x], [1.0.into()]);
+        scene.cost("torque", Torque, Sum::Terminal, [x], [], [u], []);
+    });
+    let energy = at(&|scene, x| _ = scene.kinetic_energy("thinning", Thinning, [x], []));
+    for (error, name) in [(cost, "`torque`"), (energy, "`thinning`")] {
+        let Error::Model { element, arguments, .. } = &error else { panic!("{error}") };
+        assert_eq!((element.as_str(), arguments.as_str()), (name, "`sled.x` = -0.5"));
+    }
+    let mut scene = Scene::new();
+    let q = scene.coordinates("sled", ["x", "y"]);
+    for (coordinate, name) in q.into_iter().zip(["mass", "other mass"]) {
+        scene.place(coordinate, -0.5);
+        scene.kinetic_energy(name, Mass, [coordinate], [1.0.into()]);
+    }
+    scene.constraint("ratio", Ratio, q, []);
+    let error = failure(&scene.compile().expect("scene"));
+    assert_says(&error, &["`ratio`", "`sled.x` = -0.5", "`sled.y` = -0.5"]);
+}

@@ -1,6 +1,7 @@
 //! [`Argument`]: what a formula may depend on, in the numbering of the scene.
 
 use super::cost::CostRows;
+use super::cost_shape::Of;
 use super::element::Element;
 use super::typed::Slot;
 
@@ -34,6 +35,23 @@ impl Argument {
         }
     }
 
+    /// What a cost's own argument is.
+    pub(super) fn of_cost((list, place): (Of, usize)) -> Self {
+        let of = match list {
+            Of::Q => Argument::Coordinate,
+            Of::V => Argument::Velocity,
+            Of::PStar => Argument::Momentum,
+            Of::PStarDot => Argument::Force,
+            Of::VDot => Argument::Acceleration,
+            Of::Sigma => Argument::Multiplier,
+            Of::Lambda => Argument::Reaction,
+            Of::U => Argument::Control,
+            Of::UDot => Argument::ControlRate,
+            Of::Time => return Argument::Time,
+        };
+        of(place)
+    }
+
     /// Adds a derivative with respect to it.
     pub(super) fn add(self, rows: &mut CostRows, x: f64) {
         match self {
@@ -50,4 +68,18 @@ impl Argument {
             Argument::Time => rows.time += x,
         }
     }
+}
+
+/// Numbers in the place of an argument, to see whether it is to blame.
+const OTHERS: [f64; 6] = [0.5, 1.0, 2.0, -0.5, 1e3, -1e3];
+
+/// Of the arguments of a formula without a number those that are to blame: with another in the place of any of them it has one; all, if it never has.
+pub(super) fn to_blame<K: Copy>(all: Vec<(K, Argument)>, has_number: impl Fn(K, f64) -> bool) -> Vec<Argument> {
+    let is_to_blame = |(key, _): &&(K, Argument)| OTHERS.iter().any(|&other| has_number(*key, other));
+    let found: Vec<&(K, Argument)> = all.iter().filter(is_to_blame).collect();
+    let found = if found.is_empty() { all.iter().collect() } else { found };
+    let mut arguments: Vec<Argument> = found.into_iter().map(|(_, argument)| *argument).collect();
+    arguments.sort_unstable();
+    arguments.dedup();
+    arguments
 }

@@ -45,11 +45,13 @@ fn number(value: f64) -> String {
 impl System {
     /// The error that says so; a value that `at` does not have is left out.
     fn blame(&self, Suspect { element, arguments }: Suspect, at: &NodeView<f64>, node: usize) -> Error {
-        let mut list: Vec<String> = arguments.iter().take(MOST).map(|argument| self.describe(*argument, at)).collect();
-        if arguments.len() > MOST {
-            list.push("…".into());
-        }
-        Error::Model { element: quoted(element), arguments: list.join(", "), node, time: at.t }
+        Error::Model { element: quoted(element), arguments: self.list(&arguments, at), node, time: at.t }
+    }
+
+    fn list(&self, arguments: &[Argument], at: &NodeView<f64>) -> String {
+        let more = (arguments.len() > MOST).then(|| "…".to_string());
+        let named = arguments.iter().take(MOST).map(|argument| self.describe(*argument, at));
+        named.chain(more).collect::<Vec<String>>().join(", ")
     }
 
     fn describe(&self, argument: Argument, at: &NodeView<f64>) -> String {
@@ -133,10 +135,9 @@ impl System {
     /// A constraint equation that has no number at node 0.
     pub(crate) fn constraint_not_finite(&self, at: &NodeView<f64>, equation: usize) -> Error {
         // By the equation, since a constraint may have several.
-        let arguments = match self.find_not_finite(at, 0) {
-            Some(Error::Model { arguments, .. }) => arguments,
-            _ => String::new(),
-        };
+        let item = self.placed().find(|item| item.sigma.contains(&equation));
+        let arguments = item.and_then(|item| item.find_undefined_phi(at).or_else(|| item.find_not_finite(at)));
+        let arguments = self.list(&arguments.unwrap_or_default(), at);
         Error::Model { element: self.equation_name(equation).into(), arguments, node: 0, time: at.t }
     }
 

@@ -157,11 +157,13 @@ impl<C: ListCost> AnyCosts for Costs<C> {
     }
 
     fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
-        let costs = self.items.iter().map(|item| (item.name.as_str(), item));
-        Suspect::first(costs, rows, |item, rows| {
+        let item = self.items.iter().find(|item| {
+            rows.clear();
             item.gradient(at, weights, rows);
             item.clear_others(at, rows);
-        })
+            !rows.is_finite()
+        })?;
+        Some(Suspect { element: &item.name, arguments: item.to_blame(at).unwrap_or_else(|| rows.bad_arguments()) })
     }
 
     fn find_not_finite_along(

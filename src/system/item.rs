@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::argument::Argument;
+use super::argument::{Argument, to_blame};
 use super::batch::{Covector, InputRows, Sums};
 use super::constants::Entry;
 use super::element::Element;
 use super::formula::{Component, Formula};
 use super::jet::{ElementKind, Number};
 use super::shape::Place;
-use super::typed::{AnyElement, OnNumbers, Slot, Values};
+use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
 use super::view::NodeView;
 use crate::model::Param;
 use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
@@ -110,17 +110,37 @@ impl PlacedElement {
 
     /// All arguments that the formula depends on, as far as is known.
     pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
+        self.slots(at).into_iter().map(|(_, argument)| argument).collect()
+    }
+
+    fn slots(&self, at: &NodeView<f64>) -> Vec<(Slot, Argument)> {
         let shape = self.formula.shape();
         let template = self.record(at).ok().or_else(|| self.record_branch(at));
         let depends = template.map_or_else(|| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
         let argument = |which: usize| match shape.place(which) {
-            Place::Q(i) => Argument::Coordinate(self.q[i]),
-            Place::V(i) => Argument::Velocity(self.q[i]),
-            Place::U(k) => Argument::Control(self.u[k]),
-            _ => Argument::Time,
+            Place::Q(i) => (Slot::Q(i), Argument::Coordinate(self.q[i])),
+            Place::V(i) => (Slot::V(i), Argument::Velocity(self.q[i])),
+            Place::U(k) => (Slot::U(k), Argument::Control(self.u[k])),
+            _ => (Slot::T, Argument::Time),
         };
-        let design = self.b.iter().filter_map(|b| b.bound()).map(|(p, _)| Argument::Design(p));
+        let design = self.b.iter().enumerate().filter_map(|(p, b)| Some((Slot::B(p), Argument::Design(b.bound()?.0))));
         (0..shape.sigma()).filter(|&which| depends[which]).map(argument).chain(design).collect()
+    }
+
+    /// The arguments to blame where something of the formula has no number; nothing if it has.
+    fn to_blame(&self, at: &NodeView<f64>, has_number: impl Fn(Read<f64>) -> bool) -> Option<Vec<Argument>> {
+        let read = |slot: Slot| self.read(at, slot);
+        let with = |slot: Slot, x: f64| has_number(&|other| if other == slot { x } else { read(other) });
+        (!has_number(&read)).then(|| to_blame(self.slots(at), with))
+    }
+
+    /// Those where Φ has none.
+    pub fn find_undefined_phi(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
+        self.to_blame(at, |read| {
+            let mut is_fine = true;
+            OnNumbers::<f64>::phi(&*self.formula, read, &mut |_, x| is_fine &= x.is_finite());
+            is_fine
+        })
     }
 
     /// Joins what identifies the formula, if anything was concluded from it.
@@ -133,29 +153,39 @@ impl PlacedElement {
         Values::<Fingerprint>::values(&*self.formula, &input, &mut |value| sum.join(value));
     }
 
-    /// The arguments by which its derivatives are not finite, if anything of it is not.
+    /// The arguments to blame where it has no number, or else those by which its derivatives are not finite, if any are not.
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
+        let undefined = self.to_blame(at, |read| {
+            let mut is_fine = true;
+            OnNumbers::<f64>::first(&*self.formula, read, &mut |_, x| is_fine &= x.is_finite());
+            is_fine
+        });
+        undefined.or_else(|| self.find_infinite_derivatives(at))
+    }
+
+    fn find_infinite_derivatives(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let (kind, shape) = (self.formula.kind(), self.formula.shape());
         let mut blocks = vec![0.0; kind.length(shape.n, shape.m)];
         self.formula.blocks(&|slot| self.read(at, slot), &mut |_, _| (), &mut blocks);
-        let mut arguments = Vec::new();
-        for (which, _) in blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite()) {
-            // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
-            let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
-            let i = self.q[which % shape.n];
-            arguments.push(if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) });
-        }
-        let mut is_fine = arguments.is_empty();
-        // A column of what the formula does not depend on is 0 · NaN.
-        let known = if is_fine { Vec::new() } else { self.arguments(at) };
-        arguments.retain(|argument| known.contains(argument));
-        OnNumbers::<f64>::first(&*self.formula, &|slot| self.read(at, slot), &mut |_, x| is_fine &= x.is_finite());
+        let infinite = blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite());
+        let mut arguments: Vec<Argument> = infinite
+            .map(|(which, _)| {
+                // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
+                let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
+                let i = self.q[which % shape.n];
+                if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) }
+            })
+            .collect();
         if arguments.is_empty() {
-            arguments = self.arguments(at);
+            return None;
         }
+        // A column of what the formula does not depend on is 0 · NaN.
+        let known = self.arguments(at);
+        arguments.retain(|argument| known.contains(argument));
+        let mut arguments = if arguments.is_empty() { known } else { arguments };
         arguments.sort_unstable();
         arguments.dedup();
-        (!is_fine).then_some(arguments)
+        Some(arguments)
     }
 
     /// Value and derivatives, by dual numbers.

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64};
 
+use super::argument::{Argument, to_blame};
 use super::cost::{CostRows, Slopes};
 use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
@@ -98,6 +99,28 @@ impl<C: ListCost> PlacedCost<C> {
     fn symbol(&self, at: &NodeView<f64>) -> Symbol {
         let argument = |i: usize| Symbol::input(i, self.argument(at, i));
         self.evaluate(argument, |p| Symbol::parameter(p, self.b[p].value(at.design)))
+    }
+
+    /// The arguments to blame where it has no number; nothing if it has.
+    pub(super) fn to_blame(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
+        let value = |changed: Option<(Partial, f64)>| {
+            let read = |of: Partial, x: f64| changed.filter(|(other, _)| *other == of).map_or(x, |(_, other)| other);
+            let argument = |i: usize| read(Partial::Argument(i), self.argument(at, i));
+            self.evaluate(argument, |p| read(Partial::Constant(p), self.b[p].value(at.design)))
+        };
+        if value(None).is_finite() {
+            return None;
+        }
+        let graph = record_branch(|put| put(self.symbol(at)));
+        let depends =
+            graph.map(|(graph, results)| Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len()));
+        let depends = depends.unwrap_or_else(|| vec![true; self.shape.len()]);
+        let argument = |of: Partial| match of {
+            Partial::Argument(i) => Some((of, Argument::of_cost(self.shape.places[i]))),
+            Partial::Constant(p) => Some((of, Argument::Design(self.b[p].bound()?.0))),
+        };
+        let all = Partial::all(&depends, &Param::which_are_bound(&self.b)).into_iter().filter_map(argument).collect();
+        Some(to_blame(all, |of, x| value(Some((of, x))).is_finite()))
     }
 
     /// Clears derivatives by arguments that it does not depend on there, if others are not finite: dual numbers make 0 · NaN of them.
