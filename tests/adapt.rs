@@ -15,6 +15,7 @@ use hamiltonian_adjoint::{
     Sum, System, scenes::CartPendulum,
 };
 use nalgebra::{DVector, SVector};
+use std::ops::ControlFlow;
 
 /// ∫₀¹⁰ T dt, its derivatives by k and c, and q(10): DOP853 at 1e-13 and complex step.
 const SLIDER_CRANK: [f64; 4] = [3.3366067994827757, 0.33344810612844017, -0.3637540339709487, 1.2756758486502386];
@@ -240,5 +241,24 @@ fn a_motion_that_begins_late_has_the_same_steps() {
     for start in [1.7e9, 1e12, -1e20] {
         inputs.grid.start = start;
         assert_eq!(solver.adapt(&inputs, 1e-9).expect("grid").grid.steps, steps, "{start}");
+    }
+}
+
+#[test]
+fn a_grid_that_was_not_finished_is_no_motion() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
+    inputs.controls.fill(10.0);
+    for calls in [1, 5, 30] {
+        let mut solver = Solver::new(&system, with(Scheme::TRAPEZOIDAL));
+        let mut left = calls;
+        solver.watch(move |_| {
+            left -= 1;
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert!(matches!(solver.adapt(&inputs, 1e-3), Err(Error::Interrupted { .. })));
+        assert!(matches!(solver.gradient(), Err(Error::Incomplete { .. })), "{calls}");
+        assert!(matches!(solver.cost(), Err(Error::Incomplete { .. })), "{calls}");
+        assert_eq!(solver.inputs().controls.ncols(), solver.inputs().grid.nodes());
     }
 }

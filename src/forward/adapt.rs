@@ -132,6 +132,24 @@ impl ForwardSweep {
         tolerance: f64,
         longest: &dyn Fn(f64) -> f64,
     ) -> Result<Inputs, Error> {
+        let done = self.grow_steps(system, inputs, settings, (tolerance, longest));
+        // What is in memory is no motion that could be asked for, however far it went.
+        self.motion.trajectory.computed = 0;
+        let taken = &mut self.motion.inputs;
+        taken.controls = taken.controls.columns(0, taken.grid.nodes()).into_owned();
+        done.map(|()| {
+            taken.start = inputs.start.clone();
+            taken.clone()
+        })
+    }
+
+    fn grow_steps(
+        &mut self,
+        system: &System,
+        inputs: &Inputs,
+        settings: &Settings,
+        (tolerance, longest): (f64, &dyn Fn(f64) -> f64),
+    ) -> Result<(), Error> {
         let (times, now, kinks) = (inputs.grid.passed(), Clock::new(0.0), kinks(inputs).into_iter().peekable());
         let mut growing = Growing { given: inputs, times, now, kinks, at: 0 };
         let duration = growing.times[growing.times.len() - 1];
@@ -196,12 +214,7 @@ impl ForwardSweep {
             // A step that was cut short says little of longer ones.
             dt = if factor > 1.0 && length.abs() < dt.abs() { dt } else { length * factor };
         }
-        // What is in memory is no motion that could be asked for.
-        self.motion.trajectory.computed = 0;
-        let steps: Vec<f64> = self.motion.inputs.grid.steps[..node - 1].to_vec();
-        let controls = self.motion.inputs.controls.columns(0, node).into_owned();
-        self.motion.inputs = Inputs { grid: Grid { steps, ..inputs.grid }, controls, ..inputs.clone() };
-        Ok(self.motion.inputs.clone())
+        Ok(())
     }
 
     fn give_up_if_hopeless(

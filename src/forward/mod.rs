@@ -71,6 +71,7 @@ impl ForwardSweep {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
+        self.monitor.report = Report::default();
         self.watch.begin();
         settings.check()?;
         inputs.check(system)?;
@@ -96,7 +97,6 @@ impl ForwardSweep {
         self.motion.inputs.copy_from(inputs);
         self.motion.design.clear();
         self.motion.design.extend_from_slice(&system.parameters().values(inputs.design.as_slice()));
-        self.monitor.report = Report::default();
         self.stepper.start_p.fill(0.0);
         self.stepper.start_sigma.fill(0.0);
         let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
