@@ -65,7 +65,8 @@ pub fn minimise(
 fn backtrack(problem: &mut impl Problem, from: &Iterate, gradient: &[f64], search: &LineSearch) -> Option<Iterate> {
     let slope: f64 = gradient.iter().map(|g| g * g).sum();
     let (mut step, mut trials) = (search.first, 0);
-    while step > search.first * SHORTEST {
+    // Of a very short first step the share is 0, and rounded steps no longer shrink before they are there.
+    while step > (search.first * SHORTEST).max(f64::MIN_POSITIVE) {
         let u: Vec<f64> = from.u.iter().zip(gradient).map(|(u, g)| u - g * step).collect();
         let cost = problem.evaluate(&u, &mut []).unwrap_or(f64::INFINITY);
         trials += 1;
@@ -140,5 +141,12 @@ mod tests {
     fn descent_ends_where_nothing_is_lower() {
         assert_eq!(minimised(1.0, 20).unwrap().len(), 1);
         assert_eq!(minimised(9.0, 20), Err(Error::EmptyScene));
+    }
+
+    #[test]
+    fn the_shortest_first_steps_are_given_up_too() {
+        let search = LineSearch { first: 1e-305, shorten: 0.9, ..SEARCH };
+        let history = minimise(&mut Quadratic::default(), vec![-3.0; 2], &search, 20, |_| {}).unwrap();
+        assert_eq!(history.len(), 1);
     }
 }
