@@ -189,8 +189,7 @@ fn row(cells: &[impl AsRef<str>], widths: &[usize]) -> String {
 /// The text in lines no longer than the width, words broken only where they alone are longer.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in words(text) {
-        let gap = lines.last().map_or("", |line| if line.ends_with(DASH) { "" } else { " " });
+    for (gap, word) in words(text) {
         if let Some(line) = lines.last_mut().filter(|line| length(line) + length(gap) + length(word) <= width) {
             line.push_str(gap);
             line.push_str(word);
@@ -202,13 +201,14 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The words; of two that a dash joins the first ends with it.
-fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split_whitespace().flat_map(|word| word.split_inclusive(DASH))
+/// The words and what stands before them on a line; of two that a dash joins the first ends with it.
+fn words(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let joined = |words| std::iter::once(" ").chain(std::iter::repeat("")).zip(words);
+    text.split_whitespace().flat_map(move |words: &str| joined(words.split_inclusive(DASH)))
 }
 
 fn longest_word(text: &str) -> usize {
-    words(text).map(length).max().unwrap_or(0)
+    words(text).map(|(_, word)| length(word)).max().unwrap_or(0)
 }
 
 /// Characters of the text, each taken to be one column wide.
@@ -245,6 +245,7 @@ mod tests {
         assert!(table.lines().all(|line| length(line) <= LINE), "{table}");
         assert_eq!(wrapped("Levenberg–Marquardt again", 10), ["Levenberg–", "Marquardt", "again"]);
         assert_eq!(wrapped("Levenberg–Marquardt again", 30), ["Levenberg–Marquardt again"]);
+        assert_eq!(wrapped("a – b", 30), ["a – b"]);
     }
 
     #[test]
