@@ -118,7 +118,7 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
     let curve = Curve { of: Quantity::Energy, over_time: true, name: name.into(), points: shown };
     let error = halves(&points);
     let measures = if settings == Settings::default() {
-        let start = points[0].1;
+        let start = points.first().map_or(0.0, |first| first.1);
         let beside =
             |(&(t, energy), sigma): (&(f64, f64), &f64)| (t, if energy == start { 0.0 } else { (energy - start) / sigma });
         let per_multiplier = halves(&points.iter().zip(&multipliers).map(beside).collect::<Vec<_>>());
@@ -141,4 +141,16 @@ fn gradient_at_the_end(steps: usize) -> Result<Vec<Measure>, Error> {
     let gradient = hamiltonian_adjoint::gradient(&mechanism.system, &inputs, Settings::default())?;
     let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 2)?;
     Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::reported("log10 |dJ/du|", size(&gradient).log10())])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_start_that_fails_is_told() {
+        // No iterate is as exact as that.
+        let found = energy("", 10, Settings { velocity_tolerance: -1.0, ..Settings::default() }).expect("a scene");
+        assert!(found.stopped.is_some());
+    }
 }

@@ -141,10 +141,10 @@ pub fn envelope(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
     so_far.filter(|(time, _)| *time > 0.0).collect()
 }
 
-/// The largest |deviation| from the first value among the nodes of these shares of the record.
+/// The largest |deviation| from the first value among the nodes of these shares of the record; 0 if it has none.
 pub fn deviation(record: &[(f64, f64)], (from, to): (f64, f64)) -> f64 {
     let at = |share: f64| (share * record.len() as f64) as usize;
-    let start = record[0].1;
+    let start = record.first().map_or(0.0, |first| first.1);
     largest(record[at(from)..at(to)].iter().map(|(_, value)| value - start))
 }
 
