@@ -37,6 +37,20 @@ pub struct Options {
     problems: Vec<Name>,
 }
 
+impl Options {
+    /// Each problem once, where it is first asked for.
+    fn names(&self) -> Vec<Name> {
+        let asked = if self.problems.is_empty() { Name::value_variants() } else { &self.problems };
+        let mut names = Vec::new();
+        for name in asked {
+            if !names.contains(name) {
+                names.push(*name);
+            }
+        }
+        names
+    }
+}
+
 /// What is asked of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Name {
@@ -166,7 +180,7 @@ struct Found {
 }
 
 pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool, Error> {
-    let names = if options.problems.is_empty() { Name::value_variants().to_vec() } else { options.problems.clone() };
+    let names = options.names();
     let mut runs = Vec::new();
     let mut found = String::new();
     let bar = bar("optimise", names.len());
@@ -333,6 +347,11 @@ fn one_gradient(settings: &Settings) -> Result<f64, Error> {
     Ok(repeats.times(&mut [value_and_gradient(&system, &inputs)])?[0])
 }
 
+/// A value with digits that count, however small it is.
+fn digits(value: f64) -> String {
+    if value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
+}
+
 impl Run {
     fn cells(&self, gradient: f64) -> Vec<String> {
         let outcome = &self.outcome;
@@ -345,7 +364,7 @@ impl Run {
             outcome.products.to_string(),
             format!("{:.2}", self.milliseconds),
             format!("{:.0}", 1e-3 * self.milliseconds / gradient),
-            format!("{:.6}", outcome.value),
+            digits(outcome.value),
             // What a fit leaves of readings violates nothing.
             if self.name == Name::Identify { "–".to_owned() } else { format!("{:.0e}", outcome.violation) },
             format!("{:?}", outcome.reason),
@@ -367,5 +386,22 @@ impl Run {
             "converged": outcome.reason.is_converged(),
             "reason": format!("{:?}", outcome.reason),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_solved_once_where_it_is_first_asked_for() {
+        let problems = vec![Name::Rest, Name::Effort, Name::Rest];
+        assert_eq!(Options { problems }.names(), [Name::Rest, Name::Effort]);
+        assert_eq!(Options { problems: Vec::new() }.names(), Name::value_variants());
+    }
+
+    #[test]
+    fn small_values_keep_their_digits() {
+        assert_eq!([0.0, 9.4321e-8, 15.18].map(digits), ["0.000e0", "9.432e-8", "15.180000"]);
     }
 }
