@@ -237,11 +237,7 @@ pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool
     figures::draw(&runs, folder)?;
     figures::iterations(&runs, folder)?;
     figures::motions(&runs, settings, folder)?;
-    files::print(&format!(
-        "{}\n{words}\noptimise.md, optimise.json, figures and motions before and after are in {}\n",
-        table.text(),
-        folder.display()
-    ))?;
+    files::print(&format!("{}\n{words}\n{} are in {}\n", table.text(), written(&runs), folder.display()))?;
     Ok(true)
 }
 
@@ -347,6 +343,17 @@ fn one_gradient(settings: &Settings) -> Result<f64, Error> {
     Ok(repeats.times(&mut [value_and_gradient(&system, &inputs)])?[0])
 }
 
+/// What a user finds in the folder.
+fn written(runs: &[Run]) -> &'static str {
+    if runs.iter().any(|run| run.found.is_some()) {
+        "optimise.md, optimise.json, figures and motions before and after"
+    } else if runs.iter().any(|run| run.name == Name::Identify) {
+        "optimise.md, optimise.json and the residuals"
+    } else {
+        "optimise.md and optimise.json"
+    }
+}
+
 /// A value with digits that count, however small it is.
 fn digits(value: f64) -> String {
     if value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
@@ -398,6 +405,11 @@ mod tests {
         let problems = vec![Name::Rest, Name::Effort, Name::Rest];
         assert_eq!(Options { problems }.names(), [Name::Rest, Name::Effort]);
         assert_eq!(Options { problems: Vec::new() }.names(), Name::value_variants());
+    }
+
+    #[test]
+    fn only_what_is_there_is_announced() {
+        assert_eq!(written(&[]), "optimise.md and optimise.json");
     }
 
     #[test]

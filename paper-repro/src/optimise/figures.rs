@@ -20,17 +20,20 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
             let line = |(run, colour): (&Run, Colour)| Series::new(run.method, points(run), colour, Style::Line);
             panel(runs[0].name.text(), [x.clone(), y(runs[0].name)], runs.iter().zip(COLOURS).map(line).collect())
         };
-        Panels { charts: of_problems(runs).map(chart).collect(), columns: 2 }
+        of_problems(runs).map(chart).collect()
     };
-    panels(Axis::linear("time t [s]"), control, |run| {
-        run.found.as_ref().map_or_else(Vec::new, |found| found.control.clone())
-    })
-    .save(&folder.join("optimise_force"))?;
+    let force = |run: &Run| run.found.as_ref().map_or_else(Vec::new, |found| found.control.clone());
+    save(panels(Axis::linear("time t [s]"), control, force), &folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
     };
     let error = |_| Axis::log("violation or ‖∇L‖∞, the larger", 1e-12);
-    panels(Axis::log("simulations", 0.0), error, history).save(&folder.join("optimise_progress"))
+    save(panels(Axis::log("simulations", 0.0), error, history), &folder.join("optimise_progress"))
+}
+
+/// Two side by side; without any there is no figure.
+fn save(charts: Vec<Chart>, stem: &Path) -> Result<(), Error> {
+    if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(stem) }
 }
 
 /// The force on its way from the start to the best one found: at five iterations, about twice as many from each to the next.
@@ -47,9 +50,8 @@ pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
         let lines = chosen.iter().zip(STAGES[5 - chosen.len()..].iter().copied()).map(line).collect();
         panel(format!("{}, {}", run.name.text(), run.method), [Axis::linear("time t [s]"), control(run.name)], lines)
     };
-    let charts: Vec<Chart> =
-        of_problems(runs).filter_map(best).filter(|(_, found)| !found.iterates.is_empty()).map(chart).collect();
-    if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(&folder.join("optimise_iterations")) }
+    let seen = of_problems(runs).filter_map(best).filter(|(_, found)| !found.iterates.is_empty());
+    save(seen.map(chart).collect(), &folder.join("optimise_iterations"))
 }
 
 /// One of two side by side.
@@ -109,4 +111,19 @@ pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), 
         ..Chart::default()
     };
     Panels { charts: vec![chart], columns: 1 }.save(&folder.join("optimise_residuals"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_motions_there_are_no_figures() {
+        let folder = std::env::temp_dir().join(format!("paper-repro-optimise-{}", std::process::id()));
+        let folder = files::folder(Some(&folder)).unwrap();
+        draw(&[], &folder).unwrap();
+        iterations(&[], &folder).unwrap();
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 }
