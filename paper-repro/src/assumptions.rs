@@ -49,8 +49,9 @@ struct Choice<'a> {
     end: &'a Optimum,
 }
 
-pub fn run(usual: &Settings, folder: &Path) -> Result<bool, Error> {
-    draw(usual, &folder.join("assumptions"))?;
+pub fn run(folder: &Path) -> Result<bool, Error> {
+    let usual = Settings::usual();
+    draw(&usual, &folder.join("assumptions"))?;
     let (mut rows, mut all) = (Vec::new(), Vec::new());
     for length in LENGTHS {
         for friction_joint in 0..usual.links {

@@ -130,8 +130,8 @@ fn start() -> Result<bool, Error> {
         Some(Command::Jacobians) => compare_equations(&folder),
         Some(Command::WorkPrecision(options)) => work_precision::run(options, &folder),
         Some(Command::Stress(options)) => stress::run(options, &folder),
-        Some(Command::Assumptions) => assumptions::run(&cli.settings, &folder),
-        Some(Command::Optimise(options)) => optimise::run(options, &cli.settings, &folder),
+        Some(Command::Assumptions) => assumptions::run(&folder),
+        Some(Command::Optimise(options)) => optimise::run(options, &folder),
         None => run(cli, &folder).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     }
 }

@@ -15,7 +15,7 @@ use hamiltonian_adjoint::optimize::{
     Free, Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Variables, Watcher, augmented_lagrangian,
     homotopy, interior_point, lbfgs, levenberg_marquardt,
 };
-use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
     Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings as SolverSettings, Sum, System,
 };
@@ -24,7 +24,6 @@ use serde_json::{Value, json};
 use crate::bar::bar;
 use crate::error::Error;
 use crate::files;
-use crate::settings::Settings;
 use crate::statistics::median;
 use crate::stopwatch::{Repeats, value_and_gradient};
 use crate::table::Table;
@@ -108,11 +107,11 @@ struct Posed {
     states: Vec<EndState>,
 }
 
-fn pose(name: Name, settings: &Settings) -> Result<Posed, MotionError> {
+fn pose(name: Name) -> Result<Posed, MotionError> {
     if name == Name::Periodic {
         return mechanisms::periodic();
     }
-    let mut cart = settings.example().mechanism();
+    let mut cart = CartPendulum::default().mechanism();
     let control = cart.force;
     let (place, angles) = (cart.cart.coordinates[0], cart.links.iter().map(|link| link.coordinates[2]).collect::<Vec<_>>());
     if name == Name::Paper {
@@ -179,7 +178,7 @@ struct Found {
     iterates: Vec<Vec<(f64, f64)>>,
 }
 
-pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool, Error> {
+pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let names = options.names();
     let mut runs = Vec::new();
     let mut found = String::new();
@@ -200,16 +199,16 @@ pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool
             _ => &[INTERIOR, AUGMENTED],
         };
         for method in methods {
-            runs.push(solve(name, *method, settings)?);
+            runs.push(solve(name, *method)?);
         }
         if name == Name::RestSooner {
             for is_merged in [false, true] {
-                runs.push(in_segments(name, is_merged, settings)?);
+                runs.push(in_segments(name, is_merged)?);
             }
         }
     }
     bar.finish_and_clear();
-    let gradient = one_gradient(settings)?;
+    let gradient = one_gradient()?;
     let table = Table {
         heads: vec![
             "Problem",
@@ -229,14 +228,14 @@ pub fn run(options: &Options, settings: &Settings, folder: &Path) -> Result<bool
     let words = format!(
         "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of up to 5 on one thread, one value with its gradient takes {:.3} ms. \
          Each method ends in a minimum near its way: of the shortest time there are several.{found}",
-        settings.links,
+        CartPendulum::default().links,
         1e3 * gradient
     );
     files::write(&folder.join("optimise.md"), format!("# Optimal control\n\n{words}\n\n{}", table.markdown()))?;
     files::write_json(&folder.join("optimise.json"), &runs.iter().map(Run::record).collect::<Vec<_>>())?;
     figures::draw(&runs, folder)?;
     figures::iterations(&runs, folder)?;
-    figures::motions(&runs, settings, folder)?;
+    figures::motions(&runs, folder)?;
     files::print(&format!("{}\n{words}\n{} are in {}\n", table.text(), written(&runs), folder.display()))?;
     Ok(true)
 }
@@ -279,8 +278,8 @@ fn options(name: Name) -> MethodOptions {
     MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() }
 }
 
-fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<Run, Error> {
-    let Posed { system, inputs, control, free, constraints, .. } = pose(name, settings)?;
+fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
+    let Posed { system, inputs, control, free, constraints, .. } = pose(name)?;
     let variables = Variables::new(&system, &inputs, free)?;
     let options = options(name);
     let ((outcome, problem, seen), milliseconds) = timed(|| {
@@ -308,8 +307,8 @@ fn solve(name: Name, (method, minimise): Method, settings: &Settings) -> Result<
 }
 
 /// By multiple shooting; merged segments give one motion at last.
-fn in_segments(name: Name, is_merged: bool, settings: &Settings) -> Result<Run, Error> {
-    let posed = pose(name, settings)?;
+fn in_segments(name: Name, is_merged: bool) -> Result<Run, Error> {
+    let posed = pose(name)?;
     let ((outcome, inputs), milliseconds) = timed(|| {
         let begin = Instant::now();
         Ok((shooting::solve(&posed, &options(name), is_merged)?, begin.elapsed()))
@@ -337,8 +336,8 @@ fn history_of(control: Control, inputs: &Inputs) -> Vec<(f64, f64)> {
 }
 
 /// A simulation and its gradient, s.
-fn one_gradient(settings: &Settings) -> Result<f64, Error> {
-    let Posed { system, inputs, .. } = pose(Name::Paper, settings)?;
+fn one_gradient() -> Result<f64, Error> {
+    let Posed { system, inputs, .. } = pose(Name::Paper)?;
     let repeats = Repeats { turns: 3, turn: Duration::from_millis(30) };
     Ok(repeats.times(&mut [value_and_gradient(&system, &inputs)])?[0])
 }

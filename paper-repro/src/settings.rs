@@ -1,6 +1,6 @@
 //! What the paper leaves open, as flags: they decide the mechanism, its inputs and the line search.
 
-use clap::Args;
+use clap::Parser;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Control, Grid, Inputs, System};
 
@@ -18,7 +18,7 @@ const USUAL: LineSearch = LineSearch { first: 500.0, armijo: 1e-4, shorten: 0.5 
 const FORCE: f64 = 10.0;
 
 /// The example, with everything the paper does not state marked as assumed.
-#[derive(Args, Clone, Debug, PartialEq)]
+#[derive(Parser, Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Links of the pendulum
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50), allow_negative_numbers = true)]
@@ -47,6 +47,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// What they are without flags.
+    pub fn usual() -> Self {
+        Self::parse_from([""])
+    }
+
     pub fn example(&self) -> CartPendulum {
         CartPendulum {
             links: self.links.into(),

@@ -56,11 +56,9 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
 mod tests {
     use super::*;
     use crate::{settings::Settings, table::Verdict};
-    use clap::{Args, FromArgMatches};
 
     fn settings() -> Settings {
-        let command = Settings::augment_args(clap::Command::new("test"));
-        Settings::from_arg_matches(&command.get_matches_from(["test", "--iterations", "3"])).unwrap()
+        Settings { iterations: 3, ..Settings::usual() }
     }
 
     #[test]

@@ -8,7 +8,6 @@ use super::{Found, Name, Run, SEGMENTS, pose};
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Series, Style, colour};
-use crate::settings::Settings;
 
 /// Of methods, and of records.
 const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
@@ -79,9 +78,9 @@ fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
 }
 
 /// The motion that each problem starts from, and the best one found, as pages.
-pub fn motions(runs: &[Run], settings: &Settings, folder: &Path) -> Result<(), Error> {
+pub fn motions(runs: &[Run], folder: &Path) -> Result<(), Error> {
     for (best, found) in of_problems(runs).filter_map(best) {
-        let (name, posed) = (best.name.text(), pose(best.name, settings)?);
+        let (name, posed) = (best.name.text(), pose(best.name)?);
         for (when, inputs) in [("before", &posed.inputs), ("after", &found.inputs)] {
             let page = page(&posed.system, inputs, &format!("{name}, {when}"))?;
             files::write(&folder.join(format!("optimise_{name}_{when}.html")), page)?;
