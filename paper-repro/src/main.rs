@@ -32,7 +32,9 @@ mod work_precision;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use error::Error;
 use experiment::Experiment;
@@ -45,7 +47,7 @@ use table::{Row, Verdict};
 /// Each figure is written as SVG, PNG and CSV, the numbers as summary.json, the motion as swing-up.html. The exit status is 1 if a claim
 /// that must hold does not or something could not be computed, written or printed, and 2 if the arguments are wrong.
 #[derive(Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
+#[command(version, override_usage = "paper-repro [OPTIONS] [PARTS]...\n       paper-repro [--out <FOLDER>] <COMMAND>")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -119,7 +121,7 @@ fn main() -> ExitCode {
 
 /// Does what is asked for; whether all claims that must hold do.
 fn start() -> Result<bool, Error> {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::command().try_get_matches().and_then(read) {
         Ok(cli) => cli,
         Err(asked) if !asked.use_stderr() => return files::print(&asked.to_string()).map(|()| true),
         Err(wrong) => return Err(Error::Usage(in_a_line(&wrong.to_string()))),
@@ -133,6 +135,20 @@ fn start() -> Result<bool, Error> {
         Some(Command::Assumptions) => assumptions::run(&folder),
         Some(Command::Optimise(options)) => optimise::run(options, &folder),
         None => run(cli, &folder).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
+    }
+}
+
+/// What is asked for; with a command only the folder may be told before it.
+fn read(matches: ArgMatches) -> Result<Cli, clap::Error> {
+    let mut command = Cli::command();
+    command.build();
+    let is_given = |id: &str| id != "out" && matches.value_source(id) == Some(ValueSource::CommandLine);
+    let given = command.get_arguments().find(|argument| is_given(argument.get_id().as_str())).map(ToString::to_string);
+    match (given, matches.subcommand_name()) {
+        (Some(given), Some(name)) => {
+            Err(command.error(ErrorKind::ArgumentConflict, format!("`{name}` does not take {given}")))
+        }
+        _ => Cli::from_arg_matches(&matches),
     }
 }
 
@@ -174,12 +190,11 @@ fn compare_equations(folder: &Path) -> Result<bool, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn commands_stand_beside_the_parts_of_the_paper() {
         Cli::command().debug_assert();
-        let read = |line: &str| Cli::try_parse_from(line.split(' '));
+        let read = |line: &str| Cli::command().try_get_matches_from(line.split(' ')).and_then(read);
         let cli = read("paper-repro work-precision --short --out folder").unwrap_or_else(|e| panic!("{e}"));
         assert!(cli.out.is_some() && matches!(cli.command, Some(Command::WorkPrecision(options)) if options.short));
         let cli = read("paper-repro stress --short").unwrap_or_else(|e| panic!("{e}"));
@@ -187,6 +202,11 @@ mod tests {
         let parts = |line: &str| read(line).map(|cli| (cli.command.is_none(), cli.parts.len()));
         assert!(matches!(parts("paper-repro fig1 timing --out folder"), Ok((true, 2))));
         assert!(matches!(parts("paper-repro"), Ok((true, 0))));
+        let cli = read("paper-repro --out folder stress").unwrap_or_else(|e| panic!("{e}"));
+        assert!(cli.out.is_some() && matches!(cli.command, Some(Command::Stress(_))));
+        for line in ["paper-repro --links 2 stress", "paper-repro fig1 --out folder stress", "paper-repro fig1 stress"] {
+            assert!(read(line).is_err(), "{line}");
+        }
         // Its problem is that of the references, without flags for another.
         assert!(read("paper-repro work-precision --links 2").is_err());
     }

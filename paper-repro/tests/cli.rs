@@ -33,7 +33,7 @@ fn assert_fails(output: &Output, status: i32, words: &[&str]) {
 
 #[test]
 fn wrong_arguments_are_refused_in_one_line_with_what_is_allowed() {
-    let cases: [(&[&str], &str); 22] = [
+    let cases: [(&[&str], &str); 23] = [
         (&["--linkz", "3"], "--linkz"),
         (&["--links", "1000000000"], "1..=50"),
         (&["--links", "51"], "1..=50"),
@@ -55,6 +55,7 @@ fn wrong_arguments_are_refused_in_one_line_with_what_is_allowed() {
         (&["jacobians", "--short"], "--short"),
         (&["jacobians", "--out"], "--out"),
         (&["work-precision", "--links", "2"], "--links"),
+        (&["--links", "2", "stress"], "`stress` does not take --links"),
         (&["stress", "--short", "--short"], "multiple times"),
     ];
     for (arguments, word) in cases {
@@ -79,8 +80,11 @@ fn a_folder_that_cannot_be_is_named_before_anything_is_computed() {
     for below in [file.clone(), file.join("below")] {
         for part in [&["fig1"][..], &["jacobians"], &["work-precision"], &["stress"]] {
             let start = Instant::now();
-            let output = program(part).arg("--out").arg(&below).output().expect("runs");
-            assert_fails(&output, 1, &[below.to_str().expect("text"), "--out"]);
+            for is_before in [false, true] {
+                let mut run = program(if is_before { &[] } else { part });
+                run.arg("--out").arg(&below).args(if is_before { part } else { &[] });
+                assert_fails(&run.output().expect("runs"), 1, &[below.to_str().expect("text"), "--out"]);
+            }
             assert!(start.elapsed() < Duration::from_secs(20), "{part:?}");
         }
     }
