@@ -46,8 +46,8 @@ mod tests {
         crate::files::folder(Some(&folder)).unwrap().join("figure.1")
     }
 
-    fn read(stem: &Path, suffix: &str) -> Vec<u8> {
-        std::fs::read(page::with_suffix(stem, suffix)).unwrap()
+    fn read(stem: &Path, extension: &str) -> Vec<u8> {
+        std::fs::read(stem.with_added_extension(extension)).unwrap()
     }
 
     #[test]
@@ -60,7 +60,7 @@ mod tests {
                 let series = vec![series("a < b", Style::LineAndCircles), series("dashed", Style::Dashed)];
                 let chart = Chart { y, series, ..Chart::default() };
                 Panels { charts: vec![chart; 3], columns: 2 }.save(&stem).unwrap();
-                assert!(read(&stem, ".png").starts_with(b"\x89PNG"));
+                assert!(read(&stem, "png").starts_with(b"\x89PNG"));
             }
         }
         std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
@@ -76,7 +76,7 @@ mod tests {
         let chart =
             SceneChart { labels: Some(["x [m]", "y [m]"]), scenes: vec![scene; 3], columns: 2, ..SceneChart::default() };
         chart.save(&stem).unwrap();
-        let svg = String::from_utf8(read(&stem, ".svg")).unwrap();
+        let svg = String::from_utf8(read(&stem, "svg")).unwrap();
         assert!(["t = 0 s", "F(t)", "x [m]"].iter().all(|words| svg.contains(words)));
         SceneChart::default().save(&stem).unwrap();
         std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
@@ -88,7 +88,7 @@ mod tests {
         let dark = |words: &str| {
             let scenes = vec![Scene { title: words.to_owned(), shapes: Vec::new() }];
             SceneChart { scenes, ..SceneChart::default() }.save(&stem).unwrap();
-            read(&stem, ".png").len()
+            read(&stem, "png").len()
         };
         assert!(dark("‖Φ‖∞ ≤ φ₁") > dark("") + 500);
         std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();

@@ -1,7 +1,6 @@
 //! A page in points that plotters draws as SVG; the PNG is that SVG, rendered with DejaVu Sans, which is compiled in.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use plotters::backend::SVGBackend;
@@ -47,16 +46,10 @@ pub fn pen(colour: Colour, width: f64) -> ShapeStyle {
 pub fn save(stem: &Path, size: (f64, f64), csv: &str, draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<(), Error> {
     let (width, height) = (size.0.clamp(10.0, 5000.0).round(), size.1.clamp(10.0, 5000.0).round());
     let svg = svg((width, height), draw)?;
-    files::write(&with_suffix(stem, ".csv"), csv)?;
-    files::write(&with_suffix(stem, ".png"), png(&svg)?)?;
-    files::write(&with_suffix(stem, ".svg"), svg)
-}
-
-/// Appends to the stem, which may itself have a dot (`fig5.a`).
-pub fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(stem);
-    name.push(suffix);
-    name.into()
+    // The stem may itself have a dot (`fig5.a`).
+    files::write(&stem.with_added_extension("csv"), csv)?;
+    files::write(&stem.with_added_extension("png"), png(&svg)?)?;
+    files::write(&stem.with_added_extension("svg"), svg)
 }
 
 fn svg((width, height): (f64, f64), draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<String, Error> {
