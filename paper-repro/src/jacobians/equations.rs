@@ -1,17 +1,14 @@
 //! The equations around Eq. (10): motion (1)–(4), variation (7)–(8), gradient (11)–(12).
 
-use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::check::{self, Input, complex_step, direct_differentiation};
 use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
-use hamiltonian_adjoint::{Cx, Error, Inputs, LiftedSolver, Settings, Trajectory};
+use hamiltonian_adjoint::{Error, Settings};
 use nalgebra::{DMatrix, DVector};
 
 use super::mechanisms::{Moving, free_fall};
 use super::{Finding, relative};
 use crate::statistics::largest;
 use crate::table::Verdict;
-
-/// A complex step far below rounding.
-const STEP: f64 = 1e-30;
 
 fn finding(place: &str, printed: &str, corrected: &str, errors: [[f64; 2]; 2], words: &str) -> Finding {
     let [printed_error, corrected_error] = errors;
@@ -74,38 +71,20 @@ fn rule_error(on: &Moving, sign: f64) -> [f64; 2] {
     [error(&y.q, &y.v), error(&y.p_star, &y.p_star_dot)]
 }
 
-/// δy of all nodes for a change of all controls, by complex step.
-struct Variation {
-    controls: DMatrix<f64>,
-    /// (4n + m) × (N + 1).
-    y: DMatrix<f64>,
-}
-
-fn variation(on: &Moving) -> Result<Variation, Error> {
-    let (k, nodes) = on.inputs.controls.shape();
-    let controls = DMatrix::from_fn(k, nodes, |k, i| (1.3 * i as f64 + k as f64).cos());
-    let mut perturbed: Inputs<Cx> = on.inputs.lift();
-    perturbed.controls.zip_apply(&controls, |u, d| *u += Cx::new(0.0, STEP * d));
-    let mut solver = LiftedSolver::<Cx>::new(&on.system, &on.inputs, Settings::default())?;
-    let motion: Trajectory<Cx> = solver.simulate(&perturbed)?.clone();
-    let parts = [&motion.v, &motion.p_star_dot, &motion.q, &motion.p_star, &motion.sigma];
-    let column = |i: usize| {
-        parts.iter().flat_map(|part| part.column(i).iter().map(|x| x.0.im / STEP).collect::<Vec<_>>()).collect::<Vec<f64>>()
-    };
-    let columns: Vec<DVector<f64>> = (0..nodes).map(|i| DVector::from_vec(column(i))).collect();
-    Ok(Variation { controls, y: DMatrix::from_columns(&columns) })
-}
-
 /// Eq. (7) and (8): with all δy as they are, they must give the true δJ for any w, since δf = 0.
 pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let on = mechanisms[0];
-    let change = variation(on)?;
+    let (mut change, (k, nodes)) = (on.inputs.no_change(), on.inputs.controls.shape());
+    change.controls = DMatrix::from_fn(k, nodes, |k, i| (1.3 * i as f64 + k as f64).cos());
+    let moved = direct_differentiation(&on.system, &on.inputs, Settings::default(), &change)?.motion;
+    let parts = [moved.v, moved.p_star_dot, moved.q, moved.p_star, moved.sigma];
+    let delta_y = DMatrix::from_rows(&parts.iter().flat_map(|part| part.row_iter()).collect::<Vec<_>>());
     let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
     let last = on.inputs.grid.steps.len();
     // Any multipliers; the terms of the cost are δJ itself and are left out of both sides.
-    let w = |i: usize| DVector::from_fn(change.y.nrows(), |r, _| ((i * 7 + r * 3) as f64).sin());
-    let own = |i: usize| w(i).dot(&(paper.f_y(i).matrix * change.y.column(i) + paper.f_u(i) * change.controls.column(i)));
-    let from_previous = |i: usize| w(i).dot(&(paper.f_y_previous(i).matrix * change.y.column(i - 1)));
+    let w = |i: usize| DVector::from_fn(delta_y.nrows(), |r, _| ((i * 7 + r * 3) as f64).sin());
+    let own = |i: usize| w(i).dot(&(paper.f_y(i).matrix * delta_y.column(i) + paper.f_u(i) * change.controls.column(i)));
+    let from_previous = |i: usize| w(i).dot(&(paper.f_y_previous(i).matrix * delta_y.column(i - 1)));
     let size: f64 = (1..=last).map(|i| own(i).abs()).sum();
     let complete: f64 = (1..=last).map(|i| own(i) + from_previous(i)).sum();
     let printed = complete - from_previous(last);
@@ -145,7 +124,6 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
 
 /// [Φ̇_qᵀσ]_q holds as the derivative of the expression with q̂ held; with q̇_i held it lacks γ (Φ_qᵀσ)_q.
 fn held_velocity(mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
-    use hamiltonian_adjoint::check;
     let run = |on: &Moving, held: bool| -> Result<f64, Error> {
         let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
         let report = check::step(&paper).f_y(Equation::F4, Variable::Q, |at| {

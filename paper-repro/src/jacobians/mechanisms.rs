@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::element::{CostPoint, ForcePoint, Sum};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum, CartScene};
 use hamiltonian_adjoint::{Constraint, Cost, Error, Force, Scalar, Scene, System};
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Start, Trajectory, simulate};
 use nalgebra::{DMatrix, DVector, SVector};
@@ -43,20 +43,11 @@ impl Cost<0, 0, 1, 1> for Effort {
 ///
 /// The one design parameter, the damping, also weighs the effort.
 pub fn constant_mass() -> Result<Moving, Error> {
-    let mut scene = Scene::new();
-    scene.gravity(0.0, -GRAVITY);
+    let example = CartPendulum { gravity: GRAVITY, rail_friction: 0.0, hinge_friction: 0.0, ..CartPendulum::with_links(2) };
+    let CartScene { mut scene, force, links, .. } = example.mechanism();
     let damping = scene.design("damping", 0.7);
-    let force = scene.control("force");
-    let (origin, ground) = (Body::GROUND.at(0.0, 0.0), Body::GROUND.at(0.5, 0.3));
-    let cart = scene.body("cart", 0.8, 0.034, [0.0; 3]);
-    let first = scene.body("link 1", 0.4, 0.083, [0.0, -0.5, -FRAC_PI_2]);
-    let second = scene.body("link 2", 0.4, 0.083, [0.0, -1.5, -FRAC_PI_2]);
-    scene.prismatic("rail", origin, 0.0, cart.at(0.0, 0.0), 0.0);
-    scene.revolute("hinge 1", cart.at(0.0, 0.0), first.at(-0.5, 0.0));
-    scene.revolute("hinge 2", first.at(0.5, 0.0), second.at(-0.5, 0.0));
-    scene.spring_damper("strut", ground, second.at(0.1, 0.05), 0.0, 1.0, damping);
-    scene.actuator("drive", origin, 0.0, cart.at(0.0, 0.0), force);
-    for (name, link) in [("angle 1", first), ("angle 2", second)] {
+    scene.spring_damper("strut", Body::GROUND.at(0.5, 0.3), links[1].at(0.1, 0.05), 0.0, 1.0, damping);
+    for (name, link) in [("angle 1", links[0]), ("angle 2", links[1])] {
         let [_, _, angle] = link.coordinates;
         scene.cost(name, AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
     }
