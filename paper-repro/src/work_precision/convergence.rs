@@ -20,9 +20,9 @@ const FLOORS: (f64, f64) = (3e-12, 3e-11);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reading {
-    /// From the linear piece of the macro step, continued.
+    /// From the linear piece of the macro step, continued to nodes outside of it: smooth for the scheme.
     Piece,
-    /// From the time of the node.
+    /// From the time of the node, also if a kink lies between it and its macro step: not smooth.
     Time,
 }
 
@@ -150,17 +150,13 @@ struct GridOfCase {
 
 impl GridOfCase {
     fn new(system: &System, method: &Method, reading: Reading, macro_steps: usize) -> Self {
-        let interpolate = match reading {
-            Reading::Piece => Interpolation::by_pieces,
-            Reading::Time => Interpolation::by_time,
-        };
         GridOfCase {
             macro_steps,
             inputs: method.constant_force(system, macro_steps),
             settings: method.settings(),
             knots: macro_steps
                 .is_multiple_of(INTERVALS)
-                .then(|| interpolate(INTERVALS, macro_steps / INTERVALS, method.composition)),
+                .then(|| Interpolation::new(reading, INTERVALS, macro_steps / INTERVALS, method.composition)),
         }
     }
 

@@ -3,6 +3,8 @@
 use hamiltonian_adjoint::Composition;
 use nalgebra::DMatrix;
 
+use super::convergence::Reading;
+
 /// u_i = (1 − s_i) x_k + s_i x_{k+1} with k = k_i: the control at node i from the values x at the knots.
 pub struct Interpolation {
     intervals: usize,
@@ -11,28 +13,18 @@ pub struct Interpolation {
 }
 
 impl Interpolation {
-    /// Each macro step has the values of its own linear piece, at nodes outside of it continued: smooth for the scheme.
-    ///
-    /// `parts` macro steps go into the interval between two knots.
-    pub fn by_pieces(intervals: usize, parts: usize, composition: Composition) -> Self {
-        let ends = composition.stage_ends();
-        let node = |step: usize, end: f64| (step / parts, ((step % parts) as f64 + end) / parts as f64);
-        Self::new(intervals, parts, &ends, node)
-    }
-
-    /// Each node has the value u(t_i) at its own time, also if a kink lies between it and its macro step: not smooth.
-    pub fn by_time(intervals: usize, parts: usize, composition: Composition) -> Self {
-        let node = |step: usize, end: f64| {
-            let place = ((step as f64 + end) / parts as f64).clamp(0.0, intervals as f64);
-            let knot = (place as usize).min(intervals - 1);
-            (knot, place - knot as f64)
+    /// The control read in this way; `parts` macro steps go into the interval between two knots.
+    pub fn new(reading: Reading, intervals: usize, parts: usize, composition: Composition) -> Self {
+        let node = |(step, end): (usize, f64)| match reading {
+            Reading::Piece => (step / parts, ((step % parts) as f64 + end) / parts as f64),
+            Reading::Time => {
+                let place = ((step as f64 + end) / parts as f64).clamp(0.0, intervals as f64);
+                let knot = (place as usize).min(intervals - 1);
+                (knot, place - knot as f64)
+            }
         };
-        Self::new(intervals, parts, &composition.stage_ends(), node)
-    }
-
-    fn new(intervals: usize, parts: usize, ends: &[f64], node: impl Fn(usize, f64) -> (usize, f64)) -> Self {
-        let steps = 0..intervals * parts;
-        let nodes = steps.flat_map(|step| ends.iter().map(move |&end| (step, end))).map(|(step, end)| node(step, end));
+        let ends = composition.stage_ends();
+        let nodes = (0..intervals * parts).flat_map(|step| ends.iter().map(move |&end| (step, end))).map(node);
         Interpolation { intervals, nodes: std::iter::once((0, 0.0)).chain(nodes).collect() }
     }
 
@@ -63,7 +55,7 @@ mod tests {
         let x: Vec<f64> = (0..=4).map(|k| 3.0 - f64::from(k)).collect();
         for composition in Composition::ALL {
             let times = Grid::composed(12, 1.0 / 3.0, composition).times();
-            let controls = Interpolation::by_pieces(4, 3, composition).controls(&x);
+            let controls = Interpolation::new(Reading::Piece, 4, 3, composition).controls(&x);
             assert_eq!(controls.len(), times.len());
             assert!(controls.iter().zip(&times).all(|(u, t)| (u - (3.0 - t)).abs() < 1e-12), "{composition:?}");
         }
@@ -74,7 +66,8 @@ mod tests {
         let hat = [0.0, 1.0, 0.0];
         // The second stage of the first macro step ends at 1.02.
         let end = Composition::Yoshida6.stage_ends()[1];
-        let [pieces, time] = [Interpolation::by_pieces, Interpolation::by_time];
+        let new = |reading| move |knots, parts, composition| Interpolation::new(reading, knots, parts, composition);
+        let [pieces, time] = [Reading::Piece, Reading::Time].map(new);
         assert!((pieces(2, 1, Composition::Yoshida6).controls(&hat)[2] - end).abs() < 1e-15);
         assert!((time(2, 1, Composition::Yoshida6).controls(&hat)[2] - (2.0 - end)).abs() < 1e-15);
         // The stages of these two stay inside, and there is nothing to choose.
@@ -86,7 +79,7 @@ mod tests {
 
     #[test]
     fn pulling_back_is_the_transposed() {
-        let interpolation = Interpolation::by_pieces(3, 2, Composition::Suzuki4);
+        let interpolation = Interpolation::new(Reading::Piece, 3, 2, Composition::Suzuki4);
         let x = [0.3, -1.0, 2.0, 0.7];
         let u = interpolation.controls(&x);
         let dj_du = u.map_with_location(|_, i, _| (i as f64).sin());
