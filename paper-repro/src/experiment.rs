@@ -3,6 +3,7 @@
 use std::cell::{OnceCell, RefCell};
 
 use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::optimize::{Free, MotionProblem, Variables};
 use hamiltonian_adjoint::{Inputs, Settings as SolverSettings, Solver, System, Trajectory};
 
 use crate::bar::bar;
@@ -23,7 +24,8 @@ pub struct Experiment {
     pub(crate) gradients: OnceCell<Gradients>,
     pub(crate) optimum: OnceCell<Optimum>,
     pub(crate) timing: OnceCell<Timing>,
-    warnings: RefCell<Vec<String>>,
+    /// What the library warned of in these runs, each once.
+    pub warnings: RefCell<Vec<String>>,
 }
 
 /// dJ/du at the start, by two methods.
@@ -57,10 +59,6 @@ impl Experiment {
         })
     }
 
-    pub fn times(&self) -> Vec<f64> {
-        self.inputs.grid.times()
-    }
-
     /// How well the starting iteration keeps its constraints.
     pub fn violations(&self) -> Result<&Violations, Error> {
         once(&self.violations, || {
@@ -92,7 +90,9 @@ impl Experiment {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
             let bar = bar("steepest descent", iterations as usize);
-            let mut problem = steepest_descent::by_force(&self.system, &self.inputs, self.settings.force())?;
+            let force = Free::control(self.settings.example().mechanism().force);
+            let variables = Variables::new(&self.system, &self.inputs, vec![force])?;
+            let mut problem = MotionProblem::new(&self.system, SolverSettings::default(), self.inputs.clone(), variables)?;
             let (u, search) = (problem.start(), self.settings.line_search());
             let report = |iterate: &Iterate| {
                 bar.set_message(format!("J = {:.3e}", iterate.cost));
@@ -111,11 +111,6 @@ impl Experiment {
     /// The timing of section 4.
     pub fn timing(&self) -> Result<&Timing, Error> {
         once(&self.timing, || Ok(timing::measure(&self.system, &self.inputs, &self.controls())?))
-    }
-
-    /// What the library warned of in these runs, each once.
-    pub fn warnings(&self) -> Vec<String> {
-        self.warnings.borrow().clone()
     }
 
     fn note_warnings(&self, solver: &Solver) {

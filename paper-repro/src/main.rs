@@ -169,7 +169,7 @@ fn run(cli: Cli, folder: &Path) -> Result<Vec<Row>, Error> {
         claims.extend(part.make(&experiment, folder)?);
     }
     files::write_json(&folder.join("summary.json"), &summary::of(&experiment, &claims))?;
-    experiment.warnings().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
+    experiment.warnings.borrow().iter().for_each(|warning| files::say(&format!("warning: {warning}")));
     files::print(&format!(
         "{}\nfigures, data and summary.json are in {}\n",
         summary::rows(&claims).table().text(),

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Control, Grid, Inputs, System};
+use hamiltonian_adjoint::{Grid, Inputs, System};
 
 use crate::error::Error;
 use crate::steepest_descent::LineSearch;
@@ -60,11 +60,6 @@ impl Settings {
             friction_joint: self.friction_joint.into(),
             ..CartPendulum::default()
         }
-    }
-
-    /// The control of its scene.
-    pub fn force(&self) -> Control {
-        self.example().mechanism().force
     }
 
     /// Its initial state and the constant force from which the optimisation starts.

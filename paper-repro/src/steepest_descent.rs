@@ -1,7 +1,7 @@
 //! Steepest descent u ← u − α ∇J(u) with a backtracking line search (section 4; Nocedal and Wright, Algorithm 3.1).
 
-use hamiltonian_adjoint::optimize::{Free, MotionProblem, Problem, Variables};
-use hamiltonian_adjoint::{Control, Error, Inputs, Settings, System};
+use hamiltonian_adjoint::Error;
+use hamiltonian_adjoint::optimize::Problem;
 
 use crate::statistics::largest;
 
@@ -18,12 +18,6 @@ pub struct LineSearch {
 
 /// Steps shorter than this share of the first one are given up: J has no lower value within rounding.
 const SHORTEST: f64 = 1e-18;
-
-/// J as a function of the force on the cart at all nodes.
-pub fn by_force<'s>(system: &'s System, inputs: &Inputs, force: Control) -> Result<MotionProblem<'s>, Error> {
-    let variables = Variables::new(system, inputs, vec![Free::control(force)])?;
-    MotionProblem::new(system, Settings::default(), inputs.clone(), variables)
-}
 
 /// One point of the descent.
 #[derive(Clone, Debug, PartialEq)]

@@ -47,7 +47,7 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
             "complex_step_s": timing.complex_step,
         })),
         // What the library says of the motions.
-        "warnings": experiment.warnings(),
+        "warnings": experiment.warnings,
         "claims": rows(claims),
     })
 }

@@ -10,7 +10,7 @@ use crate::statistics::range;
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
-    let (optimum, times) = (experiment.optimum()?, experiment.times());
+    let (optimum, times) = (experiment.optimum()?, experiment.inputs.grid.times());
     let colours = [colour::GREY, colour::GREEN, colour::RED, colour::BLUE];
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
         let iterate = &optimum.history[iteration];

@@ -10,7 +10,7 @@ use crate::statistics::largest;
 use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
-    let (gradients, times) = (experiment.gradients()?, experiment.times());
+    let (gradients, times) = (experiment.gradients()?, experiment.inputs.grid.times());
     let series = |name: &str, values: &[f64], colour, style| {
         Series::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
     };

@@ -76,11 +76,7 @@ fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
 }
 
 /// 3 s that start with this.
-fn march(mechanism: &Mechanism, start: Start) -> March<'_> {
-    march_in(600, mechanism, start)
-}
-
-fn march_in(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
+fn march(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
     March { start, ..March::new(&mechanism.system, steps, 3.0 / steps as f64) }
 }
 
@@ -88,7 +84,7 @@ fn march_in(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
 /// falls as Δt², whatever it is, and most of it comes back.
 fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure>, Error> {
     let energies = |steps: usize| -> Result<[f64; 2], Error> {
-        let of = march_in(steps, mechanism, start.clone()).record(|at| mechanism.energy(at.q, at.v)).complete()?;
+        let of = march(steps, mechanism, start.clone()).record(|at| mechanism.energy(at.q, at.v)).complete()?;
         Ok([deviation(&of, (0.0, 1.0)), (of[steps].1 - of[0].1).abs()])
     };
     let [long, middle, short] = [energies(600)?, energies(1200)?, energies(2400)?];
@@ -104,7 +100,7 @@ fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure
 fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     let (mut drift, mut record) = (0.0f64, Vec::new());
     let (phi, mut least, mut most) = (mechanism.angle(0), f64::INFINITY, f64::NEG_INFINITY);
-    let report = march(mechanism, start).run(|at| {
+    let report = march(600, mechanism, start).run(|at| {
         drift = drift.max(mechanics(&mechanism.system, at).phi().amax());
         (least, most) = (least.min(at.q[phi]), most.max(at.q[phi]));
         record.push((at.time, mechanism.energy(at.q, at.v)));
@@ -119,7 +115,7 @@ fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
 
 /// A solve loses the digits of a pivot, and a derivative is the product of two.
 fn is_exact(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
-    let march = march(mechanism, start);
+    let march = march(600, mechanism, start);
     let pivot = march.run(|_| ())?.worst_pivot;
     let error = gradient_error_on_constraints(&mechanism.system, &march.inputs(), 6)?;
     Ok(vec![Measure::at_most("gradient error", error, (1e-13 / pivot.powi(2)).min(1e-4))])
