@@ -3,8 +3,8 @@
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System, simulate};
 
 use super::motion::{
-    APART, GROWS, March, Record, amplification, deviation, drifted, envelope, gradient_error, no_solution, projected,
-    rebased, size,
+    APART, GROWS, March, Record, amplification, deviation, drifted, envelope, gradient_error, last_over_first, no_solution,
+    projected, rebased, size,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::assembly::{Mechanism, Units};
@@ -113,23 +113,22 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
         });
     // What the weight does when three rods fall from the side to the bottom.
     let unit = 9.81 * 4.5;
-    let halves = |points: &[(f64, f64)]| [(0.0, 0.5), (0.5, 1.0)].map(|half| deviation(points, half) / unit);
     let shown = envelope(&points).into_iter().map(|(t, error)| (t, error / unit)).collect();
     let curve = Curve { of: Quantity::Energy, over_time: true, name: name.into(), points: shown };
-    let error = halves(&points);
+    let error = deviation(&points, (0.0, 1.0)) / unit;
     let measures = if settings == Settings::default() {
         let start = points.first().map_or(0.0, |first| first.1);
         let beside =
             |(&(t, energy), sigma): (&(f64, f64), &f64)| (t, if energy == start { 0.0 } else { (energy - start) / sigma });
-        let per_multiplier = halves(&points.iter().zip(&multipliers).map(beside).collect::<Vec<_>>());
+        let per_multiplier: Vec<_> = points.iter().zip(&multipliers).map(beside).collect();
         vec![
-            Measure::reported("energy error", largest(error)),
-            Measure::at_most("energy error over |σ|, last half over first", per_multiplier[1] / per_multiplier[0], 1.5),
+            Measure::reported("energy error", error),
+            Measure::at_most("energy error over |σ|, last half over first", last_over_first(&per_multiplier, 0.5), 1.5),
         ]
     } else {
         vec![
-            Measure::at_most("energy error", largest(error), 0.05),
-            Measure::at_most("last half over first", error[1] / error[0], 3.0),
+            Measure::at_most("energy error", error, 0.05),
+            Measure::at_most("last half over first", last_over_first(&points, 0.5), 3.0),
         ]
     };
     Ok(Found { measures, curves: vec![curve], warnings, stopped })

@@ -4,8 +4,8 @@ use hamiltonian_adjoint::{Error, Settings, Start, System};
 use nalgebra::DVector;
 
 use super::motion::{
-    APART, BOUNDED, GROWS, IN_PROPORTION, March, Record, WANDERS, deviation, drifted, envelope, in_figures, no_solution,
-    projected, rebased, refined,
+    APART, BOUNDED, GROWS, IN_PROPORTION, March, Record, WANDERS, deviation, drifted, envelope, in_figures, last_over_first,
+    no_solution, projected, rebased, refined,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::assembly::{Mechanism, Units};
@@ -88,12 +88,11 @@ type Measured = fn(f64) -> Measure;
 fn energy(name: &str, (growth, order): (f64, Measured), run: impl Fn(usize) -> Record) -> Result<Found, Error> {
     let (coarse, fine) = (run(1), run(2));
     let most = |record: &Record| deviation(&record.points, (0.0, 1.0));
-    let (first, last) = (deviation(&coarse.points, (0.0, 0.1)), deviation(&coarse.points, (0.9, 1.0)));
     let points = envelope(&coarse.points).into_iter().map(|(t, error)| (t, error / 9.81)).collect();
     Ok(Found {
         measures: vec![
             Measure::reported("error", most(&coarse) / 9.81),
-            Measure::at_most("last tenth over first", last / first, growth),
+            Measure::at_most("last tenth over first", last_over_first(&coarse.points, 0.1), growth),
             order((most(&coarse) / most(&fine)).log2()),
         ],
         curves: vec![Curve { of: Quantity::Energy, over_time: true, name: in_figures(name), points }],

@@ -148,6 +148,11 @@ pub fn deviation(record: &[(f64, f64)], (from, to): (f64, f64)) -> f64 {
     largest(record[at(from)..at(to)].iter().map(|(_, value)| value - start))
 }
 
+/// The largest deviation in the last share of a record over that in the first.
+pub fn last_over_first(record: &[(f64, f64)], share: f64) -> f64 {
+    deviation(record, (1.0 - share, 1.0)) / deviation(record, (0.0, share))
+}
+
 /// At rest, all controls this wave of an amplitude.
 pub fn shaken(system: &System, steps: usize, dt: f64, amplitude: f64) -> Inputs {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, dt));
