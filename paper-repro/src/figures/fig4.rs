@@ -12,14 +12,8 @@ use crate::table::{Row, Verdict};
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let violations = experiment.violations()?;
     // Node 0 is where the motion was put: nothing was integrated yet.
-    let series = |name: &str, values: &[f64], colour| {
-        Series::new(
-            name,
-            violations.times.iter().copied().zip(values.iter().copied()).skip(1).collect(),
-            colour,
-            Style::Line,
-        )
-    };
+    let series =
+        |name: &str, values: &[f64], colour| Series::over(&violations.times[1..], &values[1..], name, colour, Style::Line);
     let chart = Chart {
         x: Axis::linear("time t [s]"),
         y: Axis { range: Some((1e-18, 1.0)), ..Axis::log("largest violation of any constraint equation", 1e-18) },

@@ -15,7 +15,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
         let iterate = &optimum.history[iteration];
         let name = format!("iteration {iteration}, J = {}", cost(iterate.cost));
-        Series::new(name, times.iter().copied().zip(iterate.u.iter().copied()).collect(), colour, Style::Line)
+        Series::over(&times, &iterate.u, name, colour, Style::Line)
     });
     let chart = Chart {
         x: Axis::linear("time t [s]"),

@@ -11,14 +11,11 @@ use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (gradients, times) = (experiment.gradients()?, experiment.inputs.grid.times());
-    let series = |name: &str, values: &[f64], colour, style| {
-        Series::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
-    };
     let above = Chart {
         y: Axis::linear("dJ/du_i [rad²/N]"),
         series: vec![
-            series("complex step", &gradients.complex_step, colour::RED, Style::Circles),
-            series("adjoint", &gradients.adjoint, colour::BLUE, Style::Line),
+            Series::over(&times, &gradients.complex_step, "complex step", colour::RED, Style::Circles),
+            Series::over(&times, &gradients.adjoint, "adjoint", colour::BLUE, Style::Line),
         ],
         legend: Place::UpperLeft,
         note: Some(((times[0], gradients.adjoint[0]), KINK)),
@@ -28,7 +25,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let below = Chart {
         x: Axis::linear("time t_i [s]"),
         y: Axis::log("|difference| [rad²/N]", 1e-20),
-        series: vec![series("|difference|", &gradients.differences(), colour::BLACK, Style::Line)],
+        series: vec![Series::over(&times, &gradients.differences(), "|difference|", colour::BLACK, Style::Line)],
         note: None,
         ..above.clone()
     };

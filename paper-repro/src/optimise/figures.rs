@@ -98,10 +98,8 @@ fn page(system: &System, inputs: &Inputs, title: &str) -> Result<String, Error> 
 /// What a fit leaves of each reading, in standard deviations: no trend may be seen.
 pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), Error> {
     let records = residuals.chunks(times.len()).zip(COLOURS).enumerate();
-    let series = records.map(|(k, (record, colour))| {
-        let points = times.iter().copied().zip(record.iter().copied()).collect();
-        Series::new(format!("record {}", k + 1), points, colour, Style::Circles)
-    });
+    let series = records
+        .map(|(k, (record, colour))| Series::over(times, record, format!("record {}", k + 1), colour, Style::Circles));
     let chart = Chart {
         title: "identify: what the fit leaves of the crank's angle".into(),
         x: Axis::linear("time t [s]"),

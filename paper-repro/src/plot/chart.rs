@@ -240,6 +240,11 @@ impl Series {
         Series { name: name.into(), points, colour, style, right_axis: false, listed: true }
     }
 
+    /// Values over their times.
+    pub fn over(times: &[f64], values: &[f64], name: impl Into<String>, colour: Colour, style: Style) -> Self {
+        Self::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
+    }
+
     /// The line, in pieces where points are missing, and the markers, in a frame of this size in points.
     fn elements<'a>(&self, [x, y]: [Ruler; 2], [width, height]: [f64; 2]) -> Vec<Element<'a, Point>> {
         let place = |point: &Point| Some((width * x.fraction(point.0)?, height * y.fraction(point.1)?));
