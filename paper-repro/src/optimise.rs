@@ -65,12 +65,10 @@ enum Name {
     /// The shortest time, |u| ≤ 50 N, links upright
     Time,
     /// The same, at rest
-    #[value(name = "time-rest")]
     TimeRest,
     /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
     Periodic,
     /// Lengths and pivots of a crank and rocker, of which a point follows an ellipse: the best of 20 random starts
-    #[value(name = "four-bar")]
     FourBar,
     /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
     Identify,

@@ -219,10 +219,7 @@ fn length(text: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn rows(rows: &[Row]) -> Rows<'_> {
-        Rows { keys: ["figure", "what", "paper", "ours"], heads: ["Figure", "What", "Paper", "Ours"], rows }
-    }
+    use crate::summary::rows;
 
     fn row(of: &str, what: &str) -> Row {
         Row::new(of, what, "9 | 10", "word ".repeat(40), Verdict::NotStated)

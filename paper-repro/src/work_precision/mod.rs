@@ -149,19 +149,16 @@ fn measure(short: bool) -> Result<Measured, Error> {
     let begin = |part: &'static str| {
         bar.set_message(part);
         bar.tick();
+        bar.inc(1);
     };
     begin("convergence");
     let convergence = convergence::measure(&system, &cases, short, repeats)?;
-    bar.inc(1);
     begin("exactness");
     let exactness = exactness::measure(&system, macro_steps)?;
-    bar.inc(1);
     begin("ways to the gradient");
     let methods = methods::measure(&system, &sizes, repeats)?;
-    bar.inc(1);
     begin("steps by tolerance");
     let tolerances = tolerance::measure(short)?;
-    bar.inc(1);
     begin("stiffness");
     let stiff = stiff::measure()?;
     bar.finish_and_clear();
