@@ -12,6 +12,7 @@ use crate::files;
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::settings::Settings;
 use crate::statistics::median;
+use crate::steepest_descent::LineSearch;
 use crate::table::Table;
 
 /// J₀ read from the axis of Fig. 3, and how closely it can be read.
@@ -57,9 +58,10 @@ pub fn run(folder: &Path) -> Result<bool, Error> {
         for friction_joint in 0..usual.links {
             let mechanism = Settings { length, friction_joint, iterations: ITERATIONS, ..usual.clone() };
             let start = start(&Experiment::new(mechanism.clone())?)?;
-            for alpha in FIRST_STEPS {
-                for backtrack in SHORTEN {
-                    let experiment = Experiment::new(Settings { alpha, backtrack, ..mechanism.clone() })?;
+            for first in FIRST_STEPS {
+                for shorten in SHORTEN {
+                    let search = LineSearch { first, shorten, ..usual.search };
+                    let experiment = Experiment::new(Settings { search, ..mechanism.clone() })?;
                     let choice = Choice { settings: &experiment.settings, start: &start, end: experiment.optimum()? };
                     rows.push(choice.row());
                     all.push(choice.record());
@@ -123,7 +125,7 @@ impl Choice<'_> {
         let cells = vec![
             format!("{count} of 5"),
             format!("{}, {}", settings.length, settings.friction_joint),
-            format!("{}, {}", settings.alpha, settings.backtrack),
+            format!("{}, {}", settings.search.first, settings.search.shorten),
             marked(format!("{:.2}", start.cost), agrees[0]),
             marked(format!("{:.2}", start.vanishes), agrees[1]),
             marked(format!("{:.0e}", start.drift), agrees[2]),
@@ -139,8 +141,8 @@ impl Choice<'_> {
         json!({
             "link_length_m": settings.length,
             "friction_joint": settings.friction_joint,
-            "line_search_alpha": settings.alpha,
-            "line_search_backtrack": settings.backtrack,
+            "line_search_alpha": settings.search.first,
+            "line_search_backtrack": settings.search.shorten,
             "initial_cost": start.cost,
             "gradient_vanishes_s": start.vanishes,
             "position_median": start.drift,

@@ -93,12 +93,12 @@ impl Experiment {
             let force = Free::control(self.settings.example().mechanism().force);
             let variables = Variables::new(&self.system, &self.inputs, vec![force])?;
             let mut problem = MotionProblem::new(&self.system, SolverSettings::default(), self.inputs.clone(), variables)?;
-            let (u, search) = (problem.start(), self.settings.line_search());
+            let u = problem.start();
             let report = |iterate: &Iterate| {
                 bar.set_message(format!("J = {:.3e}", iterate.cost));
                 bar.inc(u64::from(iterate.step > 0.0));
             };
-            let history = steepest_descent::minimise(&mut problem, u, &search, iterations as usize, report)?;
+            let history = steepest_descent::minimise(&mut problem, u, &self.settings.search, iterations as usize, report)?;
             bar.finish_and_clear();
             let inputs = problem.inputs_at(&history[history.len() - 1].u);
             let motion = problem.solver.simulate(&inputs)?.clone();

@@ -12,8 +12,6 @@ use crate::table::{Row, Verdict};
 const STEPS: usize = 100;
 /// Δt of the paper, s.
 const DT: f64 = 0.02;
-/// The line search unless told otherwise, found by trial: from many others the descent ends in a valley that does not reach 0.
-const USUAL: LineSearch = LineSearch { first: 500.0, armijo: 1e-4, shorten: 0.5 };
 /// The initial force F₀ of the paper, N.
 const FORCE: f64 = 10.0;
 
@@ -35,15 +33,8 @@ pub struct Settings {
     /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
     #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub iterations: u32,
-    /// First step length α that each line search tries (assumed)
-    #[arg(long, value_name = "ALPHA", default_value_t = USUAL.first, value_parser = positive, allow_negative_numbers = true)]
-    pub alpha: f64,
-    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
-    #[arg(long, value_name = "SHARE", default_value_t = USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
-    pub armijo: f64,
-    /// Factor by which a refused step is shortened, at most 0.99 (assumed)
-    #[arg(long, value_name = "FACTOR", default_value_t = USUAL.shorten, value_parser = shortening, allow_negative_numbers = true)]
-    pub backtrack: f64,
+    #[command(flatten)]
+    pub search: LineSearch,
 }
 
 impl Settings {
@@ -69,22 +60,14 @@ impl Settings {
         inputs
     }
 
-    pub fn line_search(&self) -> LineSearch {
-        LineSearch { first: self.alpha, armijo: self.armijo, shorten: self.backtrack }
-    }
-
     /// Whether the mechanism is that of the paper with the usual assumptions, for which reference values are known.
     pub fn usual_mechanism(&self) -> bool {
         self.example() == CartPendulum::default()
     }
 
-    /// Whether the line search is the one that is known to succeed with the usual mechanism.
-    pub fn usual_line_search(&self) -> bool {
-        self.line_search() == USUAL
-    }
-
     /// What the paper leaves open, and our choice.
     pub fn assumptions(&self) -> Vec<Row> {
+        let LineSearch { first, armijo, shorten } = self.search;
         let joint = match self.friction_joint {
             0 => "that of the cart and link 1".to_owned(),
             joint => format!("that of links {joint} and {}", joint + 1),
@@ -93,10 +76,7 @@ impl Settings {
             ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", self.length)),
             ("acceleration of gravity", format!("{} m/s²", self.gravity)),
             ("hinge with friction", joint),
-            (
-                "backtracking line search",
-                format!("Armijo: α = {}, times {} until c = {} holds", self.alpha, self.backtrack, self.armijo),
-            ),
+            ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds")),
         ];
         rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
     }
@@ -114,16 +94,16 @@ fn finite(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "not a number".to_owned()).and_then(|value: f64| must(value.is_finite(), value, "be finite"))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| must(value > 0.0, value, "be positive"))
 }
 
-fn share(text: &str) -> Result<f64, String> {
+pub fn share(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| must(value > 0.0 && value < 1.0, value, "lie between 0 and 1"))
 }
 
 /// Nearer to 1, a step that nothing shortens would be tried for ever.
-fn shortening(text: &str) -> Result<f64, String> {
+pub fn shortening(text: &str) -> Result<f64, String> {
     share(text).and_then(|value| must(value <= 0.99, value, "be at most 0.99"))
 }
 

@@ -3,17 +3,26 @@
 use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::Problem;
 
+use crate::settings::{positive, share, shortening};
 use crate::statistics::largest;
 
 /// How the step length is found: the first of α, ρα, ρ²α, … with J(u − αg) ≤ J(u) − c α gᵀg.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(clap::Args, Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {
-    /// The α that every iteration tries first.
+    /// First step length α that each line search tries (assumed)
+    #[arg(long = "alpha", value_name = "ALPHA", default_value_t = Self::USUAL.first, value_parser = positive, allow_negative_numbers = true)]
     pub first: f64,
-    /// c.
+    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
+    #[arg(long, value_name = "SHARE", default_value_t = Self::USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
     pub armijo: f64,
-    /// ρ.
+    /// Factor by which a refused step is shortened, at most 0.99 (assumed)
+    #[arg(long = "backtrack", value_name = "FACTOR", default_value_t = Self::USUAL.shorten, value_parser = shortening, allow_negative_numbers = true)]
     pub shorten: f64,
+}
+
+impl LineSearch {
+    /// What it is unless told otherwise, found by trial: from many others the descent ends in a valley that does not reach 0.
+    pub const USUAL: Self = LineSearch { first: 500.0, armijo: 1e-4, shorten: 0.5 };
 }
 
 /// Steps shorter than this share of the first one are given up: J has no lower value within rounding.

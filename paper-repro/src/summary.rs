@@ -20,9 +20,9 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
             "link_length_m": settings.length,
             "gravity_m_s2": settings.gravity,
             "friction_joint": settings.friction_joint,
-            "line_search_alpha": settings.alpha,
-            "line_search_armijo": settings.armijo,
-            "line_search_backtrack": settings.backtrack,
+            "line_search_alpha": settings.search.first,
+            "line_search_armijo": settings.search.armijo,
+            "line_search_backtrack": settings.search.shorten,
         },
         "gradient": gradients.get().map(|gradients| json!({
             "max_rel_error_vs_complex_step": gradients.relative_error(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Series, Style, colour};
-use crate::steepest_descent::Iterate;
+use crate::steepest_descent::{Iterate, LineSearch};
 use crate::table::{Row, Verdict};
 
 /// J at u = 10 N with the usual assumptions, from 128-bit arithmetic.
@@ -64,7 +64,7 @@ fn start_verdict(experiment: &Experiment, cost: f64) -> Verdict {
 /// With all assumptions as usual and the paper's iterations the descent must succeed; with others it may end elsewhere.
 fn end_verdict(experiment: &Experiment, cost: f64) -> Verdict {
     let settings = &experiment.settings;
-    let must = settings.usual_mechanism() && settings.usual_line_search() && settings.iterations >= PAPER_ITERATIONS;
+    let must = settings.usual_mechanism() && settings.search == LineSearch::USUAL && settings.iterations >= PAPER_ITERATIONS;
     let close = cost < ZERO;
     if must && !close { Verdict::Failed } else { Verdict::reproduced_if(close) }
 }
