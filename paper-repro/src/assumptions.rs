@@ -43,13 +43,6 @@ struct Start {
     drift: f64,
 }
 
-/// One choice: what it starts and where its descent ends.
-struct Choice<'a> {
-    settings: &'a Settings,
-    start: &'a Start,
-    end: &'a Optimum,
-}
-
 pub fn run(folder: &Path) -> Result<bool, Error> {
     let usual = Settings::usual();
     draw(&usual, &folder.join("assumptions"))?;
@@ -62,9 +55,9 @@ pub fn run(folder: &Path) -> Result<bool, Error> {
                 for shorten in SHORTEN {
                     let search = LineSearch { first, shorten, ..usual.search };
                     let experiment = Experiment::new(Settings { search, ..mechanism.clone() })?;
-                    let choice = Choice { settings: &experiment.settings, start: &start, end: experiment.optimum()? };
-                    rows.push(choice.row());
-                    all.push(choice.record());
+                    let (count, cells, record) = judged(&experiment.settings, &start, experiment.optimum()?);
+                    rows.push((count, cells));
+                    all.push(record);
                 }
             }
         }
@@ -105,53 +98,50 @@ fn start(Experiment { system, inputs, .. }: &Experiment) -> Result<Start, Motion
     Ok(Start { cost: gradient.value, vanishes: times[smallest], drift })
 }
 
-impl Choice<'_> {
-    /// Whether J₀, the zero of the gradient, Φ, the end and the right-most position are those of the paper.
-    fn agreements(&self) -> [bool; 5] {
-        [
-            (self.start.cost - START.0).abs() <= START.1,
-            (self.start.vanishes - VANISHES).abs() <= NEAR,
-            DRIFT.contains(&self.start.drift),
-            self.end.end().cost < ZERO,
-            (self.end.cart_rightmost_time() - RIGHTMOST).abs() <= NEAR,
-        ]
-    }
-
-    fn row(&self) -> (usize, Vec<String>) {
-        let Choice { settings, start, end } = self;
-        let agrees = self.agreements();
-        let count = agrees.iter().filter(|same| **same).count();
-        let marked = |text: String, same: bool| if same { format!("{text} ✓") } else { text };
-        let cells = vec![
-            format!("{count} of 5"),
-            format!("{}, {}", settings.length, settings.friction_joint),
-            format!("{}, {}", settings.search.first, settings.search.shorten),
-            marked(format!("{:.2}", start.cost), agrees[0]),
-            marked(format!("{:.2}", start.vanishes), agrees[1]),
-            marked(format!("{:.0e}", start.drift), agrees[2]),
-            marked(format!("{:.0e} ({})", end.end().cost, end.iterations()), agrees[3]),
-            marked(format!("{:.2}", end.cart_rightmost_time()), agrees[4]),
-        ];
-        (count, cells)
-    }
-
-    fn record(&self) -> Value {
-        let Choice { settings, start, end } = self;
-        let [cost, vanishes, drift, zero, rightmost] = self.agreements();
-        json!({
-            "link_length_m": settings.length,
-            "friction_joint": settings.friction_joint,
-            "line_search_alpha": settings.search.first,
-            "line_search_backtrack": settings.search.shorten,
-            "initial_cost": start.cost,
-            "gradient_vanishes_s": start.vanishes,
-            "position_median": start.drift,
-            "final_cost": end.end().cost,
-            "iterations": end.iterations(),
-            "cart_rightmost_time_s": end.cart_rightmost_time(),
-            "agrees": {"initial_cost": cost, "gradient_vanishes": vanishes, "position": drift, "final_cost": zero, "cart_rightmost": rightmost},
-        })
-    }
+/// How many of the paper's numbers a choice reproduces, its row and its record.
+fn judged(settings: &Settings, start: &Start, end: &Optimum) -> (usize, Vec<String>, Value) {
+    let (LineSearch { first, shorten, .. }, last, rightmost) = (settings.search, end.end().cost, end.cart_rightmost_time());
+    let agrees = [
+        (start.cost - START.0).abs() <= START.1,
+        (start.vanishes - VANISHES).abs() <= NEAR,
+        DRIFT.contains(&start.drift),
+        last < ZERO,
+        (rightmost - RIGHTMOST).abs() <= NEAR,
+    ];
+    let count = agrees.iter().filter(|same| **same).count();
+    let numbers = [
+        format!("{:.2}", start.cost),
+        format!("{:.2}", start.vanishes),
+        format!("{:.0e}", start.drift),
+        format!("{last:.0e} ({})", end.iterations()),
+        format!("{rightmost:.2}"),
+    ];
+    let marked = numbers.into_iter().zip(agrees).map(|(text, same)| if same { format!("{text} ✓") } else { text });
+    let choice = [
+        format!("{count} of 5"),
+        format!("{}, {}", settings.length, settings.friction_joint),
+        format!("{first}, {shorten}"),
+    ];
+    let record = json!({
+        "link_length_m": settings.length,
+        "friction_joint": settings.friction_joint,
+        "line_search_alpha": first,
+        "line_search_backtrack": shorten,
+        "initial_cost": start.cost,
+        "gradient_vanishes_s": start.vanishes,
+        "position_median": start.drift,
+        "final_cost": last,
+        "iterations": end.iterations(),
+        "cart_rightmost_time_s": rightmost,
+        "agrees": {
+            "initial_cost": agrees[0],
+            "gradient_vanishes": agrees[1],
+            "position": agrees[2],
+            "final_cost": agrees[3],
+            "cart_rightmost": agrees[4],
+        },
+    });
+    (count, choice.into_iter().chain(marked).collect(), record)
 }
 
 /// J₀ and the zero of its gradient over the link length, with what the paper has.
