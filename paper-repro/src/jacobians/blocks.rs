@@ -145,12 +145,11 @@ const RIGHT: [Block; 12] = [
     ),
 ];
 
-impl Block {
-    fn place(&self, right: bool) -> String {
-        let side = if right { "right" } else { "left" };
-        format!("(10) {side}: {} by {}", self.equation.name(), self.variable.name())
-    }
+fn side(right: bool) -> &'static str {
+    if right { "right" } else { "left" }
+}
 
+impl Block {
     /// What the difference is, where it is more than the diagnosis can say.
     fn note(&self, right: bool) -> &'static str {
         match (self.equation, self.variable, right) {
@@ -194,7 +193,8 @@ impl Block {
         let words = if note.is_empty() || words.is_empty() { words } else { note.to_string() };
         let corrected_error = |report: &Report| if passes(report) { error(report) } else { f64::INFINITY };
         let errors = (printed.map(|both| both.each_ref().map(error)), Some(corrected.each_ref().map(corrected_error)));
-        Ok(Finding::new(&self.place(right), status, self.printed, self.correct, errors, &words))
+        let place = format!("(10) {}: {} by {}", side(right), self.equation.name(), self.variable.name());
+        Ok(Finding::new(&place, status, self.printed, self.correct, errors, &words))
     }
 }
 
@@ -221,13 +221,12 @@ fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Block; 12]) -> Result
         for row in Equation::ALL {
             for column in Variable::ALL.into_iter().filter(|&c| !listed.iter().any(|p| p.equation == row && p.variable == c))
             {
-                *worst = tangent.block(row, column).iter().fold(*worst, |m, x| m.max(x.abs()));
+                *worst = worst.max(tangent.block(row, column).amax());
                 count += 1;
             }
         }
     }
     let status = if worst == [0.0; 2] { Verdict::Holds } else { Verdict::Misprinted };
-    let side = if right { "right" } else { "left" };
-    let place = format!("(10) {side}: the other {count} blocks");
+    let place = format!("(10) {}: the other {count} blocks", side(right));
     Ok(Finding::new(&place, status, "0", "", (Some(worst), Some(worst)), ""))
 }
