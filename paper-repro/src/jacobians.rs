@@ -18,22 +18,19 @@ pub struct Finding {
     pub status: Verdict,
     /// The right formula; empty if the printed one is.
     pub corrected: String,
-    /// The relative error of the printed formula on both mechanisms; none if it cannot be evaluated.
-    pub printed_error: Option<[f64; 2]>,
-    /// The same of the corrected formula; none where a sentence is corrected, not a number.
-    pub corrected_error: Option<[f64; 2]>,
+    pub errors: Errors,
     /// What the difference looks like.
     pub words: String,
 }
 
-/// Relative errors on both mechanisms, as printed and as corrected.
-type Errors = (Option<[f64; 2]>, Option<[f64; 2]>);
+/// Relative errors on both mechanisms, as printed and as corrected; NaN where nothing can be evaluated.
+type Errors = [[f64; 2]; 2];
 
 impl Finding {
     fn new(place: &str, status: Verdict, printed: &str, corrected: &str, errors: Errors, words: &str) -> Self {
         let corrected = if status == Verdict::Holds { "" } else { corrected };
         let [place, printed, corrected, words] = [place, printed, corrected, words].map(str::to_owned);
-        Finding { place, printed, status, corrected, printed_error: errors.0, corrected_error: errors.1, words }
+        Finding { place, printed, status, corrected, errors, words }
     }
 }
 
@@ -60,13 +57,12 @@ friction and a constraint (M depends on q). Errors are relative to the size of a
 
 const COMMAND: &str = "cargo run --release -p paper-repro -- jacobians";
 
-fn errors(of: &Option<[f64; 2]>) -> [String; 2] {
-    let number = |x: f64| match x {
+fn number(error: f64) -> String {
+    match error {
         0.0 => "0".to_string(),
-        x if x.is_nan() => "–".to_string(),
-        x => format!("{x:.0e}"),
-    };
-    of.map_or(["–".to_string(), "–".to_string()], |errors| errors.map(number))
+        error if error.is_nan() => "–".to_string(),
+        error => format!("{error:.0e}"),
+    }
 }
 
 impl Findings {
@@ -77,7 +73,7 @@ impl Findings {
     /// Whether every corrected formula that can be evaluated is right; (1b) compares two discretisations, which agree to their error.
     pub fn all_corrected_hold(&self) -> bool {
         let right = |error: &f64| error.is_nan() || *error < 1e-5;
-        self.findings.iter().filter_map(|finding| finding.corrected_error.as_ref()).flatten().all(right)
+        self.findings.iter().flat_map(|finding| &finding.errors[1]).all(right)
     }
 
     fn summary(&self) -> String {
@@ -100,9 +96,9 @@ impl Findings {
             "the difference",
         ];
         let row = |finding: &Finding| {
-            let errors = |of| errors(of).join(" / ");
-            let Finding { place, printed, status, corrected, printed_error, corrected_error, words } = finding.clone();
-            vec![place, printed, status.to_string(), corrected, errors(&printed_error), errors(&corrected_error), words]
+            let Finding { place, printed, status, corrected, errors, words } = finding.clone();
+            let [as_printed, as_corrected] = errors.map(|both| both.map(number).join(" / "));
+            vec![place, printed, status.to_string(), corrected, as_printed, as_corrected, words]
         };
         let table = Table { heads, rows: self.findings.iter().map(row).collect() };
         format!(
@@ -117,12 +113,12 @@ impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "{HEADING}\n\n{}\n", self.summary())?;
         for finding in &self.findings {
-            let Finding { place, printed, status, corrected, words, .. } = finding;
+            let Finding { place, printed, status, corrected, errors, words } = finding;
             writeln!(f, "{status:20}  {place:34}  {printed}")?;
             if *status == Verdict::Holds {
                 continue;
             }
-            let ([pa, pb], [ca, cb]) = (errors(&finding.printed_error), errors(&finding.corrected_error));
+            let [[pa, pb], [ca, cb]] = errors.map(|both| both.map(number));
             writeln!(f, "{:22}should be: {corrected}", "")?;
             writeln!(f, "{:22}errors: printed {pa} (A), {pb} (B); corrected {ca} (A), {cb} (B)", "")?;
             if !words.is_empty() {
@@ -147,7 +143,7 @@ mod tests {
         let findings = report().expect("both mechanisms run");
         println!("{findings}");
         for finding in &findings.findings {
-            for error in finding.corrected_error.into_iter().flatten().filter(|e| !e.is_nan()) {
+            for error in finding.errors[1].into_iter().filter(|e| !e.is_nan()) {
                 // Two discretisations of one motion differ by O(Δt²) in the row of (1b). Blocks of (10) are infinitely wrong unless the check
                 // finds them right, entry by entry: relative to what is left where terms cancel, rounding has no other bound.
                 let within = match finding.place.as_str() {

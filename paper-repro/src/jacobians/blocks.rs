@@ -192,7 +192,8 @@ impl Block {
         let note = self.note(right);
         let words = if note.is_empty() || words.is_empty() { words } else { note.to_string() };
         let corrected_error = |report: &Report| if passes(report) { error(report) } else { f64::INFINITY };
-        let errors = (printed.map(|both| both.each_ref().map(error)), Some(corrected.each_ref().map(corrected_error)));
+        let as_printed = printed.map_or([f64::NAN; 2], |both| both.each_ref().map(error));
+        let errors = [as_printed, corrected.each_ref().map(corrected_error)];
         let place = format!("(10) {}: {} by {}", side(right), self.equation.name(), self.variable.name());
         Ok(Finding::new(&place, status, self.printed, self.correct, errors, &words))
     }
@@ -228,5 +229,5 @@ fn zeros(mechanisms: &[&Moving; 2], right: bool, listed: &[Block; 12]) -> Result
     }
     let status = if worst == [0.0; 2] { Verdict::Holds } else { Verdict::Misprinted };
     let place = format!("(10) {}: the other {count} blocks", side(right));
-    Ok(Finding::new(&place, status, "0", "", (Some(worst), Some(worst)), ""))
+    Ok(Finding::new(&place, status, "0", "", [worst; 2], ""))
 }

@@ -11,15 +11,14 @@ use crate::statistics::largest;
 use crate::table::Verdict;
 
 fn finding(place: &str, printed: &str, corrected: &str, errors: [[f64; 2]; 2], words: &str) -> Finding {
-    let [printed_error, corrected_error] = errors;
     let fails = |x: &f64| *x > 1e-6;
-    let status = if printed_error.iter().any(fails) { Verdict::Misprinted } else { Verdict::Holds };
-    Finding::new(place, status, printed, corrected, (Some(printed_error), Some(corrected_error)), words)
+    let status = if errors[0].iter().any(fails) { Verdict::Misprinted } else { Verdict::Holds };
+    Finding::new(place, status, printed, corrected, errors, words)
 }
 
 /// A slip in a sentence or an index: nothing to evaluate.
 fn slip(place: &str, printed: &str, corrected: &str, words: &str) -> Finding {
-    Finding::new(place, Verdict::Misprinted, printed, corrected, (None, None), words)
+    Finding::new(place, Verdict::Misprinted, printed, corrected, [[f64::NAN; 2]; 2], words)
 }
 
 /// Eq. (1)–(4).
