@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 use crate::bar::bar;
 use crate::error::Error;
 use crate::files;
-use crate::statistics::median;
+use crate::statistics::{distinct, median};
 use crate::stopwatch::{Repeats, value_and_gradient};
 use crate::table::Table;
 
@@ -34,20 +34,6 @@ pub struct Options {
     /// Problems to solve [default: all]
     #[arg(long = "problem", value_enum, value_name = "NAME")]
     problems: Vec<Name>,
-}
-
-impl Options {
-    /// Each problem once, where it is first asked for.
-    fn names(&self) -> Vec<Name> {
-        let asked = if self.problems.is_empty() { Name::value_variants() } else { &self.problems };
-        let mut names = Vec::new();
-        for name in asked {
-            if !names.contains(name) {
-                names.push(*name);
-            }
-        }
-        names
-    }
 }
 
 /// What is asked of the motion.
@@ -177,7 +163,8 @@ struct Found {
 }
 
 pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
-    let names = options.names();
+    let asked = if options.problems.is_empty() { Name::value_variants() } else { &options.problems };
+    let names = distinct(asked.iter().copied());
     let mut runs = Vec::new();
     let mut found = String::new();
     let bar = bar("optimise", names.len());
@@ -396,13 +383,6 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_problem_is_solved_once_where_it_is_first_asked_for() {
-        let problems = vec![Name::Rest, Name::Effort, Name::Rest];
-        assert_eq!(Options { problems }.names(), [Name::Rest, Name::Effort]);
-        assert_eq!(Options { problems: Vec::new() }.names(), Name::value_variants());
-    }
 
     #[test]
     fn only_what_is_there_is_announced() {

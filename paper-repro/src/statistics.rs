@@ -1,4 +1,4 @@
-//! Medians, largest values, differences.
+//! Medians, largest values, differences, distinct items.
 
 use std::borrow::Borrow;
 
@@ -27,9 +27,25 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     largest(a.iter().zip(b).map(|(a, b)| a - b)) / largest(b)
 }
 
+/// Each item once, where it comes first.
+pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut kept = Vec::new();
+    for item in items {
+        if !kept.contains(&item) {
+            kept.push(item);
+        }
+    }
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn items_keep_the_order_in_which_they_come_first() {
+        assert_eq!(distinct(["rest", "effort", "rest"]), ["rest", "effort"]);
+    }
 
     #[test]
     fn differences_are_relative_to_the_largest_component() {

@@ -18,8 +18,8 @@ pub struct Moving {
 }
 
 impl Moving {
-    fn new(system: System, start: Option<(Vec<f64>, Vec<f64>)>, dt: f64) -> Result<Self, Error> {
-        let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, dt));
+    fn new(system: System, start: Option<(Vec<f64>, Vec<f64>)>) -> Result<Self, Error> {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
         let wave = |k: usize, i: usize| 10.0 * (0.3 + (0.9 * i as f64 + k as f64).sin());
         inputs.controls = DMatrix::from_fn(system.k(), 41, wave);
         if let Some((q, v)) = start {
@@ -52,7 +52,7 @@ pub fn constant_mass() -> Result<Moving, Error> {
         scene.cost(name, AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
     }
     scene.cost("effort", Effort, Sum::Plain, [], [], [force], [damping.into()]);
-    Moving::new(scene.compile()?, None, 0.02)
+    Moving::new(scene.compile()?, None)
 }
 
 /// A torque u on the first link, and friction that depends on its angle: Q_v depends on q.
@@ -92,7 +92,7 @@ pub fn variable_mass() -> Result<Moving, Error> {
     scene.constraint("line", DoublePendulum, q, []);
     let q = vec![2.6, PI - (0.5 - 2.6f64.sin()).asin()];
     let v = vec![1.0, -q[0].cos() / q[1].cos()];
-    Moving::new(scene.compile()?, Some((q, v)), 0.02)
+    Moving::new(scene.compile()?, Some((q, v)))
 }
 
 /// −T_q, to take it away from Eq. (1b).

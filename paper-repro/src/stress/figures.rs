@@ -5,6 +5,7 @@ use std::path::Path;
 use super::row::{Curve, Quantity};
 use crate::error::Error;
 use crate::plot::{Axis, Chart, Colour, Panels, Place, Series, Style, colour};
+use crate::statistics::distinct;
 
 /// The size of one of three panels side by side.
 const PANEL: (f64, f64) = (430.0, 480.0);
@@ -23,12 +24,7 @@ const TREATMENTS: [(&str, Style); 3] =
 
 /// Draws both figures into the folder.
 pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
-    let mut mechanisms: Vec<&str> = Vec::new();
-    for name in curves.iter().map(mechanism) {
-        if !mechanisms.contains(&name) {
-            mechanisms.push(name);
-        }
-    }
+    let mechanisms = distinct(curves.iter().map(mechanism));
     for (over_time, name, x) in [(true, "stress_over_time", "time [s]"), (false, "stress_over_step", "step length [s]")] {
         let shown = |of| curves.iter().filter(move |curve| curve.over_time == over_time && curve.of == of);
         let charts = PANELS.map(|(of, title, y)| Chart {
