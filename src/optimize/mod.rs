@@ -44,6 +44,7 @@ mod multiple_shooting;
 mod outcome;
 mod problem;
 mod segment;
+mod sizes;
 mod spline;
 mod trials;
 mod variables;

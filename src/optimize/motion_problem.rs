@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::problem::{Interval, Problem, set_row};
+use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System};
 
@@ -11,13 +12,22 @@ use crate::{Error, Inputs, Output, Settings, Solver, System};
 pub struct MotionProblem<'s> {
     /// The solver, with the motion of the point that was evaluated last.
     pub solver: Solver<'s>,
-    inputs: Inputs,
     variables: Variables,
     constraints: Vec<Interval>,
-    x: Vec<f64>,
+    /// What it was made with, changed to, or what had a value last.
+    known: Point,
+    /// What was evaluated last, with a value or without: that of the solver.
+    tried: Point,
     /// What was asked for last, and a direction of the inputs.
     gradient: Vec<f64>,
     direction: Inputs,
+}
+
+/// Variables, and the inputs that they give.
+#[derive(Clone)]
+struct Point {
+    x: Vec<f64>,
+    inputs: Inputs,
 }
 
 impl<'s> MotionProblem<'s> {
@@ -30,7 +40,9 @@ impl<'s> MotionProblem<'s> {
         variables.check(system, &inputs)?;
         let constraints = default_constraints(system);
         let (x, solver, direction) = (variables.take(&inputs)?, Solver::new(system, settings), inputs.no_change());
-        Ok(MotionProblem { solver, inputs, variables, constraints, gradient: vec![0.0; x.len()], x, direction })
+        let gradient = vec![0.0; x.len()];
+        let known = Point { x, inputs };
+        Ok(MotionProblem { solver, variables, constraints, tried: known.clone(), known, gradient, direction })
     }
 
     /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
@@ -41,39 +53,76 @@ impl<'s> MotionProblem<'s> {
         self.constraints[output.index()] = to;
     }
 
-    /// The variables of the inputs that it was made with, changed to, or evaluated last.
+    /// The variables of the inputs that it was made with, changed to, or evaluated last with a value: a point without one leaves no trace.
     pub fn start(&self) -> Vec<f64> {
-        self.x.clone()
+        self.known.x.clone()
     }
 
     /// The inputs that belong to a point.
+    ///
+    /// # Panics
+    /// If the point has fewer variables than the problem.
     pub fn inputs_at(&self, x: &[f64]) -> Inputs {
-        let mut inputs = self.inputs.clone();
-        self.variables.apply(x, &mut inputs);
+        let mut inputs = self.known.inputs.clone();
+        self.variables.write(x, &mut inputs);
         inputs
     }
 
-    /// Changes the inputs, such as the lengths of their steps, not their number.
+    /// Changes the inputs, such as the lengths of their steps, not their number: those that belong to [`start`](Self::start).
     ///
     /// # Errors
     /// Inputs that do not fit the system any more, or the variables; then nothing is changed.
     pub fn change(&mut self, by: impl FnOnce(&mut Inputs)) -> Result<(), Error> {
-        let mut inputs = self.inputs.clone();
+        let known = &self.known.inputs;
+        let mut inputs = known.clone();
         by(&mut inputs);
         inputs.check(self.solver.system())?;
         self.variables.check(self.solver.system(), &inputs)?;
-        self.inputs.start.check_kind(&inputs.start)?;
+        known.start.check_kind(&inputs.start)?;
         let mut variables = self.variables.clone();
-        let has_same_steps = inputs.grid.steps == self.inputs.grid.steps;
+        let has_same_steps = inputs.grid.steps == known.grid.steps;
         // Shares of the same steps, taken again, would be others by their rounding.
-        self.x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
-        (self.inputs, self.variables) = (inputs, variables);
+        let x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
+        (self.known, self.variables) = (Point { x, inputs }, variables);
+        self.tried = self.known.clone();
         Ok(())
     }
 
-    /// Sets the time at which the motion starts, which nothing depends on.
+    /// Sets the time at which the motion starts of the point that is tried next; nothing depends on it.
     pub(super) fn start_at(&mut self, time: f64) {
-        self.inputs.grid.start = time;
+        self.tried.inputs.grid.start = time;
+    }
+
+    /// As [`evaluate`](Problem::evaluate), without taking the point over.
+    ///
+    /// # Errors
+    /// Those of `evaluate`.
+    pub(super) fn try_at(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        // Who looks at f alone needs no c.
+        if c.is_empty() {
+            self.sizes().point(x)?
+        } else {
+            self.sizes().values(x, c)?
+        }
+        self.tried.x.copy_from_slice(x);
+        self.variables.write(x, &mut self.tried.inputs);
+        self.solver.simulate(&self.tried.inputs)?;
+        if !c.is_empty() {
+            c.copy_from_slice(self.solver.outputs()?.as_slice());
+        }
+        self.solver.cost()
+    }
+
+    /// Takes over the point that was tried last: it has a value.
+    pub(super) fn settle(&mut self) {
+        let Point { x, inputs } = &mut self.known;
+        x.copy_from_slice(&self.tried.x);
+        inputs.grid.start = self.tried.inputs.grid.start;
+        self.variables.write(x, inputs);
+    }
+
+    fn sizes(&self) -> Sizes {
+        Sizes { variables: self.variables.len(), constraints: self.constraints.len() }
     }
 
     /// The number of outputs.
@@ -111,41 +160,41 @@ impl Problem for MotionProblem<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
-        self.x.copy_from_slice(x);
-        self.variables.apply(x, &mut self.inputs);
-        self.solver.simulate(&self.inputs)?;
-        if !c.is_empty() {
-            c.copy_from_slice(self.solver.outputs()?.as_slice());
-        }
-        self.solver.cost()
+        let f = self.try_at(x, c)?;
+        self.settle();
+        Ok(f)
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.sizes().gradient(c_weights, gradient)?;
         let of = self.solver.weighted_gradient(f_weight, c_weights)?;
-        self.variables.pull_back(&self.x, of, gradient);
+        self.variables.pull_back(&self.tried.x, of, gradient);
         self.gradient.copy_from_slice(gradient);
         Ok(())
     }
 
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
-        let mut row = vec![0.0; self.x.len()];
+        self.sizes().jacobian(rows, jacobian)?;
+        let mut row = vec![0.0; self.variables.len()];
         for (k, of) in self.solver.output_gradients(rows)?.enumerate() {
-            self.variables.pull_back(&self.x, of, &mut row);
+            self.variables.pull_back(&self.tried.x, of, &mut row);
             set_row(jacobian, k, &row);
         }
         Ok(())
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
-        self.variables.push_forward(&self.x, direction, &mut self.direction);
+        self.sizes().push_forward(direction, change)?;
+        self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
         change.copy_from_slice(self.solver.push_forward(&self.direction)?.as_slice());
         Ok(())
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
-        self.variables.push_forward(&self.x, direction, &mut self.direction);
+        self.sizes().product(direction, product)?;
+        self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
         let of = self.solver.hessian_product(&self.direction)?;
-        self.variables.pull_back(&self.x, of, product);
+        self.variables.pull_back(&self.tried.x, of, product);
         self.variables.add_curvature(direction, &self.gradient, product);
         Ok(())
     }

@@ -9,6 +9,7 @@ use super::free::Free;
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
 use super::segment::Segment;
+use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 
@@ -49,7 +50,9 @@ pub struct MultipleShooting<'s> {
     segments: Vec<Segment<'s>>,
     /// What is free of the whole motion: the first variables; then those of the states at the cuts.
     whole: Variables,
+    /// What it was made with, guessed, or what had a value last.
     inputs: Inputs,
+    x: Vec<f64>,
     states: Vec<EndState>,
     names: Vec<String>,
     /// Of each output, whether all segments add to it or it is the last one's.
@@ -98,8 +101,10 @@ impl<'s> MultipleShooting<'s> {
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
-        let (states, minimised) = (states.to_vec(), vec![false; running.len()]);
-        Ok(MultipleShooting { segments: all, whole, inputs, states, names, running, constraints, minimised })
+        let (states, minimised, mut x) = (states.to_vec(), vec![false; running.len()], whole.of(&inputs));
+        x.resize(next, 0.0);
+        all[1..].iter().for_each(|segment| segment.put_start(states.len(), &mut x));
+        Ok(MultipleShooting { segments: all, whole, inputs, x, states, names, running, constraints, minimised })
     }
 
     /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
@@ -107,12 +112,13 @@ impl<'s> MultipleShooting<'s> {
     /// # Errors
     /// Values that are not finite.
     pub fn guess(&mut self, mut of: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>)) -> Result<(), Error> {
-        for Segment { motion, first, .. } in self.segments.iter_mut().filter(|segment| segment.first > 0) {
-            motion.change(|inputs| {
+        for segment in &mut self.segments[1..] {
+            segment.motion.change(|inputs| {
                 if let Start::Velocity { q, v } | Start::Assembled { q, v, .. } = &mut inputs.start {
-                    of(*first, q, v);
+                    of(segment.first, q, v);
                 }
             })?;
+            segment.put_start(self.states.len(), &mut self.x);
         }
         Ok(())
     }
@@ -134,23 +140,23 @@ impl<'s> MultipleShooting<'s> {
         self.constrain(output, Interval::FREE);
     }
 
-    /// The variables of the inputs that it was made with and of the guess, or evaluated last.
+    /// The variables of the inputs that it was made with and of the guess, or evaluated last with a value.
     pub fn start(&self) -> Vec<f64> {
-        let mut x = self.whole.of(&self.inputs);
-        x.resize(self.names.len(), 0.0);
-        for segment in &self.segments[1..] {
-            let known = segment.places.len() - 2 * self.states.len();
-            let own = segment.motion.start();
-            segment.places[known..].iter().zip(&own[known..]).for_each(|(&at, value)| x[at] = *value);
-        }
-        x
+        self.x.clone()
     }
 
     /// The inputs of one motion over all segments that belong to a point.
+    ///
+    /// # Panics
+    /// If the point has fewer variables than are free of the whole motion.
     pub fn inputs_at(&self, x: &[f64]) -> Inputs {
         let mut inputs = self.inputs.clone();
-        self.whole.apply(&x[..self.whole.len()], &mut inputs);
+        self.whole.write(x, &mut inputs);
         inputs
+    }
+
+    fn sizes(&self) -> Sizes {
+        Sizes { variables: self.names.len(), constraints: self.constraints.len() }
     }
 
     /// The segments, each with the motion of the point that was evaluated last.
@@ -194,22 +200,27 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
-        self.whole.apply(&x[..self.whole.len()], &mut self.inputs);
-        let times = self.inputs.grid.times();
+        self.sizes().values(x, c)?;
+        let whole = self.inputs_at(x);
+        let times = whole.grid.times();
         let (mut sum, mut found) = (0.0, vec![0.0; self.segments[0].motion.outputs()]);
         c.fill(0.0);
         for k in 0..self.segments.len() {
             let segment = &mut self.segments[k];
             segment.motion.start_at(times[segment.first]);
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
-            sum += segment.motion.evaluate(&own, &mut found)?;
+            sum += segment.motion.try_at(&own, &mut found)?;
             self.rows(k).for_each(|output| c[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
         }
+        // Only now: where one segment has no value, the others' points do not stay either.
+        self.segments.iter_mut().for_each(|segment| segment.motion.settle());
+        (self.inputs, self.x) = (whole, x.to_vec());
         Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.sizes().gradient(c_weights, gradient)?;
         gradient.fill(0.0);
         for k in 0..self.segments.len() {
             let mut weights = vec![0.0; self.segments[k].motion.outputs()];
@@ -231,6 +242,7 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        self.sizes().jacobian(rows, jacobian)?;
         jacobian.fill(0.0);
         let places: HashMap<usize, usize> = rows.iter().enumerate().map(|(k, &row)| (row, k)).collect();
         for k in 0..self.segments.len() {
@@ -255,6 +267,7 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        self.sizes().push_forward(direction, change)?;
         let mut found = vec![0.0; self.segments[0].motion.outputs()];
         change.fill(0.0);
         for k in 0..self.segments.len() {
@@ -268,6 +281,7 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.sizes().product(direction, product)?;
         product.fill(0.0);
         for segment in self.segments.iter_mut().filter(|segment| segment.asked) {
             let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();

@@ -41,6 +41,12 @@ impl<'s> Segment<'s> {
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
         Ok(Segment { motion, first, places, asked: false })
     }
+
+    /// Puts its state at the start, of so many coordinates, where it is in the whole.
+    pub(super) fn put_start(&self, states: usize, whole: &mut [f64]) {
+        let (own, known) = (self.motion.start(), self.places.len() - 2 * states);
+        self.places[known..].iter().zip(&own[known..]).for_each(|(&at, x)| whole[at] = *x);
+    }
 }
 
 /// The share of a motion's duration between two nodes.

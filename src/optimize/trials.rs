@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem};
+use super::sizes::Sizes;
 use crate::Error;
 
 /// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
@@ -44,6 +45,10 @@ impl<'s> Trials<'s> {
     pub fn motions(&self) -> &[MotionProblem<'s>] {
         &self.motions
     }
+
+    fn sizes(&self) -> Sizes {
+        Sizes { variables: self.variables(), constraints: self.motions.iter().map(MotionProblem::outputs).sum() }
+    }
 }
 
 impl Problem for Trials<'_> {
@@ -64,16 +69,19 @@ impl Problem for Trials<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.sizes().values(x, c)?;
         let (mut sum, mut rest) = (0.0, c);
         for motion in &mut self.motions {
             let (own, others) = rest.split_at_mut(motion.outputs());
-            sum += motion.evaluate(x, own)?;
+            sum += motion.try_at(x, own)?;
             rest = others;
         }
+        self.motions.iter_mut().for_each(MotionProblem::settle);
         Ok(sum)
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.sizes().gradient(c_weights, gradient)?;
         let (mut part, mut rest) = (vec![0.0; gradient.len()], c_weights);
         gradient.fill(0.0);
         for (motion, asked) in self.motions.iter_mut().zip(&mut self.asked) {
@@ -90,6 +98,7 @@ impl Problem for Trials<'_> {
     }
 
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        self.sizes().jacobian(rows, jacobian)?;
         let mut first = 0;
         for motion in &mut self.motions {
             let own = first..first + motion.outputs();
@@ -104,6 +113,7 @@ impl Problem for Trials<'_> {
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        self.sizes().push_forward(direction, change)?;
         let mut rest = change;
         for motion in &mut self.motions {
             let (own, others) = rest.split_at_mut(motion.outputs());
@@ -114,6 +124,7 @@ impl Problem for Trials<'_> {
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.sizes().product(direction, product)?;
         let mut part = vec![0.0; product.len()];
         product.fill(0.0);
         for (motion, _) in self.motions.iter_mut().zip(&self.asked).filter(|(_, asked)| **asked) {

@@ -5,8 +5,11 @@ use std::mem::{Discriminant, discriminant};
 
 use super::free::{Free, Quantity};
 use super::problem::Interval;
+use super::sizes;
 use super::spline::cubic;
 use crate::{Error, Gradient, Inputs, System};
+
+const NODES: &str = "the nodes of the inputs, which must be those that variables were made for";
 
 /// All that is free, in order, with the inputs that it belongs to.
 #[derive(Clone, Debug)]
@@ -74,14 +77,7 @@ impl Variables {
     /// # Errors
     /// Inputs with another number of nodes, a system that does not have what is free.
     pub(super) fn check(&self, system: &System, inputs: &Inputs) -> Result<(), Error> {
-        let (expected, found) = (self.shares.len(), inputs.grid.nodes());
-        if found != expected {
-            return Err(Error::Size {
-                what: "the nodes of the inputs, which must be those that variables were made for",
-                expected,
-                found,
-            });
-        }
+        sizes::check(NODES, inputs.grid.nodes(), self.shares.len())?;
         self.free.iter().try_for_each(|of| of.quantity.name(system, inputs.grid.steps.len()).map(drop))
     }
 
@@ -183,11 +179,26 @@ impl Variables {
     }
 
     /// Sets what is free to what the variables say.
-    pub fn apply(&self, x: &[f64], inputs: &mut Inputs) {
+    ///
+    /// # Errors
+    /// Another number of variables than there are, or of nodes than those that they were made for; then nothing is set.
+    pub fn apply(&self, x: &[f64], inputs: &mut Inputs) -> Result<(), Error> {
+        sizes::check("the variables of a point", x.len(), self.len())?;
+        sizes::check(NODES, inputs.grid.nodes(), self.shares.len())?;
+        sizes::check("the nodes of the controls", inputs.controls.ncols(), self.shares.len())?;
+        self.write(x, inputs);
+        Ok(())
+    }
+
+    /// As [`apply`](Self::apply), of what fits.
+    pub(super) fn write(&self, x: &[f64], inputs: &mut Inputs) {
         self.set(inputs, |free, i| free.to_value(x[i]));
     }
 
     /// The change of the inputs along a direction of the variables.
+    ///
+    /// # Panics
+    /// If there are fewer numbers than variables, or other nodes than those that they were made for.
     pub fn push_forward(&self, x: &[f64], direction: &[f64], change: &mut Inputs) {
         self.set(change, |free, i| free.slope(x[i]) * direction[i]);
     }
@@ -225,6 +236,9 @@ impl Variables {
     }
 
     /// dJ/dx from dJ by the inputs: the transpose of [`apply`](Self::apply), exact.
+    ///
+    /// # Panics
+    /// As [`push_forward`](Self::push_forward).
     pub fn pull_back(&self, x: &[f64], of: &Gradient, gradient: &mut [f64]) {
         gradient.fill(0.0);
         for (free, range) in self.parts() {

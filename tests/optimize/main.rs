@@ -4,7 +4,9 @@ mod common;
 mod degenerate;
 mod ends;
 mod interrupted;
+mod refused;
 mod shooting;
+mod traces;
 
 use common::assert_says;
 use hamiltonian_adjoint::optimize::{
@@ -511,7 +513,7 @@ fn the_chain_rule_of_what_is_free_is_exact() {
     // Controls on coarser knots are not what they were.
     x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.05 * (i as f64).cos());
     let mut at = inputs.clone();
-    variables.apply(&x, &mut at);
+    variables.apply(&x, &mut at).expect("fits");
     let back = variables.of(&at);
     let knots = 8..15;
     assert!(
@@ -521,7 +523,7 @@ fn the_chain_rule_of_what_is_free_is_exact() {
     let mut solver = Solver::new(&system, Settings::default());
     let mut value = |x: &[f64]| {
         let mut at = inputs.clone();
-        variables.apply(x, &mut at);
+        variables.apply(x, &mut at).expect("fits");
         solver.simulate(&at).expect("a motion");
         (solver.cost().expect("a cost"), solver.gradient().expect("a gradient").clone())
     };
@@ -684,7 +686,7 @@ fn pieces_begin_at_their_nodes_however_late_or_long_a_motion_is() {
         assert!((x[10] / (steps as f64 * dt) - 1.0).abs() < 1e-15, "{}", x[10]);
         x[..10].iter_mut().enumerate().for_each(|(k, x)| *x = k as f64);
         let mut at = inputs.clone();
-        variables.apply(&x, &mut at);
+        variables.apply(&x, &mut at).expect("fits");
         let wrong = (0..=steps).find(|&node| at.controls[(spare.index(), node)] != (node * 10 / steps).min(9) as f64);
         assert_eq!(wrong, None, "{steps} steps from {start} s on");
         assert!(at.grid.steps.iter().all(|step| (step / dt - 1.0).abs() < 1e-15), "{}", at.grid.steps[0]);

@@ -47,7 +47,7 @@ impl Constraint<1, 1> for Level {
 }
 
 /// A cart of 2 kg on a spring that is pushed for 1 m, at rest at the end.
-fn push() -> (System, Control, Output, Vec<EndState>) {
+pub fn push() -> (System, Control, Output, Vec<EndState>) {
     let mut scene = Scene::new();
     let cart = scene.body("cart", 2.0, 0.1, [0.0, 0.0, 0.0]);
     let force = scene.control("force");
