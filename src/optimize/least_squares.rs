@@ -7,58 +7,19 @@ use nalgebra::{DMatrix, DVector};
 
 use super::counted::Counted;
 use super::outcome::largest_change;
-use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
+use super::{Fit, Interval, Iterate, Options, Problem, Reason, Watcher};
 use crate::Error;
 
 /// Differences of a residual below this share of the terms that it is made of are rounding.
 const ROUNDING: f64 = 1e-14;
-
-/// Where a fit ended, and how well its variables are known.
-#[derive(Clone, Debug)]
-pub struct Fit {
-    /// The point, whose value is ½‖r‖².
-    pub outcome: Outcome,
-    /// ∂r/∂x there, of the residuals that are asked for anything.
-    pub jacobian: DMatrix<f64>,
-}
-
-impl Fit {
-    /// s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables): the covariance of the variables if residuals differ by noise of one size alone. Variables that a
-    /// bound holds are taken for free.
-    ///
-    /// None without more residuals than variables, and if the residuals do not determine all variables.
-    pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (m, n) = self.jacobian.shape();
-        let freedom = m.checked_sub(n).filter(|freedom| *freedom > 0)?;
-        if n == 0 {
-            return Some(DMatrix::zeros(0, 0));
-        }
-        // By singular values: AᵀA would square the condition; of columns of length 1: units are no condition.
-        let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| column.norm()).collect();
-        let mut jacobian = self.jacobian.clone();
-        jacobian.column_iter_mut().zip(&lengths).for_each(|(mut column, length)| column /= length.max(f64::MIN_POSITIVE));
-        let svd = jacobian.svd(false, true);
-        let (v, most) = (svd.v_t?, svd.singular_values.amax());
-        if svd.singular_values.iter().any(|s| *s <= 1e-13 * most) {
-            return None;
-        }
-        let variance = 2.0 * self.outcome.value / freedom as f64;
-        let scaled = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / (svd.singular_values[i] * lengths[j]));
-        Some(scaled.tr_mul(&scaled) * variance)
-    }
-
-    /// The standard errors of the variables: roots of the diagonal of the covariance.
-    pub fn standard_errors(&self) -> Option<Vec<f64>> {
-        self.covariance().map(|covariance| covariance.diagonal().iter().map(|x| x.sqrt()).collect())
-    }
-}
 
 /// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
 ///
 /// [`Options::stationarity`] is asked of derivatives in units of the longest columns ∂r/∂x_i so far, so that variables of any units count alike.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian.
+/// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian, or with squares beyond the range of
+/// numbers.
 pub fn levenberg_marquardt<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -160,6 +121,9 @@ struct State {
 
 impl State {
     /// At the point that was evaluated last.
+    ///
+    /// # Errors
+    /// Those of a Jacobian; sums of squares beyond the range of numbers.
     fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
         let rows: Vec<usize> = asked(problem).collect();
         let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
@@ -169,7 +133,25 @@ impl State {
                 jacobian.row_mut(k).fill(0.0);
             }
         }
-        Ok(State { x, r, jacobian })
+        let state = State { x, r, jacobian };
+        state.check_range(problem)?;
+        Ok(state)
+    }
+
+    /// Refuses sums of finite terms that are not finite themselves: nothing could be compared with them.
+    fn check_range<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Result<(), Error> {
+        let value = half_square(&self.r);
+        if !value.is_finite() {
+            return Err(Error::Overflow { what: "½‖r‖² of the residuals".into(), value });
+        }
+        let of_columns = self.lengths().into_iter().zip(self.gradient().iter().copied().collect::<Vec<f64>>());
+        for (i, sums) in of_columns.enumerate() {
+            if let Some(value) = [sums.0, sums.1].into_iter().find(|sum| !sum.is_finite()) {
+                let what = format!("a sum of derivatives of residuals by `{}`", problem.problem.variable_name(i));
+                return Err(Error::Overflow { what, value });
+            }
+        }
+        Ok(())
     }
 
     fn gradient(&self) -> DVector<f64> {

@@ -32,6 +32,7 @@
 
 mod augmented_lagrangian;
 mod counted;
+mod fit;
 mod free;
 mod homotopy;
 mod interior_point;
@@ -50,11 +51,12 @@ mod trials;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;
+pub use fit::Fit;
 pub use free::{Free, Quantity};
 pub use homotopy::homotopy;
 pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
-pub use least_squares::{Fit, levenberg_marquardt};
+pub use least_squares::levenberg_marquardt;
 pub use motion_problem::MotionProblem;
 pub use multi_start::{lowest, multi_start};
 pub use multiple_shooting::MultipleShooting;

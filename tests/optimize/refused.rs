@@ -1,8 +1,10 @@
 //! What is refused, and by which name.
 
 use super::common::assert_says;
-use super::{everything_free, problem, push, shooting};
-use hamiltonian_adjoint::optimize::{Free, MultipleShooting, Problem, Trials, Variables};
+use super::{Function, Given, everything_free, problem, push, shooting};
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, MultipleShooting, Options, Problem, Trials, Variables, levenberg_marquardt, silent,
+};
 use hamiltonian_adjoint::{Grid, Inputs, Settings};
 use nalgebra::DMatrix;
 
@@ -69,4 +71,59 @@ fn variables_are_applied_to_inputs_that_they_fit() {
     assert_says(&variables.apply(&x, &mut short).expect_err("few controls"), &["controls", "found 2"]);
     let mut short = Inputs::at_rest(&system, Grid::uniform(2, 0.1));
     assert_says(&variables.apply(&x, &mut short).expect_err("few nodes"), &["nodes", "found 3"]);
+}
+
+#[test]
+fn squares_beyond_the_range_of_numbers_are_no_minimum() {
+    // w (x − 3) and w (x − 4).
+    fn weighted(x: &[f64], c: &mut [f64], g: &mut [f64], weight: f64) -> f64 {
+        c.copy_from_slice(&[weight * (x[0] - 3.0), weight * (x[0] - 4.0)]);
+        g.copy_from_slice(&[0.0, weight, weight]);
+        0.0
+    }
+    let heavy: Function = |x, c, g| weighted(x, c, g, 1e160);
+    // Residuals whose squares are numbers, and slopes whose are not.
+    let steep: Function = |x, c, g| {
+        c.copy_from_slice(&[1e150, 1e160 * x[0]]);
+        g.copy_from_slice(&[0.0, 1e160, 1e160]);
+        0.0
+    };
+    for (function, words) in [(heavy, ["½‖r‖²", "inf"]), (steep, ["`x0`", "inf"])] {
+        let mut problem = Given::new(function, vec![Interval::FREE], vec![Interval::ZERO; 2]);
+        let found = levenberg_marquardt(&mut problem, &[0.0], &Options::default(), &mut silent);
+        assert_says(&found.expect_err("nothing to compare"), &words);
+    }
+    let less: Function = |x, c, g| weighted(x, c, g, 1e150);
+    let mut problem = Given::new(less, vec![Interval::FREE], vec![Interval::ZERO; 2]);
+    let fit = levenberg_marquardt(&mut problem, &[0.0], &Options::default(), &mut silent).expect("numbers");
+    assert!(fit.outcome.reason.is_converged() && (fit.outcome.x[0] - 3.5).abs() < 1e-6, "{:?}", fit.outcome);
+}
+
+#[test]
+fn what_residuals_do_not_determine_is_listed() {
+    // x + y, of z nothing, and w.
+    let lost: Function = |x, c, g| {
+        g.fill(0.0);
+        for (k, of) in [1.0, 2.0, 3.0, 4.0, 5.0].into_iter().enumerate() {
+            c[k] = of * (x[0] + x[1]) + x[3] - of * of;
+            let row = 4 * (k + 1);
+            (g[row], g[row + 1], g[row + 3]) = (of, of, 1.0);
+        }
+        0.0
+    };
+    let mut problem = Given::new(lost, vec![Interval::FREE; 4], vec![Interval::ZERO; 5]);
+    let fit = levenberg_marquardt(&mut problem, &[0.0; 4], &Options::default(), &mut silent).expect("fits");
+    assert_eq!((fit.standard_errors(), fit.undetermined()), (None, vec![0, 1, 2]));
+    // Of what is determined nothing is listed.
+    let line: Function = |x, c, g| {
+        g.fill(0.0);
+        for k in 0..3 {
+            c[k] = k as f64 * x[0] + 1e6 * x[1] - (k * k) as f64;
+            (g[2 * (k + 1)], g[2 * (k + 1) + 1]) = (k as f64, 1e6);
+        }
+        0.0
+    };
+    let mut problem = Given::new(line, vec![Interval::FREE; 2], vec![Interval::ZERO; 3]);
+    let fit = levenberg_marquardt(&mut problem, &[0.0; 2], &Options::default(), &mut silent).expect("fits");
+    assert!(fit.standard_errors().is_some() && fit.undetermined().is_empty());
 }
