@@ -148,13 +148,7 @@ impl<'o> Descent<'o> {
             if self.history.len() > self.options.iterations {
                 return Reason::Iterations;
             }
-            let mut found = self.step(problem, merit);
-            if found.is_none() && !self.pairs.is_empty() && !problem.is_stopped() {
-                // What was remembered may have misled it.
-                self.pairs.clear();
-                found = self.step(problem, merit);
-            }
-            let Some(next) = found else {
+            let Some(next) = self.next(problem, merit) else {
                 if problem.is_stopped() {
                     return Reason::Asked;
                 }
@@ -168,14 +162,35 @@ impl<'o> Descent<'o> {
         }
     }
 
-    fn step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Option<Point> {
+    /// A lower point, if any is found.
+    fn next<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Option<Point> {
+        let given = self.options.first_step;
+        let mut found = self.step(problem, merit, given);
+        if found.is_none() && !self.pairs.is_empty() && !problem.is_stopped() {
+            // What was remembered may have misled it.
+            self.pairs.clear();
+            found = self.step(problem, merit, given);
+        }
+        if found.is_none() && given.is_some() && !problem.is_stopped() {
+            // Or the step that was given: one that rounding swallows, or far too long, tells nothing of what is lower.
+            found = self.step(problem, merit, None);
+        }
+        found
+    }
+
+    fn step<P: Problem + ?Sized>(
+        &self,
+        problem: &mut Counted<P>,
+        merit: &mut dyn Merit<P>,
+        given: Option<f64>,
+    ) -> Option<Point> {
         let direction = self.direction(problem);
-        search(problem, merit, &self.at, &direction, self.first(&direction))
+        search(problem, merit, &self.at, &direction, self.first(&direction, given))
     }
 
     /// The first length that is tried along a direction.
-    fn first(&self, direction: &[f64]) -> f64 {
-        match (self.pairs.is_empty(), self.options.first_step) {
+    fn first(&self, direction: &[f64], given: Option<f64>) -> f64 {
+        match (self.pairs.is_empty(), given) {
             (false, _) => 1.0,
             (true, Some(length)) => length / largest(direction).max(f64::MIN_POSITIVE),
             // Where a parabola with its minimum at 0 would have it, or half as far; where the value is none, or rounding, as far as the variables are large,

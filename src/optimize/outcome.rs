@@ -19,8 +19,8 @@ pub struct Options {
     pub violation: f64,
     /// The pairs of steps and changes of the gradient that are remembered.
     pub memory: usize,
-    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given (1 where f and all
-    /// variables are zero, which tell no length).
+    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given, or where it leads to
+    /// nothing lower (1 where f and all variables are zero, which tell no length).
     pub first_step: Option<f64>,
 }
 

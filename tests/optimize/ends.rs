@@ -30,11 +30,10 @@ fn where_nothing_lower_is_found_need_not_be_a_minimum() {
         g[0] = (x[0] - 0.3).signum() + 0.1;
         (x[0] - 0.3).abs() + 0.1 * x[0]
     };
-    let still = Options { first_step: Some(1e-300), ..Options::default() };
-    for (function, options) in [(wall, Options::default()), (kink, Options::default()), (bowl, still)] {
+    for function in [wall, kink] {
         for method in [lbfgs, augmented_lagrangian] {
             let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![]);
-            let outcome = method(&mut problem, &[4.0, 0.0], &options, &mut silent).expect("fits");
+            let outcome = method(&mut problem, &[4.0, 0.0], &Options::default(), &mut silent).expect("fits");
             assert_eq!(outcome.reason, Reason::NoLowerValue, "{outcome:?}");
         }
     }
@@ -465,4 +464,30 @@ fn a_value_that_is_rounding_tells_no_length() {
     let mut problem = Given::new(through_zero, vec![Interval::FREE], vec![]);
     let outcome = lbfgs(&mut problem, &[1.0], &Options::default(), &mut silent).expect("fits");
     assert!(outcome.reason.is_converged() && (outcome.x[0] - 0.99).abs() < 1e-7, "{:?} {:?}", outcome.reason, outcome.x);
+}
+
+/// A first step that leads nowhere left the method where it was, and penalties grew until constraints were said to hold nowhere.
+#[test]
+fn first_steps_of_any_length_lead_to_where_constraints_hold() {
+    let product: Function = |x, c, g| {
+        c[0] = x[0] * x[1] - 1.0;
+        g.copy_from_slice(&[2.0 * x[0], 2.0 * x[1], x[1], x[0]]);
+        x[0] * x[0] + x[1] * x[1]
+    };
+    for length in [1e-300, 1e-20, 1e-12, 1e12, 1e100, 1e155, 1e300] {
+        let options = Options { first_step: Some(length), ..Options::default() };
+        for (method, tolerance) in
+            [(augmented_lagrangian as fn(&mut Given, &[f64], &_, &mut _) -> _, 1e-6), (interior_point, 1e-6)]
+        {
+            for (function, expected) in [(product, [1.0, 1.0]), (bowl as Function, [1.0 + 10.0 / 11.0, -2.0 + 1.0 / 11.0])] {
+                let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![Interval::ZERO]);
+                let outcome = method(&mut problem, &[4.0, 1.0], &options, &mut silent).expect("fits");
+                let is_there = outcome.x.iter().zip(expected).all(|(x, of)| (x - of).abs() < tolerance);
+                assert!(outcome.reason.is_converged() && is_there, "{length:e}: {outcome:?}");
+            }
+        }
+        let mut problem = Given::new(bowl, vec![Interval::FREE; 2], vec![]);
+        let outcome = lbfgs(&mut problem, &[4.0, 0.0], &options, &mut silent).expect("fits");
+        assert!(outcome.reason.is_converged() && (outcome.x[0] - 1.0).abs() < 1e-5, "{length:e}: {outcome:?}");
+    }
 }

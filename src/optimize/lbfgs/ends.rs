@@ -68,7 +68,7 @@ impl Descent<'_> {
         let length = largest(&direction).max(f64::MIN_POSITIVE);
         // How far it is to the origin, or how far the steps here were; at the origin itself, as far as the first one was tried.
         let reach = self.history.iter().fold(largest(x), |reach, it| reach.max(it.step));
-        let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction) };
+        let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction, None) };
         let mut ahead = x.clone();
         add(&mut ahead, alpha, &direction);
         problem.project(&mut ahead);
