@@ -73,7 +73,9 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         let error = match self.problem.evaluate(x, &mut self.c) {
             Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
             Ok(f) => match self.c.iter().position(|c| !c.is_finite()).filter(|_| f.is_finite()) {
-                Some(j) => Error::NotFinite { what: format!("the value of constraint {j}"), value: self.c[j] },
+                Some(j) => {
+                    Error::NotFinite { what: format!("the value of {}", self.problem.constraint_name(j)), value: self.c[j] }
+                }
                 None => Error::NotFinite { what: "the value of the cost".into(), value: f },
             },
             Err(error) => error,

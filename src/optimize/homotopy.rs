@@ -19,7 +19,7 @@ const VIOLATION: f64 = 1e-5;
 /// Minimises by [`interior_point`](interior_point()), which may take the iterations of the options for each problem, first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
 ///
 /// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts and history are those of all problems, the rest is the
-/// last one's: of s < 1 if there is no way.
+/// last one's: of s < 1 if there is no way. The last call of `set` is with the s that was reached.
 ///
 /// # Errors
 /// As [`interior_point`](interior_point()); those of `set`. Errors at a start that was extrapolated are taken for no solution.

@@ -57,11 +57,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
-    if counted.intervals.iter().any(|of| *of != Interval::FREE) {
-        let what = "the number of constraints".to_string();
-        let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
-        return Err(Error::Parameter { what, value: counted.intervals.len() as f64, must_be });
-    }
+    refuse_constraints(&counted)?;
     let value = counted.evaluate_start(&x)?;
     let mut merit = Cost(value);
     let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
@@ -72,6 +68,21 @@ pub fn lbfgs<P: Problem + ?Sized>(
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&x);
     Ok(counted.outcome(x, value, Vec::new(), descent.history, reason))
+}
+
+/// # Errors
+/// Constraints that are not free, by name.
+fn refuse_constraints<P: Problem + ?Sized>(problem: &Counted<P>) -> Result<(), Error> {
+    const NAMED: usize = 3;
+    let bounded: Vec<usize> = (0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
+    if bounded.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<String> = bounded.iter().take(NAMED).map(|&j| problem.problem.constraint_name(j)).collect();
+    let more = if bounded.len() > NAMED { ", …" } else { "" };
+    let what = format!("the number of constraints that are not `Interval::FREE` ({}{more})", names.join(", "));
+    let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
+    Err(Error::Parameter { what, value: bounded.len() as f64, must_be })
 }
 
 /// A descent on a merit function, and what it remembers.

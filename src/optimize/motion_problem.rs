@@ -159,6 +159,10 @@ impl Problem for MotionProblem<'_> {
         self.variables.name(i).to_string()
     }
 
+    fn constraint_name(&self, j: usize) -> String {
+        format!("output `{}`", self.solver.system().output_name(j))
+    }
+
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         let f = self.try_at(x, c)?;
         self.settle();

@@ -199,6 +199,13 @@ impl Problem for MultipleShooting<'_> {
         self.names[i].clone()
     }
 
+    fn constraint_name(&self, j: usize) -> String {
+        match j.checked_sub(self.running.len()) {
+            None => self.segments[0].motion.constraint_name(j),
+            Some(joint) => format!("the joint at `{}`", self.names[self.whole.len() + joint]),
+        }
+    }
+
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         self.sizes().values(x, c)?;
         let whole = self.inputs_at(x);

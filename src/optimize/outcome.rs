@@ -47,7 +47,7 @@ impl Options {
             return Err(Error::NotFinite { what: format!("the start of `{}`", problem.variable_name(i)), value: start[i] });
         }
         bounds.iter().enumerate().try_for_each(|(i, of)| of.check(|| format!("`{}`", problem.variable_name(i))))?;
-        problem.constraints().iter().enumerate().try_for_each(|(j, of)| of.check(|| format!("constraint {j}")))
+        problem.constraints().iter().enumerate().try_for_each(|(j, of)| of.check(|| problem.constraint_name(j)))
     }
 
     /// Refuses what no comparison would ever meet or exceed.
@@ -84,7 +84,7 @@ pub enum Reason {
     Infeasible,
     /// The value falls without end: it still fell so far from the start that what was a unit of the variables there is rounding.
     Unbounded,
-    /// The last problem of a homotopy was not reached.
+    /// The last problem of a homotopy was not reached; how far it came, its last call of `set` tells.
     NoWay,
     /// All iterations were made.
     Iterations,

@@ -75,14 +75,19 @@ impl Interval {
     /// # Errors
     /// Bounds that no value is between, or that are no numbers.
     pub(super) fn check(&self, what: impl Fn() -> String) -> Result<(), Error> {
-        match self.least <= self.most && self.least < f64::INFINITY && self.most > f64::NEG_INFINITY {
-            true => Ok(()),
-            false => Err(Error::Parameter {
-                what: format!("the upper bound of {}", what()),
-                value: self.most,
-                must_be: "no less than the lower one, and both must be numbers or infinite",
-            }),
+        let Interval { least, most } = *self;
+        let refused = |what, value, must_be| Err(Error::Parameter { what, value, must_be });
+        if least.is_nan() || least == f64::INFINITY {
+            return refused(format!("the lower bound of {}", what()), least, "a number, or -inf for none");
         }
+        if most.is_nan() || most == f64::NEG_INFINITY {
+            return refused(format!("the upper bound of {}", what()), most, "a number, or inf for none");
+        }
+        if least > most {
+            let what = format!("the upper bound of {}, whose lower one is {least},", what());
+            return refused(what, most, "no less than that");
+        }
+        Ok(())
     }
 }
 
@@ -137,6 +142,11 @@ pub trait Problem {
     /// What a variable is called in messages.
     fn variable_name(&self, i: usize) -> String {
         format!("x{i}")
+    }
+
+    /// What a constraint is called in messages, with what it is.
+    fn constraint_name(&self, j: usize) -> String {
+        format!("constraint {j}")
     }
 
     /// f(x), and c(x) into `c`.

@@ -68,6 +68,16 @@ impl Problem for Trials<'_> {
         self.motions[0].variable_name(i)
     }
 
+    fn constraint_name(&self, mut j: usize) -> String {
+        for (trial, motion) in self.motions.iter().enumerate() {
+            match j.checked_sub(motion.outputs()) {
+                None => return format!("{} of trial {trial}", motion.constraint_name(j)),
+                Some(rest) => j = rest,
+            }
+        }
+        format!("constraint {j} of no trial")
+    }
+
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         self.sizes().values(x, c)?;
         let (mut sum, mut rest) = (0.0, c);

@@ -3,7 +3,7 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push, shooting};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MultipleShooting, Options, Problem, Trials, Variables, levenberg_marquardt, silent,
+    Free, Interval, MultipleShooting, Options, Problem, Trials, Variables, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::{Grid, Inputs, Settings};
 use nalgebra::DMatrix;
@@ -97,6 +97,61 @@ fn squares_beyond_the_range_of_numbers_are_no_minimum() {
     let mut problem = Given::new(less, vec![Interval::FREE], vec![Interval::ZERO; 2]);
     let fit = levenberg_marquardt(&mut problem, &[0.0], &Options::default(), &mut silent).expect("numbers");
     assert!(fit.outcome.reason.is_converged() && (fit.outcome.x[0] - 3.5).abs() < 1e-6, "{:?}", fit.outcome);
+}
+
+#[test]
+fn constraints_are_called_by_the_names_of_outputs() {
+    let (system, force, energy, _) = shooting::push();
+    let motion = || problem(&system, force, Inputs::at_rest(&system, Grid::uniform(6, 0.1)));
+    let mut problem = motion();
+    let start = problem.start();
+    // One of three, of which nothing is asked, is no constraint.
+    problem.constrain(energy, Interval::FREE);
+    let error = lbfgs(&mut problem, &start, &Options::default(), &mut silent).expect_err("constraints");
+    let named = "(output `place`, output `speed`) is 2;";
+    assert_says(&error, &[named, "`Interval::FREE`", "augmented_lagrangian"]);
+    problem.constrain(energy, Interval::new(f64::NAN, 1.0));
+    let error = Options::default().fit(&problem, &start).expect_err("no number");
+    assert_says(&error, &["lower bound of output `energy` is NaN"]);
+    problem.constrain(energy, Interval::new(2.0, 1.0));
+    let error = Options::default().fit(&problem, &start).expect_err("no room");
+    assert_says(&error, &["upper bound of output `energy`, whose lower one is 2, is 1;"]);
+    let trials = Trials::new(vec![motion(), motion()]).expect("trials");
+    assert_eq!(trials.constraint_name(system.outputs() + 1), "output `speed` of trial 1");
+}
+
+#[test]
+fn joints_of_segments_have_names() {
+    let (system, force, _, states) = shooting::push();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(6, 0.1));
+    let segments =
+        MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 2).expect("fits");
+    let names: Vec<String> = (0..segments.constraints().len()).map(|j| segments.constraint_name(j)).collect();
+    assert_eq!(names[0], "output `place`");
+    let first = system.coordinate_name(states[0].coordinate.index());
+    assert_eq!(names[names.len() - 6], format!("the joint at `{first} at node 3`"));
+    assert!(names[names.len() - 1].contains("rate of"), "{names:?}");
+}
+
+#[test]
+fn the_bound_that_is_wrong_is_named() {
+    let (infinite, nan) = (f64::INFINITY, f64::NAN);
+    let wrong = [
+        (nan, 1.0, "lower bound of `x0` is NaN"),
+        (infinite, infinite, "lower bound of `x0` is inf"),
+        (0.0, nan, "upper bound of `x0` is NaN"),
+        (-infinite, -infinite, "upper bound of `x0` is -inf"),
+        (1.0, 0.0, "upper bound of `x0`, whose lower one is 1, is 0"),
+    ];
+    let flat: Function = |_, _, g| {
+        g.fill(0.0);
+        0.0
+    };
+    for (least, most, said) in wrong {
+        let mut problem = Given::new(flat, vec![Interval::new(least, most)], vec![]);
+        let error = lbfgs(&mut problem, &[0.5], &Options::default(), &mut silent).expect_err("no interval");
+        assert_says(&error, &[said]);
+    }
 }
 
 #[test]
