@@ -199,8 +199,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn of(sums: &[(Sum, usize)]) -> Costs<Nothing> {
+    fn arranged(sums: &[(Sum, usize)]) -> Costs<Nothing> {
         let mut costs = Costs::default();
         for &(sum, output) in sums {
             costs.push(PlacedCost::new(("of a node", output), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));
@@ -212,7 +211,7 @@ mod tests {
     #[test]
     fn a_node_looks_at_its_own_readings_and_at_what_counts_anywhere() {
         let sums = [Sum::Node(7), Sum::Node(3), Sum::Integral, Sum::Node(900), Sum::Node(3), Sum::Terminal];
-        let costs = of(&sums.map(|sum| (sum, 0)));
+        let costs = arranged(&sums.map(|sum| (sum, 0)));
         let here = |node| costs.here(node, 0..1).collect::<Vec<usize>>();
         assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
         assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
@@ -220,7 +219,8 @@ mod tests {
 
     #[test]
     fn of_many_outputs_those_are_looked_at_that_are_asked_for() {
-        let costs = of(&[2, 0, 1, 2, 0, 1].map(|output| (if output == 1 { Sum::Node(4) } else { Sum::Integral }, output)));
+        let costs =
+            arranged(&[2, 0, 1, 2, 0, 1].map(|output| (if output == 1 { Sum::Node(4) } else { Sum::Integral }, output)));
         let here = |outputs| costs.here(Some(4), outputs).collect::<Vec<usize>>();
         assert_eq!([0..1, 1..2, 2..3, 3..4].map(here), [vec![1, 4], vec![2, 5], vec![0, 3], vec![]]);
         assert_eq!((here(1..3), here(0..3)), (vec![0, 3, 2, 5], vec![1, 4, 0, 3, 2, 5]));
