@@ -240,7 +240,7 @@ pub(crate) fn keep_end(forward: &mut ForwardSweep, node: usize) {
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let ForwardSweep { motion, stepper, monitor, .. } = forward;
-    stepper.newton.evaluation.phi(system, &motion.at(node), &mut monitor.phi);
+    stepper.newton.evaluation.phi_of_node(system, &motion.at(node), motion.node_blocks(node), &mut monitor.phi);
     largest(&monitor.phi)
 }
 

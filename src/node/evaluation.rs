@@ -79,7 +79,7 @@ impl Evaluation {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.set_design(start.design, &mut self.constants, &mut self.workspace);
         if let Some(positions) = &mut self.positions {
-            positions.fix(&formulas.elements, start.design);
+            positions.fix(&formulas.elements, start.design, &self.constants);
         }
         self.sines.set_coefficients(&mut self.constants.waves);
         self.linear.set(system, &self.constants);
@@ -179,14 +179,24 @@ impl Evaluation {
 
     /// Writes Φ at any point of the motion.
     pub(crate) fn phi(&mut self, system: &System, at: &NodeView<f64>, phi: &mut [f64]) {
-        let Evaluation { formulas, positions, design, .. } = self;
+        self.positions(system).0.evaluate(system, at, phi);
+    }
+
+    /// The same at a node, of whose blocks these are.
+    pub(crate) fn phi_of_node(&mut self, system: &System, at: &NodeView<f64>, blocks: &[f64], phi: &mut [f64]) {
+        let (positions, sines) = self.positions(system);
+        positions.evaluate_node(system, at, (sines, &blocks[..sines.block_len()]), phi);
+    }
+
+    fn positions(&mut self, system: &System) -> (&mut PositionConstraints, &Sines) {
+        let Evaluation { formulas, positions, design, constants, sines, .. } = self;
         let elements = &formulas.as_ref().unwrap_or(system.formulas()).elements;
         let make = || {
             let mut made = PositionConstraints::new(system, elements);
-            made.fix(elements, design);
+            made.fix(elements, design, constants);
             made
         };
-        positions.get_or_insert_with(make).evaluate(system, at, phi);
+        (positions.get_or_insert_with(make), sines)
     }
 
     /// Writes 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.

@@ -192,6 +192,13 @@ impl Sines {
         }
     }
 
+    /// Adds what is not linear of Φ.
+    pub fn add_phi(&self, blocks: &[f64], phi: &mut [f64]) {
+        for (_, terms, at) in self.each(blocks) {
+            terms.iter().for_each(|term| phi[term.equation] += term.sine * at.sin + term.cosine * at.cos);
+        }
+    }
+
     /// Adds 𝓛_q.
     pub fn add_force(&self, blocks: &[f64], force: &mut [f64]) {
         for (angle, _, at) in self.each(blocks) {
