@@ -13,7 +13,9 @@ pub struct Settings {
     pub tolerance: f64,
     /// The most Newton iterations in one step.
     pub max_iterations: usize,
-    /// The largest |Φ(q₀)| that is accepted, in m or rad; later a |Φ| below it is no drift (see [`Warning::Drift`](crate::Warning::Drift)).
+    /// The largest |Φ(q₀)| that is accepted, in the unit of Φ, which should be m or rad: (x² + y²)/R − R for x² + y² − R². What rounding of large
+    /// coordinates leaves is accepted, too. An assembled start ([`Start::assembled`](crate::Start::assembled)) meets the usual one, whatever is set here. Later a |Φ| below it is no
+    /// drift (see [`Warning::Drift`](crate::Warning::Drift)).
     pub position_tolerance: f64,
     /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
     pub velocity_tolerance: f64,

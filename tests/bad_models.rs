@@ -582,7 +582,7 @@ fn arguments_are_blamed_with_others_in_the_place_of_which_there_is_a_number() {
         scene.kinetic_energy("mass", Mass, [x], [1.0.into()]);
         scene.cost("torque", Torque, Sum::Terminal, [x], [], [u], []);
     });
-    let energy = at(&|scene, x| _ = scene.kinetic_energy("thinning", Thinning, [x], []));
+    let energy = at(&|scene, x| scene.kinetic_energy("thinning", Thinning, [x], []));
     for (error, name) in [(cost, "`torque`"), (energy, "`thinning`")] {
         let Error::Model { element, arguments, .. } = &error else { panic!("{error}") };
         assert_eq!((element.as_str(), arguments.as_str()), (name, "`sled.x` = -0.5"));
