@@ -11,6 +11,7 @@ mod error;
 mod experiment;
 mod figures;
 mod files;
+mod flags;
 mod jacobians;
 #[path = "../../tests/scenes/mechanisms.rs"]
 mod mechanisms;

@@ -5,6 +5,7 @@ use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Grid, Inputs, System};
 
 use crate::error::Error;
+use crate::flags::{finite, positive};
 use crate::steepest_descent::LineSearch;
 use crate::table::{Row, Verdict};
 
@@ -88,25 +89,4 @@ impl Settings {
             || format!("--friction-joint {joint}: hinges are numbered from 0, and {links} link(s) have {links} of them");
         if joint < links { Ok(()) } else { Err(Error::Usage(problem())) }
     }
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| "not a number".to_owned()).and_then(|value: f64| must(value.is_finite(), value, "be finite"))
-}
-
-pub fn positive(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|value| must(value > 0.0, value, "be positive"))
-}
-
-pub fn share(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|value| must(value > 0.0 && value < 1.0, value, "lie between 0 and 1"))
-}
-
-/// Nearer to 1, a step that nothing shortens would be tried for ever.
-pub fn shortening(text: &str) -> Result<f64, String> {
-    share(text).and_then(|value| must(value <= 0.99, value, "be at most 0.99"))
-}
-
-fn must(holds: bool, value: f64, what: &str) -> Result<f64, String> {
-    if holds { Ok(value) } else { Err(format!("must {what}")) }
 }

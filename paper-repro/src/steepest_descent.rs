@@ -3,7 +3,7 @@
 use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::Problem;
 
-use crate::settings::{positive, share, shortening};
+use crate::flags::{positive, share, shortening};
 use crate::statistics::largest;
 
 /// How the step length is found: the first of α, ρα, ρ²α, … with J(u − αg) ≤ J(u) − c α gᵀg.

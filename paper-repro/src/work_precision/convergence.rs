@@ -5,7 +5,7 @@ use std::hint::black_box;
 use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System, gradient};
 use serde::Serialize;
 
-use super::knots::Interpolation;
+use super::knots::{Interpolation, Reading};
 use super::reference::Reference;
 use super::{Method, order};
 use crate::plot::Colour;
@@ -15,16 +15,6 @@ use crate::stopwatch::{Job, Repeats};
 const INTERVALS: usize = 100;
 /// Relative errors above this belong to the scheme and not to rounding or the reference, for J and for its gradient.
 const FLOORS: (f64, f64) = (3e-12, 3e-11);
-
-/// How the control is had at the nodes between the ends of macro steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reading {
-    /// From the linear piece of the macro step, continued to nodes outside of it: smooth for the scheme.
-    Piece,
-    /// From the time of the node, also if a kink lies between it and its macro step: not smooth.
-    Time,
-}
 
 /// A method over numbers of macro steps.
 #[derive(Clone, Debug, Serialize)]

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::Measured;
-use super::convergence::{Convergence, Reading};
+use super::convergence::Convergence;
+use super::knots::Reading;
 use super::methods::Methods;
 use super::stiff;
 use crate::error::Error;

@@ -1,8 +1,9 @@
 //! What was expected, what was found, and whether that will do; times are never judged.
 
 use super::Measured;
-use super::convergence::{Convergence, Reading};
+use super::convergence::Convergence;
 use super::exactness::Exactness;
+use super::knots::Reading;
 use crate::statistics::largest;
 use crate::table::{Row, Rows, Verdict};
 

@@ -2,8 +2,17 @@
 
 use hamiltonian_adjoint::Composition;
 use nalgebra::DMatrix;
+use serde::Serialize;
 
-use super::convergence::Reading;
+/// How the control is had at the nodes between the ends of macro steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reading {
+    /// From the linear piece of the macro step, continued to nodes outside of it: smooth for the scheme.
+    Piece,
+    /// From the time of the node, also if a kink lies between it and its macro step: not smooth.
+    Time,
+}
 
 /// u_i = (1 − s_i) x_k + s_i x_{k+1} with k = k_i: the control at node i from the values x at the knots.
 pub struct Interpolation {

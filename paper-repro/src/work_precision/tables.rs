@@ -1,7 +1,8 @@
 //! The tables of the report: findings, exactness on each grid, times.
 
-use super::convergence::{Convergence, Reading};
+use super::convergence::Convergence;
 use super::exactness::Exactness;
+use super::knots::Reading;
 use super::tolerance::Tolerance;
 use super::{Measured, findings, order};
 use crate::table::{Row, Table};
