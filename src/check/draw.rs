@@ -114,7 +114,3 @@ pub(crate) fn check_magnitudes(names: &[String], magnitudes: &[f64]) -> Result<(
 pub(crate) fn check_number(what: &str, value: f64, fits: bool, must_be: &'static str) -> Result<(), Error> {
     if fits { Ok(()) } else { Err(Error::Parameter { what: what.into(), value, must_be }) }
 }
-
-pub(crate) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
-    if found == expected { Ok(()) } else { Err(Error::Size { what, expected, found }) }
-}

@@ -1,6 +1,8 @@
 //! The hand-derived Jacobian of any vector function, outside mechanics too.
 
-use super::draw::{Drawn, check_magnitudes, check_size, draw};
+use std::ops::Range;
+
+use super::draw::{Drawn, check_magnitudes, draw};
 use super::formula::Function;
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
@@ -8,7 +10,7 @@ use super::plan::{Block, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
 use crate::Error;
-use std::ops::Range;
+use crate::motion::check_size;
 
 const TITLE: &str = "function";
 

@@ -219,12 +219,12 @@ impl Inputs {
     /// Refuses a direction of other sizes, or with numbers that are not finite; so many nodes were inserted after it was given.
     pub(crate) fn check_direction(&self, direction: &Inputs, inserted: usize) -> Result<(), Error> {
         let nodes = self.grid.nodes() - inserted;
-        size("direction: time steps", nodes - 1, direction.grid.steps.len())?;
-        size("direction: q0", self.start.q().len(), direction.start.q().len())?;
-        size("direction: v0 or p*0", self.start.rate().len(), direction.start.rate().len())?;
-        size("direction: controls: rows (channels)", self.controls.nrows(), direction.controls.nrows())?;
-        size("direction: controls: columns (nodes)", nodes, direction.controls.ncols())?;
-        size("direction: design variables", self.design.len(), direction.design.len())?;
+        check_size("direction: time steps", nodes - 1, direction.grid.steps.len())?;
+        check_size("direction: q0", self.start.q().len(), direction.start.q().len())?;
+        check_size("direction: v0 or p*0", self.start.rate().len(), direction.start.rate().len())?;
+        check_size("direction: controls: rows (channels)", self.controls.nrows(), direction.controls.nrows())?;
+        check_size("direction: controls: columns (nodes)", nodes, direction.controls.ncols())?;
+        check_size("direction: design variables", self.design.len(), direction.design.len())?;
         self.start.check_kind(&direction.start)?;
         let starts = direction.start.q().iter().chain(direction.start.rate().iter());
         let changes = direction.grid.steps.iter().chain([&direction.grid.start]).chain(starts);
@@ -270,11 +270,11 @@ impl Inputs {
             Start::Velocity { .. } | Start::Assembled { .. } => "v0",
             Start::Momentum { .. } => "p*0",
         };
-        size("q0", n, self.start.q().len())?;
-        size(rate, n, self.start.rate().len())?;
-        size("controls: rows (channels)", system.k(), self.controls.nrows())?;
-        size("controls: columns (nodes, one more than steps)", nodes, self.controls.ncols())?;
-        size("design variables", system.designs(), self.design.len())?;
+        check_size("q0", n, self.start.q().len())?;
+        check_size(rate, n, self.start.rate().len())?;
+        check_size("controls: rows (channels)", system.k(), self.controls.nrows())?;
+        check_size("controls: columns (nodes, one more than steps)", nodes, self.controls.ncols())?;
+        check_size("design variables", system.designs(), self.design.len())?;
         let mut farthest = self.grid.start.abs();
         for (step, &length) in self.grid.steps.iter().enumerate() {
             if length == 0.0 || !length.is_finite() {
@@ -311,7 +311,8 @@ impl Inputs {
     }
 }
 
-fn size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+/// Refuses lists of another length.
+pub(crate) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
     if expected == found { Ok(()) } else { Err(Error::Size { what, expected, found }) }
 }
 

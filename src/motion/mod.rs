@@ -13,6 +13,7 @@ mod trajectory;
 pub(crate) use clock::Clock;
 pub use composition::Composition;
 pub use grid::Grid;
+pub(crate) use inputs::check_size;
 pub use inputs::{Held, Inputs, Start};
 pub(crate) use progress::Watch;
 pub use progress::{Progress, Task};

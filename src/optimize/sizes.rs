@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::Error;
+use crate::motion::check_size;
 
 /// The numbers of variables and of constraints.
 #[derive(Clone, Copy)]
@@ -15,21 +16,21 @@ impl Sizes {
     /// # Errors
     /// Another number of variables.
     pub(super) fn point(self, x: &[f64]) -> Result<(), Error> {
-        check("the variables of a point", x.len(), self.variables)
+        check_size("the variables of a point", self.variables, x.len())
     }
 
     /// # Errors
     /// Other numbers of variables or constraints.
     pub(super) fn values(self, x: &[f64], c: &[f64]) -> Result<(), Error> {
         self.point(x)?;
-        check("the values of constraints", c.len(), self.constraints)
+        check_size("the values of constraints", self.constraints, c.len())
     }
 
     /// # Errors
     /// Other numbers of weights or derivatives.
     pub(super) fn gradient(self, c_weights: &[f64], gradient: &[f64]) -> Result<(), Error> {
-        check("the weights of constraints", c_weights.len(), self.constraints)?;
-        check("the gradient, of an entry for each variable", gradient.len(), self.variables)
+        check_size("the weights of constraints", self.constraints, c_weights.len())?;
+        check_size("the gradient, of an entry for each variable", self.variables, gradient.len())
     }
 
     /// # Errors
@@ -39,25 +40,21 @@ impl Sizes {
             let (what, must_be) = ("a row of the Jacobian".to_string(), "less than the number of constraints");
             return Err(Error::Parameter { what, value: *row as f64, must_be });
         }
-        check("the rows of the Jacobian, one for each that is asked for", jacobian.nrows(), rows.len())?;
-        check("the columns of the Jacobian, one for each variable", jacobian.ncols(), self.variables)
+        check_size("the rows of the Jacobian, one for each that is asked for", rows.len(), jacobian.nrows())?;
+        check_size("the columns of the Jacobian, one for each variable", self.variables, jacobian.ncols())
     }
 
     /// # Errors
     /// Other numbers of variables or constraints.
     pub(super) fn push_forward(self, direction: &[f64], change: &[f64]) -> Result<(), Error> {
-        check("the direction, of an entry for each variable", direction.len(), self.variables)?;
-        check("the changes of constraints", change.len(), self.constraints)
+        check_size("the direction, of an entry for each variable", self.variables, direction.len())?;
+        check_size("the changes of constraints", self.constraints, change.len())
     }
 
     /// # Errors
     /// Another number of variables.
     pub(super) fn product(self, direction: &[f64], product: &[f64]) -> Result<(), Error> {
-        check("the direction, of an entry for each variable", direction.len(), self.variables)?;
-        check("the product, of an entry for each variable", product.len(), self.variables)
+        check_size("the direction, of an entry for each variable", self.variables, direction.len())?;
+        check_size("the product, of an entry for each variable", self.variables, product.len())
     }
-}
-
-pub(super) fn check(what: &'static str, found: usize, expected: usize) -> Result<(), Error> {
-    if found == expected { Ok(()) } else { Err(Error::Size { what, expected, found }) }
 }

@@ -5,8 +5,8 @@ use std::mem::{Discriminant, discriminant};
 
 use super::free::{Free, Quantity};
 use super::problem::Interval;
-use super::sizes;
 use super::spline::cubic;
+use crate::motion::check_size;
 use crate::{Error, Gradient, Inputs, System};
 
 const NODES: &str = "the nodes of the inputs, which must be those that variables were made for";
@@ -77,7 +77,7 @@ impl Variables {
     /// # Errors
     /// Inputs with another number of nodes, a system that does not have what is free.
     pub(super) fn check(&self, system: &System, inputs: &Inputs) -> Result<(), Error> {
-        sizes::check(NODES, inputs.grid.nodes(), self.shares.len())?;
+        check_size(NODES, self.shares.len(), inputs.grid.nodes())?;
         self.free.iter().try_for_each(|of| of.quantity.name(system, inputs.grid.steps.len()).map(drop))
     }
 
@@ -183,9 +183,9 @@ impl Variables {
     /// # Errors
     /// Another number of variables than there are, or of nodes than those that they were made for; then nothing is set.
     pub fn apply(&self, x: &[f64], inputs: &mut Inputs) -> Result<(), Error> {
-        sizes::check("the variables of a point", x.len(), self.len())?;
-        sizes::check(NODES, inputs.grid.nodes(), self.shares.len())?;
-        sizes::check("the nodes of the controls", inputs.controls.ncols(), self.shares.len())?;
+        check_size("the variables of a point", self.len(), x.len())?;
+        check_size(NODES, self.shares.len(), inputs.grid.nodes())?;
+        check_size("the nodes of the controls", self.shares.len(), inputs.controls.ncols())?;
         self.write(x, inputs);
         Ok(())
     }

@@ -78,7 +78,11 @@ pub(super) fn to_blame<K: Copy>(all: Vec<(K, Argument)>, has_number: impl Fn(K, 
     let is_to_blame = |(key, _): &&(K, Argument)| OTHERS.iter().any(|&other| has_number(*key, other));
     let found: Vec<&(K, Argument)> = all.iter().filter(is_to_blame).collect();
     let found = if found.is_empty() { all.iter().collect() } else { found };
-    let mut arguments: Vec<Argument> = found.into_iter().map(|(_, argument)| *argument).collect();
+    distinct(found.into_iter().map(|(_, argument)| *argument).collect())
+}
+
+/// Each of them once.
+pub(super) fn distinct(mut arguments: Vec<Argument>) -> Vec<Argument> {
     arguments.sort_unstable();
     arguments.dedup();
     arguments

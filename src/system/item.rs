@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::argument::{Argument, to_blame};
+use super::argument::{Argument, distinct, to_blame};
 use super::batch::{Covector, InputRows, Sums};
 use super::constants::Entry;
 use super::element::Element;
@@ -182,10 +182,7 @@ impl PlacedElement {
         // A column of what the formula does not depend on is 0 · NaN.
         let known = self.arguments(at);
         arguments.retain(|argument| known.contains(argument));
-        let mut arguments = if arguments.is_empty() { known } else { arguments };
-        arguments.sort_unstable();
-        arguments.dedup();
-        Some(arguments)
+        Some(distinct(if arguments.is_empty() { known } else { arguments }))
     }
 
     /// Value and derivatives, by dual numbers.

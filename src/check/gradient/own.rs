@@ -10,7 +10,9 @@ const LISTED: usize = 4;
 
 /// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
 ///
-/// The truth is the library's own, or else what of it is not confirmed. A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
+/// The truth is the library's own, or else what of it is not confirmed.
+///
+/// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
 pub(super) fn compare(
     Subject { system, inputs, .. }: Subject,
     sizes: &Inputs,

@@ -10,13 +10,14 @@ pub use terms::Terms;
 
 use std::ops::Range;
 
-use super::draw::{Drawn, check_size, check_tolerance};
+use super::draw::{Drawn, check_tolerance};
 use super::formula::Formula;
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
 use super::plan::{Block, Elsewhere, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
+use crate::motion::check_size;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
 use crate::{Error, System};
