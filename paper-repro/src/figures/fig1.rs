@@ -5,10 +5,10 @@ use std::path::Path;
 
 use hamiltonian_adjoint::scenes::CartPendulum;
 
-use super::CART;
+use super::{CART, arc, cart, hinge, line, trail};
 use crate::error::Error;
 use crate::experiment::Experiment;
-use crate::plot::{Point, Scene, SceneChart, Shape, colour};
+use crate::plot::{Axis, Chart, Colour, Panels, Point, Series, Side, Style, colour};
 use crate::table::{Row, Verdict};
 
 /// Angles of the links in the sketch, repeated for longer chains.
@@ -23,68 +23,85 @@ const DIMENSIONED: usize = 1;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let links = usize::from(experiment.settings.links);
-    let mut shapes = cart();
+    let mut series = surroundings();
     let (mut hinge, mut low) = ((0.0, 0.0), LOWEST_NOTE);
     for j in 0..links {
         let angle = ANGLES[j % ANGLES.len()];
         let tip = (hinge.0 + angle.cos(), hinge.1 + angle.sin());
-        shapes.extend(link(j, hinge, tip, angle));
+        series.extend(link(j, hinge, tip, angle));
         if j == DIMENSIONED.min(links - 1) {
-            shapes.extend(dimension(hinge, tip, experiment.settings.length));
+            series.extend(dimension(hinge, tip, experiment.settings.length));
         }
         (hinge, low) = (tip, tip.1.min(low));
     }
-    shapes.extend(notes(experiment));
+    series.extend(notes(experiment));
     let (left, right) = (-1.65, hinge.0.max(1.75) + 0.3);
-    let range = Some(((left, low - 0.15), (right, 0.9)));
-    let scenes = vec![Scene { title: String::new(), shapes }];
-    let chart = SceneChart { scenes, range, width: (UNIT * (right - left)).min(2000.0), ..SceneChart::default() };
-    chart.save(stem)?;
+    let axis = |label, range| Axis { range: Some(range), ..Axis::linear(label) };
+    let (x, y) = (axis("x [link lengths]", (left, right)), axis("y [link lengths]", (low - 0.15, 0.9)));
+    let chart = Chart { x, y, series, framed: false, ..Chart::default() };
+    let charts = vec![chart.equally_scaled((UNIT * (right - left)).min(2000.0))];
+    Panels { charts, columns: 1 }.save_shapes(stem)?;
     Ok(claims(experiment))
 }
 
 /// The rail, the cart, its force and the axes; lengths are in link lengths.
-fn cart() -> Vec<Shape> {
+fn surroundings() -> Vec<Series> {
     let floor = -0.5 * CART.1;
     let centre = (0.0, 0.0);
     let origin = (-1.45, 0.3);
+    let force = ((-0.95, 0.0), (-0.5 * CART.0, 0.0));
+    let middle = (0.5 * (force.0.0 + force.1.0), 0.0);
     vec![
-        Shape::ground((-1.55, floor), (1.8, floor)),
-        Shape::rectangle(centre, CART, colour::SKY, true),
-        Shape::rectangle(centre, CART, colour::BLACK, false),
-        Shape::arrow((-0.95, 0.0), (-0.5 * CART.0, 0.0), colour::RED, "u = F(t)"),
-        Shape::arrow(origin, (origin.0 + 0.4, origin.1), colour::BLACK, ""),
-        Shape::arrow(origin, (origin.0, origin.1 + 0.4), colour::BLACK, ""),
-        Shape::text((origin.0 + 0.47, origin.1), "x"),
-        Shape::text((origin.0, origin.1 + 0.47), "y"),
+        Series::shape("ground", vec![(-1.55, floor), (1.8, floor)], colour::BLACK, Style::Hatched, 1.0),
+        cart(centre, 1.0, colour::SKY, Style::Filled),
+        cart(centre, 1.0, colour::BLACK, Style::Line),
+        arrow(force.0, force.1, colour::RED).noted("u = F(t)", middle, (0.0, 9.5), Side::Center),
+        arrow(origin, (origin.0 + 0.4, origin.1), colour::BLACK),
+        arrow(origin, (origin.0, origin.1 + 0.4), colour::BLACK),
+        text((origin.0 + 0.47, origin.1), "x"),
+        text((origin.0, origin.1 + 0.47), "y"),
     ]
 }
 
+fn arrow(from: Point, to: Point, colour: Colour) -> Series {
+    Series::shape("arrow", vec![from, to], colour, Style::Arrow(1), 1.5)
+}
+
+fn text(at: Point, words: &str) -> Series {
+    Series::shape("text", vec![at], colour::BLACK, Style::Line, 0.0).noted(words, at, (0.0, 0.0), Side::Center)
+}
+
 /// The length below the link.
-fn dimension(hinge: Point, tip: Point, length: f64) -> [Shape; 2] {
+fn dimension(hinge: Point, tip: Point, length: f64) -> [Series; 2] {
     const AWAY: f64 = 0.14;
     let (across, up) = (AWAY * (tip.1 - hinge.1), -AWAY * (tip.0 - hinge.0));
     let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
     let words = format!("link length {length} m (assumed)");
     let below = (0.5 * (from.0 + to.0) - 0.6, 0.5 * (from.1 + to.1) - 0.16);
-    [Shape::dimension(from, to), Shape::text(below, &words)]
+    [Series::shape("dimension", vec![from, to], colour::BLACK, Style::Arrow(2), 0.75), text(below, &words)]
 }
 
 /// A link, its centre of mass and its angle against the x axis.
-fn link(j: usize, hinge: Point, tip: Point, angle: f64) -> Vec<Shape> {
-    let centre = (0.5 * (hinge.0 + tip.0), 0.5 * (hinge.1 + tip.1));
-    let reference = vec![hinge, (hinge.0 + 0.42, hinge.1)];
+fn link(j: usize, at: Point, tip: Point, angle: f64) -> Vec<Series> {
+    let centre = (0.5 * (at.0 + tip.0), 0.5 * (at.1 + tip.1));
+    let ((sin, cos), radius) = ((0.5 * angle).sin_cos(), 0.3);
+    let middle = (at.0 + radius * cos, at.1 + radius * sin);
     vec![
-        Shape::trail(reference, colour::BLACK),
-        Shape::angle(hinge, 0.3, angle, &format!("φ{}", subscript(j + 1))),
-        Shape::line(vec![hinge, tip], colour::BLUE, 4.0),
-        Shape::disc(centre, 0.025, colour::BLACK),
-        Shape::hinge(hinge, colour::BLACK),
+        trail(vec![at, (at.0 + 0.42, at.1)], colour::BLACK),
+        Series::shape("arc", arc(at, radius, angle), colour::BLACK, Style::Line, 0.75).noted(
+            format!("φ{}", subscript(j + 1)),
+            middle,
+            (9.0 * cos, 9.0 * sin),
+            Side::Left,
+        ),
+        line(vec![at, tip], colour::BLUE, 4.0),
+        Series::shape("circle", arc(centre, 0.025, TAU), colour::BLACK, Style::Filled, 0.0),
+        hinge(at, colour::BLACK),
     ]
 }
 
 /// Gravity; masses and friction in words.
-fn notes(experiment: &Experiment) -> Vec<Shape> {
+fn notes(experiment: &Experiment) -> Vec<Series> {
     let example = experiment.settings.example();
     let lines = [
         format!("cart: {} kg, {} kg m²", example.cart_mass, example.cart_inertia),
@@ -92,9 +109,10 @@ fn notes(experiment: &Experiment) -> Vec<Shape> {
         format!("friction on the rail: {} N s/m", example.rail_friction),
         format!("friction in hinge {} (assumed): {} N m s/rad", example.friction_joint + 1, example.hinge_friction),
     ];
-    let row = |row: u32, line: &String| Shape::text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
+    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
     let gravity = format!("g = {} m/s² (assumed)", example.gravity);
-    let down = Shape::arrow((0.85, 0.7), (0.85, 0.25), colour::BLACK, &gravity);
+    let (from, to) = ((0.85, 0.7), (0.85, 0.25));
+    let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
     (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
 }
 

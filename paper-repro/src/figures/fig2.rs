@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::{link, shapes};
+use super::{link, pose, trail};
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
-use crate::plot::{Scene, SceneChart, Shape, colour};
-use crate::statistics::largest;
+use crate::plot::{Axis, Chart, Panels, Series, Style, colour};
+use crate::statistics::{largest, range};
 use crate::table::{Row, Verdict};
 
 /// Pictures, the first with the cart at its right-most position.
@@ -16,15 +16,15 @@ const PAPER_RIGHTMOST: f64 = 1.26;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let optimum = experiment.optimum()?;
-    let scenes = frames(optimum).map(|node| scene(experiment, optimum, node)).collect();
-    let key = [
-        ("snapshot, with the path of the free end", colour::RED),
-        ("initial position", colour::GREY),
-        ("final position", colour::BLUE),
-    ];
-    let chart =
-        SceneChart { labels: Some(["x [m]", "y [m]"]), key: key.to_vec(), scenes, columns: 2, ..SceneChart::default() };
-    chart.save(stem)?;
+    let pictures: Vec<Chart> = frames(optimum).map(|node| picture(experiment, optimum, node)).collect();
+    // The same stretch of the plane in all pictures, with some room around what is shown.
+    let points = || pictures.iter().flat_map(|picture| &picture.series).flat_map(|shape| &shape.points);
+    let extents = [range(points().map(|point| point.0)), range(points().map(|point| point.1))];
+    let room = 0.06 * extents.map(|(low, high)| high - low).into_iter().fold(0.0, f64::max);
+    let axis = |label, (low, high): (f64, f64)| Axis { range: Some((low - room, high + room)), ..Axis::linear(label) };
+    let axes =
+        |picture| Chart { x: axis("x [m]", extents[0]), y: axis("y [m]", extents[1]), ..picture }.equally_scaled(350.0);
+    Panels { charts: pictures.into_iter().map(axes).collect(), columns: 2 }.save_shapes(stem)?;
     Ok(claims(experiment, optimum))
 }
 
@@ -34,15 +34,20 @@ fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
     (0..FRAMES).map(move |frame| first + frame * (end - first) / FRAMES)
 }
 
-fn scene(experiment: &Experiment, optimum: &Optimum, node: usize) -> Scene {
+fn picture(experiment: &Experiment, optimum: &Optimum, node: usize) -> Chart {
     let (motion, length) = (&optimum.motion, experiment.settings.length);
-    let pose = |node: usize, colour, width| shapes(motion.q.column(node).as_view(), length, colour, width);
-    let mut shapes = pose(0, colour::GREY, 2.0);
-    shapes.extend(pose(motion.computed - 1, colour::BLUE, 2.0));
-    let tip = last_tips(experiment, optimum, node);
-    shapes.push(Shape::trail(tip, colour::RED));
-    shapes.extend(pose(node, colour::RED, 3.0));
-    Scene { title: format!("t = {:.2} s", motion.times[node]), shapes }
+    let at = |node: usize, colour, width| pose(motion.q.column(node).as_view(), length, colour, width);
+    let mut series = at(0, colour::GREY, 2.0);
+    series.extend(at(motion.computed - 1, colour::BLUE, 2.0));
+    series.push(trail(last_tips(experiment, optimum, node), colour::RED));
+    series.extend(at(node, colour::RED, 3.0));
+    let key = [
+        ("snapshot, with the path of the free end", colour::RED),
+        ("initial position", colour::GREY),
+        ("final position", colour::BLUE),
+    ];
+    series.extend(key.map(|(name, colour)| Series { width: 3.0, ..Series::new(name, Vec::new(), colour, Style::Line) }));
+    Chart { title: format!("t = {:.2} s", motion.times[node]), series, ..Chart::default() }
 }
 
 /// The way of the chain's free end up to the node.

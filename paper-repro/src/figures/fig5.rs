@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::KINK;
+use super::with_kink;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Series, Style, colour, scientific};
@@ -15,13 +15,13 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
         let iterate = &optimum.history[iteration];
         let name = format!("iteration {iteration}, J = {}", cost(iterate.cost));
-        Series::over(&times, &iterate.u, name, colour, Style::Line)
+        let force = Series::over(&times, &iterate.u, name, colour, Style::Line);
+        if iteration == optimum.iterations() { with_kink(force, 1) } else { force }
     });
     let chart = Chart {
         x: Axis::linear("time t [s]"),
         y: Axis::linear("force on the cart F [N]"),
         series: series.collect(),
-        note: Some(((times[1], optimum.end().u[1]), KINK)),
         ..Chart::default()
     };
     chart.save(stem)?;

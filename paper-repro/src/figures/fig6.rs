@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::KINK;
+use super::with_kink;
 use crate::error::Error;
 use crate::experiment::{Experiment, Gradients};
 use crate::plot::{Axis, Chart, Panels, Place, Series, Style, colour};
@@ -15,10 +15,9 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         y: Axis::linear("dJ/du_i [rad²/N]"),
         series: vec![
             Series::over(&times, &gradients.complex_step, "complex step", colour::RED, Style::Circles),
-            Series::over(&times, &gradients.adjoint, "adjoint", colour::BLUE, Style::Line),
+            with_kink(Series::over(&times, &gradients.adjoint, "adjoint", colour::BLUE, Style::Line), 0),
         ],
         legend: Place::UpperLeft,
-        note: Some(((times[0], gradients.adjoint[0]), KINK)),
         size: (700.0, 290.0),
         ..Chart::default()
     };
@@ -26,7 +25,6 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         x: Axis::linear("time t_i [s]"),
         y: Axis::log("|difference| [rad²/N]", 1e-20),
         series: vec![Series::over(&times, &gradients.differences(), "|difference|", colour::BLACK, Style::Line)],
-        note: None,
         ..above.clone()
     };
     Panels { charts: vec![above, below], columns: 1 }.save(stem)?;

@@ -3,14 +3,8 @@
 use super::Point;
 
 /// A line of fields, each quoted where it must be.
-pub(super) fn line(fields: impl IntoIterator<Item = String>) -> String {
-    let fields: Vec<String> = fields.into_iter().map(quoted).collect();
-    fields.join(",") + "\n"
-}
-
-/// The number, with an exponent where it is very small or large.
-pub(super) fn number(value: f64) -> String {
-    format!("{value:?}")
+pub(super) fn line(fields: &[impl AsRef<str>]) -> String {
+    fields.iter().map(|field| quoted(field.as_ref())).collect::<Vec<_>>().join(",") + "\n"
 }
 
 /// Named series: a column to each if all have the same x, else in long form.
@@ -20,29 +14,32 @@ pub(super) fn series([x_label, y_label]: [&str; 2], series: &[(String, &[Point])
     };
     let same_x = |points: &[Point]| points.iter().map(|point| point.0).eq(first.iter().map(|point| point.0));
     if !rest.iter().all(|(_, points)| same_x(points)) {
-        return line(["series", x_label, y_label].map(str::to_owned)) + &long(series, None);
+        let rows = series.iter().map(|(name, of_series)| points(&[name], of_series));
+        return line(&["series", x_label, y_label]) + &rows.collect::<String>();
     }
-    let names = series.iter().map(|(name, _)| name.clone());
-    let mut out = line(std::iter::once(x_label.to_owned()).chain(names));
+    let names = series.iter().map(|(name, _)| name.as_str());
+    let mut out = line(&std::iter::once(x_label).chain(names).collect::<Vec<_>>());
     for (row, (x, _)) in first.iter().enumerate() {
-        let values = series.iter().filter_map(|(_, points)| points.get(row));
-        out += &line(std::iter::once(number(*x)).chain(values.map(|(_, y)| number(*y))));
+        let values = series.iter().filter_map(|(_, points)| points.get(row)).map(|point| point.1);
+        out += &line(&std::iter::once(*x).chain(values).map(number).collect::<Vec<_>>());
     }
     out
 }
 
-/// The rows of the long form, without header, led by the panel if there is one.
-pub(super) fn long(series: &[(String, &[Point])], panel: Option<&str>) -> String {
-    let row = |name: &str, (x, y): Point| {
-        let lead = panel.map(str::to_owned).into_iter();
-        line(lead.chain([name.to_owned(), number(x), number(y)]))
-    };
-    series.iter().flat_map(|(name, points)| points.iter().map(move |point| row(name, *point))).collect()
+/// A row for each point, behind what all have in common.
+pub(super) fn points(common: &[&str], points: &[Point]) -> String {
+    let row = |(x, y): &Point| line(&[common, &[&number(*x), &number(*y)]].concat());
+    points.iter().map(row).collect()
+}
+
+/// The number, with an exponent where it is very small or large.
+fn number(value: f64) -> String {
+    format!("{value:?}")
 }
 
 /// The field, in quotes if it has a comma, a quote or a line break.
-fn quoted(field: String) -> String {
-    if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
 }
 
 #[cfg(test)]

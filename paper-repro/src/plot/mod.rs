@@ -4,13 +4,14 @@ mod chart;
 mod csv;
 mod page;
 mod ruler;
-mod scene;
+mod series;
 
-pub use chart::{Chart, Panels, Series, Style};
+pub use chart::{Chart, Panels};
 pub use plotters::chart::SeriesLabelPosition as Place;
 pub use plotters::style::RGBColor as Colour;
+pub use plotters::style::text_anchor::HPos as Side;
 pub use ruler::Axis;
-pub use scene::{Scene, SceneChart, Shape};
+pub use series::{Series, Style};
 
 /// A small number in one digit, as it is set in print: 10⁻⁴.
 pub fn scientific(value: f64) -> String {
@@ -67,27 +68,38 @@ mod tests {
     }
 
     #[test]
-    fn scenes_are_written_with_their_words() {
-        let stem = stem("scene");
-        let link = Shape::line(vec![(0.0, 0.0), (9.0, 9.0)], colour::RED, 2.0);
-        let disc = Shape::disc((1e6, 0.0), 1.0, colour::BLUE);
-        let arrow = Shape::arrow((0.0, 0.0), (0.0, 0.0), colour::RED, "F(t)");
-        let scene = Scene { title: "t = 0 s".to_owned(), shapes: vec![link, disc, arrow] };
-        let chart =
-            SceneChart { labels: Some(["x [m]", "y [m]"]), scenes: vec![scene; 3], columns: 2, ..SceneChart::default() };
-        chart.save(&stem).unwrap();
+    fn sketches_are_written_with_their_words() {
+        let stem = stem("sketch");
+        let shape = |points: &[Point], style| Series::shape("shape", points.to_vec(), colour::RED, style, 1.0);
+        let link = shape(&[(0.0, 0.0), (9.0, 9.0)], Style::Line);
+        let far = shape(&[(1e6, 0.0), (1e6, 1.0), (0.0, 0.0)], Style::Filled);
+        let arrow = shape(&[(0.0, 0.0), (0.0, 0.0)], Style::Arrow(2)).noted("F(t)", (0.0, 0.0), (0.0, 9.0), Side::Center);
+        let ground = shape(&[(0.0, 0.0), (9.0, 0.0)], Style::Hatched);
+        let series = vec![link, far, arrow, ground];
+        let (title, x, y) = ("t = 0 s".to_owned(), Axis::linear("x [m]"), Axis::linear("y [m]"));
+        let chart = Chart { title, x, y, series, ..Chart::default() };
+        Panels { charts: vec![chart; 3], columns: 2 }.save_shapes(&stem).unwrap();
         let svg = String::from_utf8(read(&stem, "svg")).unwrap();
         assert!(["t = 0 s", "F(t)", "x [m]"].iter().all(|words| svg.contains(words)));
-        SceneChart::default().save(&stem).unwrap();
+        assert!(String::from_utf8(read(&stem, "csv")).unwrap().contains("\nt = 0 s,1,shape,9.0,9.0\n"));
+        Panels { charts: Vec::new(), columns: 1 }.save_shapes(&stem).unwrap();
         std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn both_axes_of_what_is_to_scale_have_one() {
+        let axis = |range| Axis { range: Some(range), ..Axis::default() };
+        let chart =
+            Chart { x: axis((-1.0, 3.0)), y: axis((0.0, 2.0)), framed: false, ..Chart::default() }.equally_scaled(422.0);
+        // 22 and 14 points are beside the frame.
+        assert_eq!(chart.size, (422.0, 214.0));
     }
 
     #[test]
     fn text_is_drawn_without_the_fonts_of_the_system() {
         let stem = stem("text");
         let dark = |words: &str| {
-            let scenes = vec![Scene { title: words.to_owned(), shapes: Vec::new() }];
-            SceneChart { scenes, ..SceneChart::default() }.save(&stem).unwrap();
+            Chart { title: words.to_owned(), framed: false, ..Chart::default() }.save(&stem).unwrap();
             read(&stem, "png").len()
         };
         assert!(dark("‖Φ‖∞ ≤ φ₁") > dark("") + 500);

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
+use plotters::data::float::pretty_print_float;
 
 use crate::statistics::range;
 
@@ -58,10 +59,6 @@ pub struct Ruler {
 }
 
 impl Ruler {
-    pub fn linear(low: f64, high: f64) -> Self {
-        Self { floor: None, low, high }
-    }
-
     fn position(&self, value: f64) -> f64 {
         match self.floor {
             Some(floor) if !value.is_nan() => value.max(floor).log10(),
@@ -125,20 +122,10 @@ impl ValueFormatter<f64> for Ruler {
         match self.floor {
             Some(floor) if *value <= 1.0001 * floor => format!("≤ {}", scientific(&format!("{value:.0e}"))),
             Some(_) if self.high - self.low > 1.0 => scientific(&format!("{value:.0e}")),
-            _ => words(*value, self.high - self.low),
+            _ if value.abs() < 1e-6 * (self.high - self.low) => "0".to_owned(),
+            _ => scientific(&pretty_print_float(*value, true)),
         }
     }
-}
-
-/// The digits that a tick has on an axis of this length, and no more.
-fn words(value: f64, length: f64) -> String {
-    if value.abs() < 1e-6 * length {
-        return "0".to_owned();
-    }
-    let digits = if (1e-3..1e5).contains(&value.abs()) { format!("{value:.6}") } else { format!("{value:.3e}") };
-    let (number, exponent) = digits.split_once('e').map_or((digits.as_str(), String::new()), |(x, e)| (x, format!("e{e}")));
-    let number = number.trim_end_matches('0').trim_end_matches('.');
-    scientific(&format!("{number}{exponent}"))
 }
 
 /// The number as it is set in print: `1e-4` as 10⁻⁴, `-2e7` as −2·10⁷.
@@ -164,15 +151,19 @@ pub(super) fn scientific(number: &str) -> String {
 mod tests {
     use super::*;
 
+    fn linear(low: f64, high: f64) -> Ruler {
+        Ruler { floor: None, low, high }
+    }
+
     fn ticks(ruler: Ruler, most: usize) -> Vec<String> {
         ruler.key_points(most).iter().map(|value| ruler.format_ext(value)).collect()
     }
 
     #[test]
     fn linear_ticks_have_the_digits_of_the_step() {
-        assert_eq!(ticks(Ruler::linear(-0.1, 0.35), 5), ["−0.1", "0", "0.1", "0.2", "0.3"]);
-        assert_eq!(ticks(Ruler::linear(0.0, 1.2e-9), 3), ["0", "5·10⁻¹⁰", "10⁻⁹"]);
-        assert_eq!(ticks(Ruler::linear(0.0, 3e7), 4), ["0", "10⁷", "2·10⁷", "3·10⁷"]);
+        assert_eq!(ticks(linear(-0.1, 0.35), 5), ["−0.1", "0", "0.1", "0.2", "0.3"]);
+        assert_eq!(ticks(linear(0.0, 1.2e-9), 3), ["0", "5·10⁻¹⁰", "10⁻⁹"]);
+        assert_eq!(ticks(linear(0.0, 3e7), 4), ["0", "10⁷", "2·10⁷", "3·10⁷"]);
     }
 
     #[test]

@@ -1,0 +1,194 @@
+//! What charts are made of: curves, clouds of points, and the shapes of sketches.
+
+use plotters::backend::SVGBackend;
+use plotters::chart::SeriesAnno;
+use plotters::element::{
+    Circle, Cross, DashedPathElement, DynElement, EmptyElement, IntoDynElement, PathElement, Polygon, Text,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontStyle, IntoTextStyle, ShapeStyle, WHITE};
+
+use super::page::{Area, SMALL, font, pen, units};
+use super::ruler::Ruler;
+use super::{Colour, Point, colour};
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    Line,
+    Dashed,
+    Circles,
+    Crosses,
+    /// A line with open circles, thinned where they would touch.
+    LineAndCircles,
+    /// The area within a closed line.
+    Filled,
+    /// A line with an arrow at its end, or at so many of its ends.
+    Arrow(usize),
+    /// A line hatched on the right of its direction.
+    Hatched,
+}
+
+/// A curve, a cloud of points or a shape.
+#[derive(Clone)]
+pub struct Series {
+    /// Its name in the legend, or what shape it is.
+    pub name: String,
+    /// Its points; those not finite interrupt the line.
+    pub points: Vec<Point>,
+    pub colour: Colour,
+    pub style: Style,
+    /// Width of the line in points.
+    pub width: f64,
+    /// Whether its y is that of the right axis.
+    pub right_axis: bool,
+    /// Whether the legend has it.
+    pub listed: bool,
+    pub note: Option<Note>,
+}
+
+/// Words beside a point of the data: so many points to the right and up from it, with this side of them.
+#[derive(Clone)]
+pub struct Note {
+    pub words: String,
+    pub at: Point,
+    pub away: Point,
+    pub side: HPos,
+}
+
+/// Length of a sample in the legend.
+pub(super) const SAMPLE: f64 = 22.0;
+/// Radius of markers, and the width of their lines.
+const RADIUS: f64 = 3.25;
+const RIM: f64 = 1.25;
+/// Length of the head of an arrow, and between the lines of a hatching.
+const HEAD: f64 = 7.0;
+
+/// Something to draw at coordinates C.
+type Element<'a, C> = DynElement<'a, SVGBackend<'a>, C>;
+
+impl Series {
+    /// A series of the left axis.
+    pub fn new(name: impl Into<String>, points: Vec<Point>, colour: Colour, style: Style) -> Self {
+        Series { name: name.into(), points, colour, style, width: 1.5, right_axis: false, listed: true, note: None }
+    }
+
+    /// Values over their times.
+    pub fn over(times: &[f64], values: &[f64], name: impl Into<String>, colour: Colour, style: Style) -> Self {
+        Self::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
+    }
+
+    /// A shape of a sketch, which no legend has.
+    pub fn shape(kind: &str, points: Vec<Point>, colour: Colour, style: Style, width: f64) -> Self {
+        Series { width, listed: false, ..Self::new(kind, points, colour, style) }
+    }
+
+    /// The same with words beside a point.
+    pub fn noted(self, words: impl Into<String>, at: Point, away: Point, side: HPos) -> Self {
+        Series { note: Some(Note { words: words.into(), at, away, side }), ..self }
+    }
+
+    /// The line, in pieces where points are missing, the markers and the arrows or hatching, in a frame of this size in points.
+    pub(super) fn elements<'a>(&self, [x, y]: [Ruler; 2], [width, height]: [f64; 2]) -> Vec<Element<'a, Point>> {
+        let place = |point: &Point| Some((width * x.fraction(point.0)?, height * y.fraction(point.1)?));
+        let pieces = self.points.split(|point| place(point).is_none());
+        let mut elements: Vec<_> = pieces.map(|piece| self.stroke(piece.to_vec())).collect();
+        let spacing = if self.style == Style::LineAndCircles { 9.0 } else { 0.0 };
+        let mut last: Option<Point> = None;
+        let placed: Vec<(Point, Point)> = self.points.iter().filter_map(|point| Some((*point, place(point)?))).collect();
+        for &(point, at) in &placed {
+            if last.is_none_or(|last| (at.0 - last.0).hypot(at.1 - last.1) >= spacing) {
+                elements.push(self.mark(point));
+                last = Some(at);
+            }
+        }
+        match (self.style, &placed[..]) {
+            (Style::Arrow(heads), [first, .., last]) => {
+                let ends = [(first, last), (last, first)].into_iter().take(heads);
+                elements.extend(ends.map(|(tail, tip)| self.head(tail.1, *tip)));
+            }
+            (Style::Hatched, [first, .., last]) => elements.extend(hatching(*first, last.1)),
+            _ => {}
+        }
+        elements
+    }
+
+    /// The words beside a point.
+    pub(super) fn words<'a>(&self, area: &Area<'a>) -> Option<Element<'a, Point>> {
+        let Note { words, at, away, side } = self.note.as_ref()?;
+        let style = font(SMALL + 1.0, FontStyle::Normal).color(&self.colour).into_text_style(area);
+        let style = style.pos(Pos::new(*side, VPos::Center));
+        Some((EmptyElement::at(*at) + Text::new(words.clone(), (units(away.0), -units(away.1)), style)).into_dyn())
+    }
+
+    /// Enters the name into the legend, with a sample of the line and the marker.
+    pub(super) fn name<'a>(&self, legend: &mut SeriesAnno<'a, SVGBackend<'a>>) {
+        let (line, rim, half) = (pen(self.colour, self.width), pen(self.colour, RIM), units(0.5 * SAMPLE));
+        let middle = move |(x, y): (i32, i32)| EmptyElement::at((x + half, y));
+        let ends = move |(x, y): (i32, i32)| [(x, y), (x + 2 * half, y)];
+        let legend = legend.label(&self.name);
+        match self.style {
+            Style::Circles => legend.legend(move |at| middle(at) + circle(WHITE.filled()) + circle(rim)),
+            Style::Crosses => legend.legend(move |(x, y)| Cross::new((x + half, y), units(RADIUS), rim)),
+            Style::LineAndCircles => legend.legend(move |at| {
+                middle(at) + PathElement::new([(-half, 0), (half, 0)], line) + circle(WHITE.filled()) + circle(rim)
+            }),
+            Style::Dashed => legend.legend(move |at| DashedPathElement::new(ends(at), units(6.0), units(4.0), line)),
+            _ => legend.legend(move |at| PathElement::new(ends(at), line)),
+        };
+    }
+
+    /// The line, if the style has one.
+    fn stroke<'a, C: Clone + 'static>(&self, line: Vec<C>) -> Element<'a, C> {
+        let style = pen(self.colour, self.width);
+        match self.style {
+            Style::Dashed => DashedPathElement::new(line, units(6.0), units(4.0), style).into_dyn(),
+            Style::Circles | Style::Crosses => PathElement::new(Vec::new(), style).into_dyn(),
+            Style::Filled => Polygon::new(line, self.colour.filled()).into_dyn(),
+            Style::Line | Style::LineAndCircles | Style::Arrow(_) | Style::Hatched => {
+                PathElement::new(line, style).into_dyn()
+            }
+        }
+    }
+
+    /// The marker, if the style has one.
+    fn mark<'a, C: Clone + 'static>(&self, at: C) -> Element<'a, C> {
+        match self.style {
+            Style::Circles | Style::LineAndCircles => {
+                (EmptyElement::at(at) + circle(WHITE.filled()) + circle(pen(self.colour, RIM))).into_dyn()
+            }
+            Style::Crosses => Cross::new(at, units(RADIUS), pen(self.colour, RIM)).into_dyn(),
+            _ => EmptyElement::at(at).into_dyn(),
+        }
+    }
+
+    /// The head of an arrow with its tail at a place in points and its tip at a point of the data that is there.
+    fn head<'a>(&self, tail: Point, (tip, there): (Point, Point)) -> Element<'a, Point> {
+        let (beside, _) = along(tail, there);
+        let corners = vec![(0, 0), beside(-HEAD, 0.4 * HEAD), beside(-HEAD, -0.4 * HEAD)];
+        (EmptyElement::at(tip) + Polygon::new(corners, self.colour.filled())).into_dyn()
+    }
+}
+
+/// A marker beside which nothing is.
+fn circle(style: ShapeStyle) -> Circle<(i32, i32), i32> {
+    Circle::new((0, 0), units(RADIUS), style)
+}
+
+/// The hatching of a line from a point of the data, with its place in points, to another place.
+fn hatching<'a>((from, there): (Point, Point), to: Point) -> impl Iterator<Item = Element<'a, Point>> {
+    let (beside, length) = along(there, to);
+    (1..=(length / HEAD) as u32).map(move |stroke| {
+        let start = HEAD * f64::from(stroke);
+        let line = [beside(start, 0.0), beside(start - HEAD, HEAD)];
+        (EmptyElement::at(from) + PathElement::new(line, pen(colour::GREY, 0.75))).into_dyn()
+    })
+}
+
+/// What lies so many points ahead and to the right on the way between two places, in units of the page, and how long the way is.
+fn along(from: Point, to: Point) -> (impl Fn(f64, f64) -> (i32, i32), f64) {
+    let (right, up) = (to.0 - from.0, to.1 - from.1);
+    let length = right.hypot(up).max(1e-9);
+    let (x, y) = (right / length, up / length);
+    (move |ahead, beside| (units(ahead * x + beside * y), units(beside * x - ahead * y)), length)
+}
