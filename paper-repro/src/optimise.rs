@@ -3,23 +3,21 @@
 mod figures;
 mod four_bar;
 mod mechanisms;
+mod problems;
+mod runs;
 mod shooting;
 
-use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Variables, Watcher, augmented_lagrangian,
-    homotopy, interior_point, lbfgs, levenberg_marquardt,
+    Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Variables, Watcher, augmented_lagrangian, homotopy,
+    interior_point, lbfgs, levenberg_marquardt,
 };
-use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{
-    Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings as SolverSettings, Sum, System,
-};
-use serde_json::{Value, json};
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Error as MotionError, Settings as SolverSettings};
 
 use crate::bar::bar;
 use crate::error::Error;
@@ -27,6 +25,8 @@ use crate::files;
 use crate::statistics::{distinct, median};
 use crate::stopwatch::{Repeats, value_and_gradient};
 use crate::table::Table;
+use problems::{Name, Posed};
+use runs::{Found, Run, SEGMENTS};
 
 /// Solves problems of optimal control and identification with the library's methods
 #[derive(Args, Clone, Debug)]
@@ -34,93 +34,6 @@ pub struct Options {
     /// Problems to solve [default: all]
     #[arg(long = "problem", value_enum, value_name = "NAME")]
     problems: Vec<Name>,
-}
-
-/// What is asked of the motion.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Name {
-    /// The paper's cost, below 1e-10
-    Paper,
-    /// 1e-4 ∫ u² dt, links upright at 2 s
-    Effort,
-    /// The same, at rest at 2.5 s
-    Rest,
-    /// The same, at rest at 2 s
-    #[value(name = "rest-2")]
-    RestSooner,
-    /// The shortest time, |u| ≤ 50 N, links upright
-    Time,
-    /// The same, at rest
-    TimeRest,
-    /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
-    Periodic,
-    /// Lengths and pivots of a crank and rocker, of which a point follows an ellipse: the best of 20 random starts
-    FourBar,
-    /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
-    Identify,
-}
-
-impl Name {
-    fn text(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-
-    fn at_rest(self) -> bool {
-        matches!(self, Name::Rest | Name::RestSooner | Name::TimeRest)
-    }
-
-    /// s.
-    fn duration(self) -> f64 {
-        match self {
-            Name::Rest | Name::TimeRest => 2.5,
-            Name::Periodic => 1.0,
-            _ => 2.0,
-        }
-    }
-}
-
-/// A problem: the system, the inputs to start from, what of them is free, and the outputs.
-struct Posed {
-    system: System,
-    inputs: Inputs,
-    control: Control,
-    free: Vec<Free>,
-    /// What outputs must be.
-    constraints: Vec<(Output, Interval)>,
-    /// For multiple shooting.
-    states: Vec<EndState>,
-}
-
-fn pose(name: Name) -> Result<Posed, MotionError> {
-    if name == Name::Periodic {
-        return mechanisms::periodic();
-    }
-    let mut cart = CartPendulum::default().mechanism();
-    let control = cart.force;
-    let (place, angles) = (cart.cart.coordinates[0], cart.links.iter().map(|link| link.coordinates[2]).collect::<Vec<_>>());
-    if name == Name::Paper {
-        for (j, angle) in (1..).zip(&angles) {
-            cart.scene.cost(&format!("angle {j}"), AngleError, Sum::Terminal, [*angle], [], [], [FRAC_PI_2.into()]);
-        }
-    }
-    let states: Vec<EndState> = std::iter::once(place).chain(angles).map(|q| cart.scene.end_state(q)).collect();
-    let (upright, speed) = (Interval::equal(FRAC_PI_2), if name.at_rest() { Interval::ZERO } else { Interval::FREE });
-    let positions = states.iter().enumerate().map(|(j, of)| (of.position, if j == 0 { Interval::FREE } else { upright }));
-    let constraints = positions.chain(states.iter().map(|of| (of.rate, speed))).collect();
-    let is_timed = matches!(name, Name::Time | Name::TimeRest);
-    if is_timed {
-        cart.scene.time("time", 1.0);
-    } else if name != Name::Paper {
-        cart.scene.effort("effort", control, 1e-4);
-    }
-    let free = match is_timed {
-        true => vec![Free::control(control).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)],
-        false => vec![Free::control(control)],
-    };
-    let system = cart.scene.compile()?;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
-    inputs.controls.fill(10.0);
-    Ok(Posed { system, inputs, control, free, constraints, states })
 }
 
 /// The method, its name and what it is told.
@@ -138,29 +51,9 @@ const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options
         |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill(first + s * (last - first)));
     homotopy(problem, start, options, &mut set, watch)
 });
-/// Multiple shooting.
-const SEGMENTS: &str = "ten segments";
 const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options, watch| {
     levenberg_marquardt(problem, start, options, watch).map(|fit| fit.outcome)
 });
-
-/// What a run came to.
-struct Run {
-    name: Name,
-    method: &'static str,
-    outcome: Outcome,
-    milliseconds: f64,
-    /// Of a motion.
-    found: Option<Found>,
-}
-
-/// A motion of the optimum.
-struct Found {
-    inputs: Inputs,
-    control: Vec<(f64, f64)>,
-    /// The control at each iteration.
-    iterates: Vec<Vec<(f64, f64)>>,
-}
 
 pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let asked = if options.problems.is_empty() { Name::value_variants() } else { &options.problems };
@@ -263,13 +156,17 @@ fn options(name: Name) -> MethodOptions {
     MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() }
 }
 
+fn pose(name: Name) -> Result<Posed, MotionError> {
+    if name == Name::Periodic { mechanisms::periodic() } else { problems::cart(name) }
+}
+
 fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
-    let Posed { system, inputs, control, free, constraints, .. } = pose(name)?;
-    let variables = Variables::new(&system, &inputs, free)?;
-    let options = options(name);
-    let ((outcome, problem, seen), milliseconds) = timed(|| {
-        let mut problem = MotionProblem::new(&system, SolverSettings::default(), inputs.clone(), variables.clone())?;
-        for (output, to) in &constraints {
+    let (posed, options) = (pose(name)?, options(name));
+    let variables = Variables::new(&posed.system, &posed.inputs, posed.free.clone())?;
+    let ((outcome, inputs, iterates), milliseconds) = timed(|| {
+        let (settings, inputs) = (SolverSettings::default(), posed.inputs.clone());
+        let mut problem = MotionProblem::new(&posed.system, settings, inputs, variables.clone())?;
+        for (output, to) in &posed.constraints {
             let is_asked = name != Name::Paper || method == LEAST_SQUARES.0;
             problem.constrain(*output, if is_asked { *to } else { Interval::FREE });
         }
@@ -283,12 +180,12 @@ fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
         };
         let begin = Instant::now();
         let outcome = minimise(&mut problem, &start, &options, &mut keep)?;
-        Ok(((outcome, problem, seen), begin.elapsed()))
+        let time = begin.elapsed();
+        let iterates = seen.iter().map(|x| problem.inputs_at(x)).collect();
+        let inputs = problem.inputs_at(&outcome.x);
+        Ok(((outcome, inputs, iterates), time))
     })?;
-    let iterates = seen.iter().map(|x| history_of(control, &problem.inputs_at(x))).collect();
-    let inputs = problem.inputs_at(&outcome.x);
-    let found = Found { control: history_of(control, &inputs), inputs, iterates };
-    Ok(Run { name, method, outcome, milliseconds, found: Some(found) })
+    Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates }) })
 }
 
 /// By multiple shooting; merged segments give one motion at last.
@@ -298,9 +195,8 @@ fn in_segments(name: Name, is_merged: bool) -> Result<Run, Error> {
         let begin = Instant::now();
         Ok((shooting::solve(&posed, &options(name), is_merged)?, begin.elapsed()))
     })?;
-    let found = Found { control: history_of(posed.control, &inputs), inputs, iterates: Vec::new() };
     let method = if is_merged { "segments, merged" } else { SEGMENTS };
-    Ok(Run { name, method, outcome, milliseconds, found: Some(found) })
+    Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates: Vec::new() }) })
 }
 
 /// What work comes to, and the median of its times in ms; what is short is done up to five times.
@@ -313,11 +209,6 @@ fn timed<T>(mut work: impl FnMut() -> Result<(T, Duration), Error>) -> Result<(T
             return Ok((result, median(&times)));
         }
     }
-}
-
-/// A control over time.
-fn history_of(control: Control, inputs: &Inputs) -> Vec<(f64, f64)> {
-    inputs.grid.times().into_iter().zip(inputs.controls.row(control.index()).iter().copied()).collect()
 }
 
 /// A simulation and its gradient, s.
@@ -338,48 +229,6 @@ fn written(runs: &[Run]) -> &'static str {
     }
 }
 
-/// A value with digits that count, however small it is.
-fn digits(value: f64) -> String {
-    if value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
-}
-
-impl Run {
-    fn cells(&self, gradient: f64) -> Vec<String> {
-        let outcome = &self.outcome;
-        vec![
-            self.name.text(),
-            self.method.to_owned(),
-            (outcome.history.len() - 1).to_string(),
-            outcome.evaluations.to_string(),
-            outcome.gradients.to_string(),
-            outcome.products.to_string(),
-            format!("{:.2}", self.milliseconds),
-            format!("{:.0}", 1e-3 * self.milliseconds / gradient),
-            digits(outcome.value),
-            // What a fit leaves of readings violates nothing.
-            if self.name == Name::Identify { "–".to_owned() } else { format!("{:.0e}", outcome.violation) },
-            format!("{:?}", outcome.reason),
-        ]
-    }
-
-    fn record(&self) -> Value {
-        let outcome = &self.outcome;
-        json!({
-            "problem": self.name.text(),
-            "method": self.method,
-            "iterations": outcome.history.len() - 1,
-            "simulations": outcome.evaluations,
-            "gradients": outcome.gradients,
-            "products": outcome.products,
-            "milliseconds": self.milliseconds,
-            "value": outcome.value,
-            "violation": outcome.violation,
-            "converged": outcome.reason.is_converged(),
-            "reason": format!("{:?}", outcome.reason),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -387,10 +236,5 @@ mod tests {
     #[test]
     fn only_what_is_there_is_announced() {
         assert_eq!(written(&[]), "optimise.md and optimise.json");
-    }
-
-    #[test]
-    fn small_values_keep_their_digits() {
-        assert_eq!([0.0, 9.4321e-8, 15.18].map(digits), ["0.000e0", "9.432e-8", "15.180000"]);
     }
 }

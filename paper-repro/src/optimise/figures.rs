@@ -4,7 +4,8 @@ use std::path::Path;
 
 use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver, System};
 
-use super::{Found, Name, Run, SEGMENTS, pose};
+use super::problems::Name;
+use super::runs::{Found, Run, SEGMENTS};
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Series, Style, colour};
@@ -21,7 +22,7 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
         };
         of_problems(runs).map(chart).collect()
     };
-    let force = |run: &Run| run.found.as_ref().map_or_else(Vec::new, |found| found.control.clone());
+    let force = |run: &Run| run.found.as_ref().map_or_else(Vec::new, |found| found.control(&found.inputs));
     save(panels(Axis::linear("time t [s]"), control, force), &folder.join("optimise_force"))?;
     let history = |run: &Run| -> Vec<(f64, f64)> {
         run.outcome.history.iter().map(|it| (it.evaluations as f64, it.violation.max(it.stationarity))).collect()
@@ -44,7 +45,7 @@ pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
         chosen.dedup();
         let line = |(&k, colour): (&usize, Colour)| {
             let name = if k == 0 { "start".to_owned() } else { format!("iteration {k}") };
-            Series::new(name, found.iterates[k].clone(), colour, Style::Line)
+            Series::new(name, found.control(&found.iterates[k]), colour, Style::Line)
         };
         let lines = chosen.iter().zip(STAGES[5 - chosen.len()..].iter().copied()).map(line).collect();
         panel(format!("{}, {}", run.name.text(), run.method), [Axis::linear("time t [s]"), control(run.name)], lines)
@@ -80,9 +81,9 @@ fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
 /// The motion that each problem starts from, and the best one found, as pages.
 pub fn motions(runs: &[Run], folder: &Path) -> Result<(), Error> {
     for (best, found) in of_problems(runs).filter_map(best) {
-        let (name, posed) = (best.name.text(), pose(best.name)?);
-        for (when, inputs) in [("before", &posed.inputs), ("after", &found.inputs)] {
-            let page = page(&posed.system, inputs, &format!("{name}, {when}"))?;
+        let name = best.name.text();
+        for (when, inputs) in [("before", &found.posed.inputs), ("after", &found.inputs)] {
+            let page = page(&found.posed.system, inputs, &format!("{name}, {when}"))?;
             files::write(&folder.join(format!("optimise_{name}_{when}.html")), page)?;
         }
     }

@@ -13,7 +13,7 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::{DVector, SVector};
 
-use super::Posed;
+use super::problems::Posed;
 
 /// b dq/dt.
 struct Rate;

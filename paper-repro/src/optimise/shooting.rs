@@ -6,7 +6,7 @@ use hamiltonian_adjoint::optimize::{Iterate, MultipleShooting, Options, Outcome,
 use hamiltonian_adjoint::{Error, Inputs, Settings, Trajectory};
 use nalgebra::DVector;
 
-use super::Posed;
+use super::problems::Posed;
 
 const SEGMENTS: usize = 10;
 

@@ -1,0 +1,93 @@
+//! What is asked of the motion, and how that is put to the methods.
+
+use std::f64::consts::FRAC_PI_2;
+
+use clap::ValueEnum;
+use hamiltonian_adjoint::optimize::{Free, Interval};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Control, EndState, Error as MotionError, Grid, Inputs, Output, Sum, System};
+
+/// What is asked of the motion.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum Name {
+    /// The paper's cost, below 1e-10
+    Paper,
+    /// 1e-4 ∫ u² dt, links upright at 2 s
+    Effort,
+    /// The same, at rest at 2.5 s
+    Rest,
+    /// The same, at rest at 2 s
+    #[value(name = "rest-2")]
+    RestSooner,
+    /// The shortest time, |u| ≤ 50 N, links upright
+    Time,
+    /// The same, at rest
+    TimeRest,
+    /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
+    Periodic,
+    /// Lengths and pivots of a crank and rocker, of which a point follows an ellipse: the best of 20 random starts
+    FourBar,
+    /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
+    Identify,
+}
+
+impl Name {
+    pub fn text(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    fn at_rest(self) -> bool {
+        matches!(self, Name::Rest | Name::RestSooner | Name::TimeRest)
+    }
+
+    /// s.
+    pub fn duration(self) -> f64 {
+        match self {
+            Name::Rest | Name::TimeRest => 2.5,
+            Name::Periodic => 1.0,
+            _ => 2.0,
+        }
+    }
+}
+
+/// A problem: the system, the inputs to start from, what of them is free, and the outputs.
+pub struct Posed {
+    pub system: System,
+    pub inputs: Inputs,
+    pub control: Control,
+    pub free: Vec<Free>,
+    /// What outputs must be.
+    pub constraints: Vec<(Output, Interval)>,
+    /// For multiple shooting.
+    pub states: Vec<EndState>,
+}
+
+/// A problem of the paper's cart.
+pub fn cart(name: Name) -> Result<Posed, MotionError> {
+    let mut cart = CartPendulum::default().mechanism();
+    let control = cart.force;
+    let (place, angles) = (cart.cart.coordinates[0], cart.links.iter().map(|link| link.coordinates[2]).collect::<Vec<_>>());
+    if name == Name::Paper {
+        for (j, angle) in (1..).zip(&angles) {
+            cart.scene.cost(&format!("angle {j}"), AngleError, Sum::Terminal, [*angle], [], [], [FRAC_PI_2.into()]);
+        }
+    }
+    let states: Vec<EndState> = std::iter::once(place).chain(angles).map(|q| cart.scene.end_state(q)).collect();
+    let (upright, speed) = (Interval::equal(FRAC_PI_2), if name.at_rest() { Interval::ZERO } else { Interval::FREE });
+    let positions = states.iter().enumerate().map(|(j, of)| (of.position, if j == 0 { Interval::FREE } else { upright }));
+    let constraints = positions.chain(states.iter().map(|of| (of.rate, speed))).collect();
+    let is_timed = matches!(name, Name::Time | Name::TimeRest);
+    if is_timed {
+        cart.scene.time("time", 1.0);
+    } else if name != Name::Paper {
+        cart.scene.effort("effort", control, 1e-4);
+    }
+    let free = match is_timed {
+        true => vec![Free::control(control).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)],
+        false => vec![Free::control(control)],
+    };
+    let system = cart.scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
+    inputs.controls.fill(10.0);
+    Ok(Posed { system, inputs, control, free, constraints, states })
+}
