@@ -1,10 +1,10 @@
 //! A chaotic triple pendulum: what a gradient means there, and how many of its digits are right.
 
-use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System, simulate};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System, gradient, simulate};
 
 use super::motion::{
     APART, GROWS, March, Record, amplification, deviation, drifted, envelope, gradient_error, last_over_first, no_solution,
-    projected, rebased, size,
+    projected, rebased,
 };
 use super::row::{Curve, Found, Measure, Quantity, Trial};
 use crate::assembly::{Mechanism, Units};
@@ -86,7 +86,7 @@ fn horizons(name: &str, settings: Settings) -> Result<Found, Error> {
         let rounded = motion.sigma.amax().max(motion.p_star.amax());
         let amplified = amplification(&mechanism.system, &inputs)?;
         shares.push(error / (10.0 * ROUNDING * rounded * amplified * amplified).min(1e-2));
-        sizes.push(size(&hamiltonian_adjoint::gradient(&mechanism.system, &inputs, settings)?));
+        sizes.push(gradient(&mechanism.system, &inputs, settings)?.controls.amax());
     }
     let curve = Curve { of: Quantity::Gradient, over_time: true, name: name.into(), points: points.clone() };
     Ok(Found {
@@ -137,9 +137,9 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
 fn gradient_at_the_end(steps: usize) -> Result<Vec<Measure>, Error> {
     let mechanism = pendulum()?;
     let inputs = released(&mechanism.system, steps);
-    let gradient = hamiltonian_adjoint::gradient(&mechanism.system, &inputs, Settings::default())?;
+    let size = gradient(&mechanism.system, &inputs, Settings::default())?.controls.amax();
     let error = gradient_error(&mechanism.system, &inputs, Settings::default(), 2)?;
-    Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::reported("log10 |dJ/du|", size(&gradient).log10())])
+    Ok(vec![Measure::at_most("gradient error", error, 1e-6), Measure::reported("log10 |dJ/du|", size.log10())])
 }
 
 #[cfg(test)]

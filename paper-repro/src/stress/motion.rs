@@ -2,7 +2,7 @@
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation};
 use hamiltonian_adjoint::{
-    Error, Gradient, Grid, Inputs, LongSolver, Mechanics, Report, Settings, Start, State, System, Warning, gradient,
+    Error, Grid, Inputs, LongSolver, Mechanics, Report, Settings, Start, State, System, Warning, gradient,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -228,9 +228,4 @@ pub fn amplification(system: &System, inputs: &Inputs) -> Result<f64, Error> {
     direction.start.rate_mut().fill(1.0);
     let settings = Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, ..Settings::default() };
     Ok(direct_differentiation(system, inputs, settings, &direction)?.motion.q.amax())
-}
-
-/// The largest |derivative| with respect to a control.
-pub fn size(gradient: &Gradient) -> f64 {
-    gradient.controls.amax()
 }

@@ -151,23 +151,16 @@ impl Trial {
     /// Tries it. A panic is caught: it is a failure of this row, not of the report.
     pub fn judge(&self) -> (Row, Vec<Curve>) {
         let start = Instant::now();
-        let result = catch_unwind(AssertUnwindSafe(|| (self.run)()));
+        let stopped_by = |error| Found { stopped: Some(error), ..Found::default() };
+        let found = catch_unwind(AssertUnwindSafe(|| (self.run)().unwrap_or_else(stopped_by)));
         let seconds = start.elapsed().as_secs_f64();
-        let (mut measures, mut curves) = (Vec::new(), Vec::new());
-        let (expected, got, verdict) = match result {
-            Ok(Ok(found)) => {
-                curves = found.curves;
-                match found.stopped {
-                    Some(error) => self.stopped(&error),
-                    None => {
-                        measures = found.measures;
-                        self.measured(&measures, &found.warnings)
-                    }
-                }
-            }
-            Ok(Err(error)) => self.stopped(&error),
+        let (expected, got, verdict) = match &found {
+            Ok(Found { stopped: Some(error), .. }) => self.stopped(error),
+            Ok(Found { measures, warnings, .. }) => self.measured(measures, warnings),
             Err(_) => ("no panic".to_owned(), "a panic".to_owned(), Verdict::Failed),
         };
+        let Found { measures, curves, stopped, .. } = found.unwrap_or_default();
+        let measures = if stopped.is_none() { measures } else { Vec::new() };
         let more = vec![("measures", json!(measures)), ("seconds", json!(seconds))];
         (Row { more, ..Row::new(self.group, &self.tried, self.expected(expected), got, verdict) }, curves)
     }
