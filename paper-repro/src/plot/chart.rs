@@ -111,8 +111,9 @@ impl Chart {
                 series.name(chart.draw_series([PathElement::new(Vec::new(), BLACK)])?);
             }
         }
-        let words = self.series.iter().filter_map(|series| series.words(area));
-        words.into_iter().try_for_each(|words| chart.plotting_area().draw(&words))?;
+        for words in self.series.iter().filter_map(|series| series.words(area)) {
+            chart.plotting_area().draw(&words)?;
+        }
         if self.names() > 1 {
             chart
                 .configure_series_labels()
@@ -208,31 +209,31 @@ impl Panels {
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
         // Panels above others have no label of their own.
         let label = self.charts.iter().map(|chart| chart.x.label.as_str()).rfind(|label| !label.is_empty());
-        let rows = self.named().flat_map(|(panel, chart)| {
+        let data = self.named().flat_map(|(panel, chart)| {
             let row = move |(name, points): (String, &[Point])| csv::points(&[&panel, &name], points);
             chart.columns().into_iter().map(row)
         });
-        self.save_with(stem, ["panel", "series", label.unwrap_or("x"), "y"].as_slice(), rows)
+        self.save_with(stem, &["panel", "series", label.unwrap_or("x"), "y"], data)
     }
 
     /// The same of sketches, their shapes being numbered.
     pub fn save_shapes(&self, stem: &Path) -> Result<(), Error> {
         let [x, y] = self.charts.first().map_or(["x", "y"], |chart| [&chart.x.label, &chart.y.label]);
-        let rows = self.named().flat_map(|(panel, chart)| {
+        let data = self.named().flat_map(|(panel, chart)| {
             let row = move |(number, shape): (usize, &Series)| {
                 csv::points(&[&panel, &number.to_string(), &shape.name], &shape.points)
             };
             (1..).zip(&chart.series).map(row)
         });
-        self.save_with(stem, &["panel", "shape", "kind", x, y], rows)
+        self.save_with(stem, &["panel", "shape", "kind", x, y], data)
     }
 
-    fn save_with(&self, stem: &Path, header: &[&str], rows: impl Iterator<Item = String>) -> Result<(), Error> {
-        let (columns, rows_of_charts) = (self.columns.max(1), self.charts.len().div_ceil(self.columns.max(1)).max(1));
+    fn save_with(&self, stem: &Path, header: &[&str], data: impl Iterator<Item = String>) -> Result<(), Error> {
+        let (columns, rows) = (self.columns.max(1), self.charts.len().div_ceil(self.columns.max(1)).max(1));
         let (width, height) = self.charts.first().map_or((0.0, 0.0), |chart| chart.size);
-        let csv: String = std::iter::once(csv::line(header)).chain(rows).collect();
-        page::save(stem, (columns as f64 * width, rows_of_charts as f64 * height), &csv, |area| {
-            let cells = area.split_evenly((rows_of_charts, columns));
+        let csv: String = std::iter::once(csv::line(header)).chain(data).collect();
+        page::save(stem, (columns as f64 * width, rows as f64 * height), &csv, |area| {
+            let cells = area.split_evenly((rows, columns));
             self.charts.iter().zip(&cells).try_for_each(|(chart, cell)| chart.draw(cell))
         })
     }

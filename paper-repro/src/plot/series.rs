@@ -64,8 +64,8 @@ const RIM: f64 = 1.25;
 /// Length of the head of an arrow, and between the lines of a hatching.
 const HEAD: f64 = 7.0;
 
-/// Something to draw at coordinates C.
-type Element<'a, C> = DynElement<'a, SVGBackend<'a>, C>;
+/// Something to draw at points of the data.
+type Element<'a> = DynElement<'a, SVGBackend<'a>, Point>;
 
 impl Series {
     /// A series of the left axis.
@@ -89,7 +89,7 @@ impl Series {
     }
 
     /// The line, in pieces where points are missing, the markers and the arrows or hatching, in a frame of this size in points.
-    pub(super) fn elements<'a>(&self, [x, y]: [Ruler; 2], [width, height]: [f64; 2]) -> Vec<Element<'a, Point>> {
+    pub(super) fn elements<'a>(&self, [x, y]: [Ruler; 2], [width, height]: [f64; 2]) -> Vec<Element<'a>> {
         let place = |point: &Point| Some((width * x.fraction(point.0)?, height * y.fraction(point.1)?));
         let pieces = self.points.split(|point| place(point).is_none());
         let mut elements: Vec<_> = pieces.map(|piece| self.stroke(piece.to_vec())).collect();
@@ -114,7 +114,7 @@ impl Series {
     }
 
     /// The words beside a point.
-    pub(super) fn words<'a>(&self, area: &Area<'a>) -> Option<Element<'a, Point>> {
+    pub(super) fn words<'a>(&self, area: &Area<'a>) -> Option<Element<'a>> {
         let Note { words, at, away, side } = self.note.as_ref()?;
         let style = font(SMALL + 1.0, FontStyle::Normal).color(&self.colour).into_text_style(area);
         let style = style.pos(Pos::new(*side, VPos::Center));
@@ -139,20 +139,18 @@ impl Series {
     }
 
     /// The line, if the style has one.
-    fn stroke<'a, C: Clone + 'static>(&self, line: Vec<C>) -> Element<'a, C> {
+    fn stroke<'a>(&self, line: Vec<Point>) -> Element<'a> {
         let style = pen(self.colour, self.width);
         match self.style {
             Style::Dashed => DashedPathElement::new(line, units(6.0), units(4.0), style).into_dyn(),
             Style::Circles | Style::Crosses => PathElement::new(Vec::new(), style).into_dyn(),
             Style::Filled => Polygon::new(line, self.colour.filled()).into_dyn(),
-            Style::Line | Style::LineAndCircles | Style::Arrow(_) | Style::Hatched => {
-                PathElement::new(line, style).into_dyn()
-            }
+            _ => PathElement::new(line, style).into_dyn(),
         }
     }
 
     /// The marker, if the style has one.
-    fn mark<'a, C: Clone + 'static>(&self, at: C) -> Element<'a, C> {
+    fn mark<'a>(&self, at: Point) -> Element<'a> {
         match self.style {
             Style::Circles | Style::LineAndCircles => {
                 (EmptyElement::at(at) + circle(WHITE.filled()) + circle(pen(self.colour, RIM))).into_dyn()
@@ -163,7 +161,7 @@ impl Series {
     }
 
     /// The head of an arrow with its tail at a place in points and its tip at a point of the data that is there.
-    fn head<'a>(&self, tail: Point, (tip, there): (Point, Point)) -> Element<'a, Point> {
+    fn head<'a>(&self, tail: Point, (tip, there): (Point, Point)) -> Element<'a> {
         let (beside, _) = along(tail, there);
         let corners = vec![(0, 0), beside(-HEAD, 0.4 * HEAD), beside(-HEAD, -0.4 * HEAD)];
         (EmptyElement::at(tip) + Polygon::new(corners, self.colour.filled())).into_dyn()
@@ -176,7 +174,7 @@ fn circle(style: ShapeStyle) -> Circle<(i32, i32), i32> {
 }
 
 /// The hatching of a line from a point of the data, with its place in points, to another place.
-fn hatching<'a>((from, there): (Point, Point), to: Point) -> impl Iterator<Item = Element<'a, Point>> {
+fn hatching<'a>((from, there): (Point, Point), to: Point) -> impl Iterator<Item = Element<'a>> {
     let (beside, length) = along(there, to);
     (1..=(length / HEAD) as u32).map(move |stroke| {
         let start = HEAD * f64::from(stroke);
