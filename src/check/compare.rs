@@ -49,8 +49,9 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
             place.difference(of, magnitudes, &mut random);
         }
     }
-    let mut agreements: Vec<Agreement> = places.iter().map(|place| agreement(of, place, magnitudes)).collect();
-    note_agreement(&agreements, block, &mut report);
+    let mut agreements: Vec<Agreement> =
+        places.iter().map(|place| agreement(of, place, magnitudes, [&block.rows, &block.columns])).collect();
+    note_agreement(&agreements, &mut report);
     look_below(block, setting, &mut agreements, &mut report);
     let judged = places.iter().zip(&agreements).filter(|(_, agreement)| agreement.conflict.is_none());
     let judged: Vec<&Place> = judged.map(|(place, _)| place).collect();
@@ -60,32 +61,29 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
         report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
     }
-    if judged.is_empty() {
+    if judged.is_empty() || report.verdict == Verdict::OraclesDisagree {
         report.verdict = Verdict::OraclesDisagree;
-    }
-    if report.verdict != Verdict::OraclesDisagree {
+    } else {
         judge(block, setting, judged, &mut report);
     }
     report
 }
 
 /// Where the oracles disagree: a kink is set aside, anything else is a verdict.
-fn note_agreement(agreements: &[Agreement], block: &Block, report: &mut BlockReport) {
+fn note_agreement(agreements: &[Agreement], report: &mut BlockReport) {
     let largest = |of: fn(&Agreement) -> f64| agreements.iter().map(of).fold(0.0, f64::max);
     report.complex_step_error = largest(|a| a.complex_step);
     report.differences_error = largest(|a| a.differences);
     let conflicts: Vec<&Conflict> = agreements.iter().filter_map(|a| a.conflict.as_ref()).collect();
-    let serious = conflicts.iter().find(|conflict| !conflict.is_kink());
-    if let Some(conflict) = serious.or(conflicts.first()) {
-        report.notes.push(conflict.describe(&block.rows, &block.columns));
-    }
+    let serious = conflicts.iter().find(|conflict| !conflict.is_kink);
+    report.notes.extend(serious.or(conflicts.first()).map(|conflict| conflict.text.clone()));
     if serious.is_some() || conflicts.len() == agreements.len() {
         report.verdict = Verdict::OraclesDisagree;
     } else if !conflicts.is_empty() {
         report.notes.push(format!("{} of {} points were set aside for it", conflicts.len(), agreements.len()));
     }
-    if let (Some(doubt), None) = (agreements.iter().find_map(|a| a.doubt.as_ref()), serious) {
-        report.notes.push(doubt.describe(&block.rows, &block.columns));
+    if serious.is_none() {
+        report.notes.extend(agreements.iter().find_map(|a| a.doubt.clone()));
     }
 }
 
@@ -94,18 +92,17 @@ fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], re
     let Some(of) = &block.foundation else { return };
     let mut places = Place::of_points(of, setting, &mut Random::new(setting.seed ^ 0xba5e));
     set_scales(&mut places, &of.by, setting);
+    let row = |i: usize| format!("component {i} of the element's function");
+    let rows: Vec<String> = (0..places[0].truth.nrows()).map(row).collect();
     let mut noted = false;
     for (place, above) in places.iter().zip(agreements) {
-        let below = agreement(of, place, &setting.magnitudes);
+        let below = agreement(of, place, &setting.magnitudes, [&rows, &setting.arguments[of.by.clone()]]);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
-        let row = |i: usize| format!("component {i} of the element's function");
-        let rows: Vec<String> = (0..place.truth.nrows()).map(row).collect();
-        let serious = !conflict.is_kink();
-        if !noted || serious && report.verdict != Verdict::OraclesDisagree {
-            report.notes.push(conflict.describe(&rows, &setting.arguments[of.by.clone()]));
+        if !noted || !conflict.is_kink && report.verdict != Verdict::OraclesDisagree {
+            report.notes.push(conflict.text.clone());
             noted = true;
         }
-        if serious {
+        if !conflict.is_kink {
             report.verdict = Verdict::OraclesDisagree;
         }
         above.conflict = Some(conflict);

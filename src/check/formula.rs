@@ -16,64 +16,47 @@ pub trait Function {
 /// A vector function on the numbers of the oracles; it may contain derivatives itself.
 pub(crate) trait Formula {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R>;
+
+    /// s f(x), with s = 1 behind all arguments of f: its derivatives are those of f, and f itself by s.
+    fn times_last<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let Some((&s, x)) = x.split_last() else { return Vec::new() };
+        self.value(x).into_iter().map(|y| y * s).collect()
+    }
 }
 
-/// A formula with its number types hidden: values, and derivatives along a direction by two of the oracles.
+/// A formula times the last argument, with its number types hidden: values, and derivatives along a direction by two of the oracles.
 pub(crate) trait Differentiable {
     fn real(&self, x: &[f64]) -> Vec<f64>;
-    /// The values, and their derivatives along a direction.
-    fn with_slope(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>);
-    fn by_dual(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
-        self.with_slope(x, direction).1
-    }
+    /// The values, and their derivatives along a direction by dual numbers.
+    fn by_dual(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>);
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
 }
 
 impl<F: Formula> Differentiable for F {
     fn real(&self, x: &[f64]) -> Vec<f64> {
-        self.value(x)
+        self.times_last(x)
     }
 
-    fn with_slope(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn by_dual(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let x: Vec<Dual64> = x.iter().zip(direction).map(|(&x, &d)| Dual64::new(x, d)).collect();
-        self.value(&x).iter().map(|y| (y.re, y.eps)).unzip()
+        self.times_last(&x).iter().map(|y| (y.re, y.eps)).unzip()
     }
 
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
         // Far below rounding, far above underflow, even relative to coordinates of size 1e±6.
         const STEP: f64 = 1e-40;
         let x: Vec<Cx> = x.iter().zip(direction).map(|(&x, &d)| Cx::new(x, d * STEP)).collect();
-        self.value(&x).iter().map(|y| y.0.im / STEP).collect()
+        self.times_last(&x).iter().map(|y| y.0.im / STEP).collect()
     }
 }
 
 /// What is made of a function f before its Jacobian is taken.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Derived {
     /// The arguments of which the rate is taken, q with f_q v and t with f_t; without any, f itself is meant.
     pub rate: &'static [Part],
     /// x, where the gradient (σᵀ y)_x of y = f or of its rate is taken; y is a scalar where there are no equations.
     pub gradient: Option<Part>,
-}
-
-impl Derived {
-    /// f itself.
-    pub(crate) const VALUE: Derived = Derived { rate: &[], gradient: None };
-
-    /// f_x, or (σᵀ f)_x.
-    pub(crate) const fn gradient(by: Part) -> Derived {
-        Derived { rate: &[], gradient: Some(by) }
-    }
-}
-
-/// s f(x), with s = 1 behind all arguments of f: its derivatives are those of f, and f itself by s.
-pub(crate) struct TimesLast<F>(pub F);
-
-impl<F: Formula> Formula for TimesLast<F> {
-    fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let Some((&s, x)) = x.split_last() else { return Vec::new() };
-        self.0.value(x).into_iter().map(|y| y * s).collect()
-    }
 }
 
 impl<F: Function> Formula for &F {

@@ -124,16 +124,14 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         check_size("magnitudes of the function's inputs", count, self.magnitudes.len())?;
         self.given.iter().try_for_each(|point| check_size("point given to the check", count, point.len()))?;
         check_magnitudes(&self.inputs, &self.magnitudes)?;
-        let with_one = |mut x: Vec<f64>| {
-            x.push(1.0);
-            x
+        let fresh = |random: &mut Random| {
+            let x = self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size));
+            x.chain([1.0]).collect()
         };
-        let fresh =
-            |random: &mut Random| with_one(self.magnitudes.iter().map(|&size| random.away_from_zero(1.5 * size)).collect());
         let values = |x: &[f64]| self.function.value(&x[..count]);
         let finite = |x: &[f64]| values(x).iter().all(|y| y.is_finite());
         let signed: Vec<usize> = (0..count).collect();
-        let given = self.given.iter().cloned().map(with_one).collect();
+        let given = self.given.iter().map(|x| [x.as_slice(), &[1.0]].concat()).collect();
         let drawn = draw(given, (self.count, self.seed), &signed, fresh, finite)?;
         let (names, what) = (self.outputs.len(), "values of the function, of which each has a name");
         drawn.points.iter().try_for_each(|point| check_size(what, names, values(point).len()))?;

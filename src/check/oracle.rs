@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use super::formula::{Differentiable, Formula, TimesLast};
+use super::formula::{Differentiable, Formula};
 use super::random::Random;
 use super::ridders::ridders;
 
@@ -27,12 +27,12 @@ pub(crate) struct Jacobian<'a> {
 
 impl<'a> Jacobian<'a> {
     pub(crate) fn new(function: impl Formula + 'a, by: Range<usize>) -> Self {
-        Jacobian { function: Box::new(TimesLast(function)), by }
+        Jacobian { function: Box::new(function), by }
     }
 
     /// By dual numbers.
     pub(crate) fn dual(&self, x: &[f64]) -> DMatrix<f64> {
-        self.by_columns(x, |direction| self.function.by_dual(x, direction))
+        self.by_columns(x, |direction| self.function.by_dual(x, direction).1)
     }
 
     pub(crate) fn complex_step(&self, x: &[f64]) -> DMatrix<f64> {

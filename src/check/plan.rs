@@ -27,15 +27,12 @@ pub(crate) struct Block<'a> {
     pub terms: Vec<(String, MatrixAt<'a>)>,
     /// Named matrices that it may have been mistaken for.
     pub others: Vec<(String, MatrixAt<'a>)>,
-    /// Points whose true value may have been taken instead ("node i − 1").
-    pub elsewhere: Vec<(String, Elsewhere<'a>)>,
+    /// Changes of the points, whose true value may have been taken instead ("node i − 1").
+    pub elsewhere: Vec<(String, Change<'a>)>,
 }
 
-/// Another point made of a point.
-pub(crate) type Elsewhere<'a> = Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>;
-
 /// A change of a point, and a question about one.
-type Settle<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
+pub(crate) type Change<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
 type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 
 /// Where blocks are compared, and how strictly.
@@ -45,7 +42,7 @@ pub(crate) struct Setting<'a> {
     pub free: Vec<usize>,
     pub kinds: Vec<Vec<usize>>,
     /// Makes a point's other arguments fit those that were moved.
-    pub settle: Settle<'a>,
+    pub settle: Change<'a>,
     pub admissible: Admissible<'a>,
     pub seed: u64,
     /// The size that each argument has.
@@ -124,6 +121,6 @@ impl<'a> Plan<'a> {
     /// The points and the true blocks there as JSON; `at` gives a point's arguments their names.
     #[cfg(feature = "files")]
     pub(crate) fn worksheet<A: Arguments>(&self, title: &str, at: impl Fn(&[f64]) -> A) -> String {
-        worksheet::of(title, self.blocks.iter().map(|block| worksheet::block(block, &self.setting, &at)).collect())
+        worksheet::of(title, &self.blocks, &self.setting, at)
     }
 }

@@ -76,14 +76,12 @@ pub(crate) fn bends(of: &Jacobian, setting: &Setting, most: usize) -> Vec<Bend> 
 /// Along all arguments of a kind, and along each one, through the first points; those along which nothing changes are left out.
 fn lines(of: &Jacobian, along: &[f64], setting: &Setting) -> Vec<Line> {
     let mut random = Random::new(setting.seed ^ 0x11e5);
-    let most = (setting.drawn.points.len() * of.by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
-    let bases: Vec<usize> = match setting.drawn.given {
-        true => (0..setting.drawn.points.len()).collect(),
-        false => (0..setting.drawn.points.len()).filter(|&p| setting.drawn.parents[p].is_none()).take(BASES).collect(),
-    };
-    let kinds = if setting.drawn.given { &[][..] } else { &setting.kinds };
-    let kinds =
-        bases.iter().flat_map(|&base| kinds.iter().filter(|kind| kind.len() > 1).map(move |kind| (base, kind.clone())));
+    let drawn = &setting.drawn;
+    let most = (drawn.points.len() * of.by.len() * POINT / LINE).clamp(LINES.0, LINES.1);
+    let (most_bases, kinds) = if drawn.given { (usize::MAX, &[][..]) } else { (BASES, &setting.kinds[..]) };
+    let bases: Vec<usize> = (0..drawn.points.len()).filter(|&p| drawn.parents[p].is_none()).take(most_bases).collect();
+    let kinds = kinds.iter().filter(|kind| kind.len() > 1);
+    let kinds = bases.iter().flat_map(|&base| kinds.clone().map(move |kind| (base, kind.clone())));
     let mut singles: Vec<_> = bases.iter().flat_map(|&base| setting.free.iter().map(move |&k| (base, vec![k]))).collect();
     (1..singles.len()).rev().for_each(|k| singles.swap(k, random.below(k + 1)));
     let lines = kinds.chain(singles).map(|(base, moved)| Line::new(base, &moved, setting));
@@ -115,8 +113,8 @@ impl Line {
         if !(setting.admissible)(&x) {
             return None;
         }
-        let (value, slope) = f.with_slope(&x, &self.direction);
-        let block = f.by_dual(&x, along);
+        let (value, slope) = f.by_dual(&x, &self.direction);
+        let block = f.by_dual(&x, along).1;
         let finite = value.iter().chain(&slope).chain(&block).all(|y| y.is_finite());
         finite.then_some(Sample { s, value, slope, block })
     }

@@ -1,15 +1,15 @@
 //! Worksheets: the points of a check and the true blocks there as JSON, and [`Answers`], what a program in any language has put beside them.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DMatrix;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::arguments::Arguments;
-use super::compare::places;
+use super::compare::{SEED, places};
 use super::plan::{Block, Setting};
 use super::random::Random;
 use crate::Error;
@@ -50,7 +50,7 @@ pub struct Answers {
     /// By the block's name.
     blocks: HashMap<String, Vec<Answer>>,
     /// The first question that had no answer.
-    problem: Mutex<Option<String>>,
+    problem: OnceLock<String>,
 }
 
 /// The numbers of a point, the matrix there, and whether it was asked for.
@@ -120,7 +120,7 @@ impl Answers {
             let values: Vec<_> = points.all().into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
             blocks.insert(name, values);
         }
-        Ok(Answers { blocks, problem: Mutex::new(None) })
+        Ok(Answers { blocks, problem: OnceLock::new() })
     }
 
     /// The matrix of a block at the arguments of a check; NaN where there is none, which [`finish`](Self::finish) tells.
@@ -139,8 +139,7 @@ impl Answers {
             // The diagnosis of what is wrong tries points of its own, behind all others.
             None if all_were_asked() => none(),
             None => {
-                let mut problem = self.problem.lock().unwrap_or_else(PoisonError::into_inner);
-                problem.get_or_insert_with(|| match self.blocks.contains_key(block) {
+                self.problem.get_or_init(|| match self.blocks.contains_key(block) {
                     true => {
                         let shown: String = Value::Object(at).to_string().chars().take(80).collect();
                         format!("{shown}… is none of the points of `{block}`; was the check changed?")
@@ -157,24 +156,22 @@ impl Answers {
     /// # Errors
     /// The first that had none.
     pub fn finish(self) -> Result<(), Error> {
-        let problem = self.problem.into_inner().unwrap_or_else(PoisonError::into_inner);
-        problem.map_or(Ok(()), |problem| Err(wrong("asked for derivatives".into(), problem)))
+        self.problem.into_inner().map_or(Ok(()), |problem| Err(wrong("asked for derivatives".into(), problem)))
     }
 }
 
-/// One block of a worksheet: where it is compared, also where its formula bends, and what is true there.
-pub(super) fn block<A: Arguments>(block: &Block, setting: &Setting, at: impl Fn(&[f64]) -> A) -> Value {
-    // The same places as `check` finds.
-    let places = places(block, setting, &mut Random::new(setting.seed ^ super::compare::SEED));
-    let points = places.iter().map(|place| {
-        let reference: Vec<Vec<f64>> = place.truth.row_iter().map(|row| row.iter().copied().collect()).collect();
-        json!({ "at": at(&place.x).by_name(), "reference": reference })
-    });
-    json!({ "name": block.name, "rows": block.rows, "columns": block.columns, "points": points.collect::<Vec<_>>() })
-}
-
-/// The worksheet of these blocks.
-pub(super) fn of(title: &str, blocks: Vec<Value>) -> String {
+/// The worksheet of these blocks: where each is compared, also where its formula bends, and what is true there; `at` gives a point's arguments their names.
+pub(super) fn of<A: Arguments>(title: &str, blocks: &[Block], setting: &Setting, at: impl Fn(&[f64]) -> A) -> String {
+    let of_block = |block: &Block| {
+        // The same places as `check` finds.
+        let places = places(block, setting, &mut Random::new(setting.seed ^ SEED));
+        let points = places.iter().map(|place| {
+            let reference: Vec<Vec<f64>> = place.truth.row_iter().map(|row| row.iter().copied().collect()).collect();
+            json!({ "at": at(&place.x).by_name(), "reference": reference })
+        });
+        json!({ "name": block.name, "rows": block.rows, "columns": block.columns, "points": points.collect::<Vec<_>>() })
+    };
+    let blocks: Vec<Value> = blocks.iter().map(of_block).collect();
     format!("{:#}\n", json!({ "format": FORMAT, "version": VERSION, "of": title, "blocks": blocks }))
 }
 

@@ -12,48 +12,45 @@ const SAME: f64 = 1e-7;
 const NEARLY_ONE: f64 = 1e-3;
 
 /// Whether the true values are zero in these entries.
-fn is_zero(evidence: &Evidence, mask: &Mask) -> bool {
-    let zero = |p: usize, &(i, j): &(usize, usize)| evidence.at[p].truth[(i, j)].abs() <= evidence.at[p].tolerance[(i, j)];
-    (0..evidence.at.len()).all(|p| mask.entries.iter().all(|entry| zero(p, entry)))
+fn is_zero(mask: &Mask) -> bool {
+    mask.of.at.iter().all(|at| mask.entries.iter().all(|&e| at.truth[e].abs() <= at.tolerance[e]))
 }
 
-pub(super) fn sign(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let flipped = !is_zero(evidence, mask) && evidence.explains(mask, |p, e| -evidence.at[p].truth[e]);
-    flipped.then(|| mask.says(evidence, Mistake::SignFlipped, "sign flipped"))
+pub(super) fn sign(mask: &Mask) -> Option<Diagnosis> {
+    let flipped = !is_zero(mask) && mask.explains(|p, e| -mask.truth(p, e));
+    flipped.then(|| mask.says(Mistake::SignFlipped, "sign flipped"))
 }
 
-pub(super) fn zero(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let absent = !is_zero(evidence, mask) && evidence.at.iter().all(|at| mask.entries.iter().all(|&e| at.hand[e] == 0.0));
-    absent.then(|| mask.says(evidence, Mistake::Zero, "zero where it should not be,"))
+pub(super) fn zero(mask: &Mask) -> Option<Diagnosis> {
+    let absent = !is_zero(mask) && mask.of.at.iter().all(|at| mask.entries.iter().all(|&e| at.hand[e] == 0.0));
+    absent.then(|| mask.says(Mistake::Zero, "zero where it should not be,"))
 }
 
-pub(super) fn not_zero(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    is_zero(evidence, mask).then(|| mask.says(evidence, Mistake::NotZero, "not zero where it should be,"))
+pub(super) fn not_zero(mask: &Mask) -> Option<Diagnosis> {
+    is_zero(mask).then(|| mask.says(Mistake::NotZero, "not zero where it should be,"))
 }
 
 /// The constant c with hand = c · true, if there is one.
-fn constant_factor(evidence: &Evidence, mask: &Mask) -> Option<f64> {
-    let truth = |p: usize, e: (usize, usize)| evidence.at[p].truth[e];
-    let c = evidence.product(mask, |p, e| evidence.at[p].hand[e], truth) / evidence.product(mask, truth, truth);
-    (c.is_finite() && evidence.explains(mask, |p, e| c * truth(p, e))).then_some(c)
+fn constant_factor(mask: &Mask) -> Option<f64> {
+    mask.multiple(|_, _| 0.0, |p, e| mask.truth(p, e))
 }
 
 /// A constant factor that people are likely to forget.
-pub(super) fn likely(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let c = constant_factor(evidence, mask)?;
-    let name = name(evidence, c, &LIKELY)?;
-    Some(mask.says(evidence, Mistake::Factor, format!("constant factor {name}")))
+pub(super) fn likely(mask: &Mask) -> Option<Diagnosis> {
+    let c = constant_factor(mask)?;
+    let name = name(mask.of, c, &LIKELY)?;
+    Some(mask.says(Mistake::Factor, format!("constant factor {name}")))
 }
 
 /// Any constant factor.
-pub(super) fn constant(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let c = constant_factor(evidence, mask)?;
+pub(super) fn constant(mask: &Mask) -> Option<Diagnosis> {
+    let c = constant_factor(mask)?;
     if (c - 1.0).abs() < NEARLY_ONE {
         let text = format!("right to {} digits only (constant factor 1 {:+.1e})", digits(c - 1.0), c - 1.0);
-        return Some(mask.says(evidence, Mistake::FewDigits, text));
+        return Some(mask.says(Mistake::FewDigits, text));
     }
-    let name = name(evidence, c, &LIKELY).or_else(|| name(evidence, c, &POSSIBLE)).unwrap_or_else(|| format!("{c:.9}"));
-    Some(mask.says(evidence, Mistake::Factor, format!("constant factor {name}")))
+    let name = name(mask.of, c, &LIKELY).or_else(|| name(mask.of, c, &POSSIBLE)).unwrap_or_else(|| format!("{c:.9}"));
+    Some(mask.says(Mistake::Factor, format!("constant factor {name}")))
 }
 
 pub(super) fn digits(relative: f64) -> usize {
@@ -99,31 +96,31 @@ fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
 }
 
 /// The factor c_p of every point with hand = c_p · true, if there is one.
-fn factors(evidence: &Evidence, mask: &Mask) -> Option<Vec<f64>> {
+fn factors(mask: &Mask) -> Option<Vec<f64>> {
     let factor = |p: usize| {
-        let entries =
-            mask.entries.iter().map(|&e| (evidence.at[p].hand[e], evidence.at[p].truth[e], evidence.at[p].scale[e]));
+        let at = mask.of.at[p];
+        let entries = mask.entries.iter().map(|&e| (at.hand[e], at.truth[e], at.scale[e]));
         let (top, bottom) = entries.fold((0.0, 0.0), |(a, b), (h, t, s)| (a + h / s * (t / s), b + t / s * (t / s)));
         top / bottom
     };
-    let factors: Vec<f64> = (0..evidence.at.len()).map(factor).collect();
-    let fits = || evidence.explains(mask, |p, e| factors[p] * evidence.at[p].truth[e]);
+    let factors: Vec<f64> = (0..mask.of.at.len()).map(factor).collect();
+    let fits = || mask.explains(|p, e| factors[p] * mask.truth(p, e));
     (factors.len() > 1 && factors.iter().all(|c| c.is_finite()) && fits()).then_some(factors)
 }
 
 /// A factor that is the value of an argument, its square or its inverse.
-pub(super) fn argument(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+pub(super) fn argument(mask: &Mask) -> Option<Diagnosis> {
     // Nothing is multiplied by 1, which some arguments may be.
-    let factors = factors(evidence, mask).filter(|all| all.iter().any(|c| (c.abs() - 1.0).abs() > NEARLY_ONE))?;
+    let factors = factors(mask).filter(|all| all.iter().any(|c| (c.abs() - 1.0).abs() > NEARLY_ONE))?;
     let is = |k: usize, power: i32, sign: f64| {
-        let expected = |p: usize| sign * evidence.at[p].x[k].powi(power);
+        let expected = |p: usize| sign * mask.of.at[p].x[k].powi(power);
         factors.iter().enumerate().all(|(p, c)| (c - expected(p)).abs() <= SAME * c.abs())
     };
-    for (k, name) in evidence.setting.arguments.iter().enumerate() {
+    for (k, name) in mask.of.setting.arguments.iter().enumerate() {
         for (power, word) in [(1, ""), (-1, "1/"), (2, "the square of ")] {
             if let Some(sign) = [1.0, -1.0].into_iter().find(|&sign| is(k, power, sign)) {
                 let minus = if sign < 0.0 { "−" } else { "" };
-                return Some(mask.says(evidence, Mistake::Factor, format!("factor {minus}{word}{name} too much")));
+                return Some(mask.says(Mistake::Factor, format!("factor {minus}{word}{name} too much")));
             }
         }
     }
@@ -131,11 +128,11 @@ pub(super) fn argument(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
 }
 
 /// Proportional to the true values by a factor that differs from point to point.
-pub(super) fn varying(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let factors = factors(evidence, mask)?;
+pub(super) fn varying(mask: &Mask) -> Option<Diagnosis> {
+    let factors = factors(mask)?;
     // With one entry any values have some ratio.
-    let proportional = mask.entries.iter().filter(|&&e| evidence.at.iter().any(|at| at.truth[e] != 0.0)).count() > 1;
+    let proportional = mask.entries.iter().filter(|&&e| mask.of.at.iter().any(|at| at.truth[e] != 0.0)).count() > 1;
     let range = factors.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));
     let text = format!("a factor that is no constant ({:.4} to {:.4})", range.0, range.1);
-    proportional.then(|| mask.says(evidence, Mistake::Factor, text))
+    proportional.then(|| mask.says(Mistake::Factor, text))
 }

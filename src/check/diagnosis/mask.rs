@@ -6,6 +6,11 @@ use std::fmt;
 use super::Evidence;
 use crate::check::report::{Diagnosis, Mistake};
 
+/// Slack on the tolerance when a guess is compared with the user's values.
+const SLACK: f64 = 8.0;
+/// What a guess may be off by, relative to itself, whatever the size of the entry is.
+const ROUNDING: f64 = 1e-13;
+
 /// The rows of a block, or its columns.
 #[derive(Clone, Copy)]
 pub(super) enum Lines {
@@ -25,12 +30,12 @@ impl Lines {
     }
 
     /// The line in which an entry stands.
-    pub(super) fn of(self, (i, j): (usize, usize)) -> usize {
+    pub(super) fn of(self, (i, j): At) -> usize {
         [i, j][self as usize]
     }
 
     /// The entry that stands in another line at the same place.
-    pub(super) fn entry_in(self, line: usize, (i, j): (usize, usize)) -> (usize, usize) {
+    pub(super) fn entry_in(self, line: usize, (i, j): At) -> At {
         match self {
             Lines::Rows => (line, j),
             Lines::Columns => (i, line),
@@ -38,46 +43,98 @@ impl Lines {
     }
 }
 
+/// The row and the column of an entry.
+pub(super) type At = (usize, usize);
+
 /// Some entries of a block.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mask {
-    pub(super) entries: Vec<(usize, usize)>,
+pub(super) struct Mask<'e> {
+    pub(super) of: &'e Evidence<'e>,
+    pub(super) entries: Vec<At>,
 }
 
-impl Mask {
-    pub(super) fn all(evidence: &Evidence) -> Self {
-        let columns = evidence.columns();
-        Mask { entries: (0..evidence.rows()).flat_map(|i| (0..columns).map(move |j| (i, j))).collect() }
+impl<'e> Mask<'e> {
+    pub(super) fn all(of: &'e Evidence) -> Self {
+        let columns = of.columns();
+        Mask { of, entries: (0..of.rows()).flat_map(|i| (0..columns).map(move |j| (i, j))).collect() }
+    }
+
+    /// Those of which this is true.
+    pub(super) fn only(&self, is: impl Fn(&At) -> bool) -> Self {
+        Mask { of: self.of, entries: self.entries.iter().copied().filter(is).collect() }
     }
 
     /// The entries that are wrong at some point.
-    pub(super) fn wrong(evidence: &Evidence) -> Self {
-        let is_wrong = |&entry: &(usize, usize)| (0..evidence.at.len()).any(|p| evidence.excess(p, entry) > 1.0);
-        Mask { entries: Mask::all(evidence).entries.into_iter().filter(is_wrong).collect() }
+    pub(super) fn wrong(of: &'e Evidence) -> Self {
+        Mask::all(of).only(|&entry| (0..of.at.len()).any(|p| of.excess(p, entry) > 1.0))
     }
 
     /// One for each row, or column, that it has entries of.
-    pub(super) fn by(&self, lines: Lines) -> Vec<Mask> {
+    pub(super) fn by(&self, lines: Lines) -> Vec<Self> {
         let mut numbers: Vec<usize> = self.entries.iter().map(|&entry| lines.of(entry)).collect();
         numbers.sort_unstable();
         numbers.dedup();
-        let one = |k| Mask { entries: self.entries.iter().copied().filter(|&entry| lines.of(entry) == k).collect() };
-        numbers.into_iter().map(one).collect()
+        numbers.into_iter().map(|k| self.only(|&entry| lines.of(entry) == k)).collect()
     }
 
-    pub(super) fn singles(&self) -> Vec<Mask> {
-        self.entries.iter().map(|&e| Mask { entries: vec![e] }).collect()
+    pub(super) fn singles(&self) -> Vec<Self> {
+        self.entries.iter().map(|single| self.only(|entry| entry == single)).collect()
+    }
+
+    pub(super) fn truth(&self, p: usize, entry: At) -> f64 {
+        self.of.at[p].truth[entry]
+    }
+
+    /// Whether the user's values are the expected ones in these entries, at all points, and these are not just the true ones: what
+    /// hardly differs from the truth is no reason for an error that is hardly one.
+    pub(super) fn explains(&self, expected: impl Fn(usize, At) -> f64) -> bool {
+        let differs = |p: usize, &e: &At| {
+            let error = (expected(p, e) - self.of.at[p].truth[e]).abs();
+            error.is_nan() || error > self.of.at[p].tolerance[e]
+        };
+        let is_another = || (0..self.of.at.len()).any(|p| self.entries.iter().any(|entry| differs(p, entry)));
+        self.holds(&expected) && is_another()
+    }
+
+    /// The sign with which the expected values explain the user's, if one does.
+    pub(super) fn up_to_sign(&self, expected: impl Fn(usize, At) -> f64) -> Option<f64> {
+        [1.0, -1.0].into_iter().find(|sign| self.explains(|p, e| sign * expected(p, e)))
+    }
+
+    /// Whether the user's values are the expected ones in these entries, at all points.
+    pub(super) fn holds(&self, expected: impl Fn(usize, At) -> f64) -> bool {
+        let within = |p: usize, &e: &At| {
+            let x = expected(p, e);
+            // A multiple of the true value has a multiple of its rounding, and another entry's value the rounding of that.
+            let grown = (x / self.of.at[p].truth[e]).abs().max(1.0);
+            let grown = if grown.is_finite() { grown } else { 1.0 };
+            let within = (grown * self.of.at[p].tolerance[e]).max(ROUNDING * x.abs());
+            x.is_finite() && (self.of.at[p].hand[e] - x).abs() <= SLACK * within
+        };
+        (0..self.of.at.len()).all(|p| self.entries.iter().all(|entry| within(p, entry)))
+    }
+
+    /// The c with hand = base + c · term, if there is one: of the least squares, in units of the entries' sizes.
+    pub(super) fn multiple(&self, base: impl Fn(usize, At) -> f64, term: impl Fn(usize, At) -> f64) -> Option<f64> {
+        let product = |a: &dyn Fn(usize, At) -> f64| {
+            let one = |p: usize, &e: &At| {
+                let size = self.of.at[p].scale[e].max(f64::MIN_POSITIVE);
+                a(p, e) / size * (term(p, e) / size)
+            };
+            (0..self.of.at.len()).map(|p| self.entries.iter().map(|entry| one(p, entry)).sum::<f64>()).sum::<f64>()
+        };
+        let c = product(&|p, e| self.of.at[p].hand[e] - base(p, e)) / product(&term);
+        (c.is_finite() && self.explains(|p, e| base(p, e) + c * term(p, e))).then_some(c)
     }
 
     /// The text and where that is.
-    pub(super) fn says(&self, evidence: &Evidence, mistake: Mistake, text: impl fmt::Display) -> Diagnosis {
-        Diagnosis { mistake, text: format!("{text} {}", self.place(evidence)) }
+    pub(super) fn says(&self, mistake: Mistake, text: impl fmt::Display) -> Diagnosis {
+        Diagnosis { mistake, text: format!("{text} {}", self.place()) }
     }
 
     /// "in the whole block", "in row …", "in the entry …": for the end of a sentence.
-    pub(super) fn place(&self, evidence: &Evidence) -> String {
-        let (rows, columns) = (&evidence.block.rows, &evidence.block.columns);
-        if self.entries.len() == evidence.rows() * evidence.columns() {
+    pub(super) fn place(&self) -> String {
+        let (rows, columns) = (&self.of.block.rows, &self.of.block.columns);
+        if self.entries.len() == rows.len() * columns.len() {
             return "in the whole block".into();
         }
         if let [(i, j)] = self.entries[..] {
@@ -85,13 +142,13 @@ impl Mask {
         }
         for lines in Lines::BOTH {
             if let [line] = &self.by(lines)[..] {
-                return format!("in the {} of {}", lines.word(), lines.names(evidence)[lines.of(line.entries[0])]);
+                return format!("in the {} of {}", lines.word(), lines.names(self.of)[lines.of(line.entries[0])]);
             }
         }
         let sides = [("on", Ordering::Equal), ("below", Ordering::Greater), ("above", Ordering::Less)];
         match sides.iter().find(|(_, side)| self.entries.iter().all(|(i, j)| i.cmp(j) == *side)) {
             Some((side, _)) => format!("{side} the diagonal"),
-            None => format!("in {} of the {} entries", self.entries.len(), evidence.rows() * evidence.columns()),
+            None => format!("in {} of the {} entries", self.entries.len(), rows.len() * columns.len()),
         }
     }
 }

@@ -15,12 +15,8 @@ use nalgebra::DMatrix;
 use super::place::Place;
 use super::plan::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
-use mask::{Lines, Mask};
+use mask::{At, Lines, Mask};
 
-/// Slack on the tolerance when a guess is compared with the user's values.
-const SLACK: f64 = 8.0;
-/// What a guess may be off by, relative to itself, whatever the size of the entry is.
-const ROUNDING: f64 = 1e-13;
 /// More wrong entries than this are not looked at one by one.
 const MOST_SINGLE: usize = 6;
 /// A block with more wrong rows than this is only split if all of them have an explanation.
@@ -46,7 +42,7 @@ impl Evidence<'_> {
     }
 
     /// |hand − true| relative to its tolerance; more than 1 is wrong.
-    pub(crate) fn excess(&self, p: usize, entry: (usize, usize)) -> f64 {
+    pub(crate) fn excess(&self, p: usize, entry: At) -> f64 {
         match self.difference(p, entry).abs() {
             0.0 => 0.0,
             error if error.is_nan() => f64::INFINITY,
@@ -54,50 +50,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// Whether the user's values are the expected ones in these entries, at all points, and these are not just the true ones: what
-    /// hardly differs from the truth is no reason for an error that is hardly one.
-    fn explains(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> bool {
-        let differs = |p: usize, &e: &(usize, usize)| {
-            let error = (expected(p, e) - self.at[p].truth[e]).abs();
-            error.is_nan() || error > self.at[p].tolerance[e]
-        };
-        let is_another = || (0..self.at.len()).any(|p| mask.entries.iter().any(|entry| differs(p, entry)));
-        self.holds(mask, &expected) && is_another()
-    }
-
-    /// The sign with which the expected values explain the user's, if one does.
-    fn up_to_sign(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> Option<f64> {
-        [1.0, -1.0].into_iter().find(|sign| self.explains(mask, |p, e| sign * expected(p, e)))
-    }
-
-    /// Whether the user's values are the expected ones in these entries, at all points.
-    fn holds(&self, mask: &Mask, expected: impl Fn(usize, (usize, usize)) -> f64) -> bool {
-        let within = |p: usize, &e: &(usize, usize)| {
-            let x = expected(p, e);
-            // A multiple of the true value has a multiple of its rounding, and another entry's value the rounding of that.
-            let grown = (x / self.at[p].truth[e]).abs().max(1.0);
-            let grown = if grown.is_finite() { grown } else { 1.0 };
-            let within = (grown * self.at[p].tolerance[e]).max(ROUNDING * x.abs());
-            x.is_finite() && (self.at[p].hand[e] - x).abs() <= SLACK * within
-        };
-        (0..self.at.len()).all(|p| mask.entries.iter().all(|entry| within(p, entry)))
-    }
-
-    /// Σ a b over entries and points, in units of the entries' sizes.
-    fn product(
-        &self,
-        mask: &Mask,
-        a: impl Fn(usize, (usize, usize)) -> f64,
-        b: impl Fn(usize, (usize, usize)) -> f64,
-    ) -> f64 {
-        let term = |p: usize, &e: &(usize, usize)| {
-            let size = self.at[p].scale[e].max(f64::MIN_POSITIVE);
-            a(p, e) / size * (b(p, e) / size)
-        };
-        (0..self.at.len()).map(|p| mask.entries.iter().map(|entry| term(p, entry)).sum::<f64>()).sum()
-    }
-
-    fn difference(&self, p: usize, entry: (usize, usize)) -> f64 {
+    fn difference(&self, p: usize, entry: At) -> f64 {
         self.at[p].hand[entry] - self.at[p].truth[entry]
     }
 
@@ -109,9 +62,14 @@ impl Evidence<'_> {
         self.block.columns.len()
     }
 
-    /// The true block at other points.
-    fn truth_at(&self, other: impl Fn(&[f64]) -> Vec<f64>) -> Vec<DMatrix<f64>> {
-        self.at.iter().map(|at| self.block.truth.dual(&other(&at.x))).collect()
+    /// The true block where the points have a change.
+    fn truth_at(&self, change: &dyn Fn(&mut [f64])) -> Vec<DMatrix<f64>> {
+        let truth = |at: &&Place| {
+            let mut x = at.x.clone();
+            change(&mut x);
+            self.block.truth.dual(&x)
+        };
+        self.at.iter().map(truth).collect()
     }
 
     /// Whether there are groups of arguments, and few enough to try all of them one by one.
@@ -127,17 +85,14 @@ pub(crate) fn shape(evidence: &Evidence) -> Option<Diagnosis> {
     if rows == 1 && columns == 1 && hand[0].is_nan() {
         return Some(diagnosis(Mistake::NotFinite, "no matrix was given, but NaN alone".into()));
     }
-    let turned = (rows, columns) == (c, r);
-    let same = turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax();
-    Some(match (turned, same) {
-        (_, true) => {
-            diagnosis(Mistake::Transposed, format!("transposed: {rows}×{columns} instead of {r}×{c}, with the right values"))
-        }
-        (true, _) => diagnosis(
-            Mistake::Shape,
-            format!("{rows}×{columns} instead of {r}×{c}: transposed, and wrong in its values too"),
-        ),
-        _ => diagnosis(Mistake::Shape, format!("{rows}×{columns} instead of {r}×{c}")),
+    let sizes = format!("{rows}×{columns} instead of {r}×{c}");
+    let is_turned = (rows, columns) == (c, r);
+    Some(if is_turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax() {
+        diagnosis(Mistake::Transposed, format!("transposed: {sizes}, with the right values"))
+    } else if is_turned {
+        diagnosis(Mistake::Shape, format!("{sizes}: transposed, and wrong in its values too"))
+    } else {
+        diagnosis(Mistake::Shape, sizes)
     })
 }
 
@@ -147,14 +102,14 @@ fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
 
 /// What the differences look like, and further observations.
 pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
-    let wrong = Mask::wrong(evidence);
-    let known = not_finite(evidence, &wrong).or_else(|| whole(evidence, &wrong)).or_else(|| part(evidence, &wrong));
+    let wrong = &Mask::wrong(evidence);
+    let known = not_finite(wrong).or_else(|| whole(wrong)).or_else(|| part(wrong));
     if let Some(found) = known {
         return (vec![found], Vec::new());
     }
-    let rest = |mask: &Mask| mask.says(evidence, Mistake::Unexplained, "no simple explanation");
+    let rest = |mask: &Mask| mask.says(Mistake::Unexplained, "no simple explanation");
     let split = |masks: Vec<Mask>| -> Option<Vec<Diagnosis>> {
-        let found: Vec<_> = masks.iter().map(|mask| (mask, part(evidence, mask))).collect();
+        let found: Vec<_> = masks.iter().map(|mask| (mask, part(mask))).collect();
         let explained = found.iter().filter(|(_, found)| found.is_some()).count();
         let helps = masks.len() > 1 && explained > 0 && (explained == masks.len() || masks.len() <= MOST_SPLIT);
         helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
@@ -164,7 +119,7 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
         .into_iter()
         .flatten()
         .min_by_key(|found| badness(found));
-    let found = best.unwrap_or_else(|| vec![terms::few_digits(evidence, &wrong).unwrap_or_else(|| rest(&wrong))]);
+    let found = best.unwrap_or_else(|| vec![terms::few_digits(wrong).unwrap_or_else(|| rest(wrong))]);
     let open = found.iter().any(|d| d.mistake == Mistake::Unexplained);
     (found, if open { arguments::where_it_vanishes(evidence) } else { Vec::new() })
 }
@@ -175,41 +130,40 @@ fn badness(found: &[Diagnosis]) -> (usize, usize) {
 }
 
 /// Mistakes that concern the block as a whole.
-fn whole(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
-    let all = Mask::all(evidence);
-    factor::sign(evidence, &all)
-        .or_else(|| factor::zero(evidence, &all))
-        .or_else(|| exchange::transposed(evidence, &all))
-        .or_else(|| factor::likely(evidence, &all))
-        .or_else(|| terms::named(evidence, &all))
-        .or_else(|| terms::other_block(evidence, &all))
-        .or_else(|| arguments::elsewhere(evidence, &all))
-        .or_else(|| exchange::rows_or_columns(evidence, wrong))
-        .or_else(|| factor::argument(evidence, &all))
+fn whole(wrong: &Mask) -> Option<Diagnosis> {
+    let all = &Mask::all(wrong.of);
+    factor::sign(all)
+        .or_else(|| factor::zero(all))
+        .or_else(|| exchange::transposed(all))
+        .or_else(|| factor::likely(all))
+        .or_else(|| terms::named(all))
+        .or_else(|| terms::other_block(all))
+        .or_else(|| arguments::elsewhere(all))
+        .or_else(|| exchange::rows_or_columns(wrong))
+        .or_else(|| factor::argument(all))
 }
 
 /// Mistakes in some of the entries.
-fn part(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    factor::not_zero(evidence, mask)
-        .or_else(|| factor::sign(evidence, mask))
-        .or_else(|| factor::zero(evidence, mask))
-        .or_else(|| factor::likely(evidence, mask))
-        .or_else(|| terms::named(evidence, mask))
-        .or_else(|| exchange::transposed(evidence, mask))
-        .or_else(|| exchange::entries(evidence, mask))
-        .or_else(|| terms::of_arguments(evidence, mask))
-        .or_else(|| arguments::confused(evidence, mask))
-        .or_else(|| arguments::elsewhere(evidence, mask))
-        .or_else(|| factor::constant(evidence, mask))
-        .or_else(|| factor::argument(evidence, mask))
-        .or_else(|| factor::varying(evidence, mask))
-        .or_else(|| terms::of_other_blocks(evidence, mask))
-        .or_else(|| terms::few_digits(evidence, mask))
+fn part(mask: &Mask) -> Option<Diagnosis> {
+    factor::not_zero(mask)
+        .or_else(|| factor::sign(mask))
+        .or_else(|| factor::zero(mask))
+        .or_else(|| factor::likely(mask))
+        .or_else(|| terms::named(mask))
+        .or_else(|| exchange::transposed(mask))
+        .or_else(|| exchange::entries(mask))
+        .or_else(|| terms::of_arguments(mask))
+        .or_else(|| arguments::confused(mask))
+        .or_else(|| arguments::elsewhere(mask))
+        .or_else(|| factor::constant(mask))
+        .or_else(|| factor::argument(mask))
+        .or_else(|| factor::varying(mask))
+        .or_else(|| terms::of_other_blocks(mask))
+        .or_else(|| terms::few_digits(mask))
 }
 
-fn not_finite(evidence: &Evidence, wrong: &Mask) -> Option<Diagnosis> {
-    let bad = |entry: &(usize, usize)| evidence.at.iter().any(|at| !at.hand[*entry].is_finite());
-    let entries: Vec<_> = wrong.entries.iter().copied().filter(bad).collect();
-    let says = |mask: Mask| mask.says(evidence, Mistake::NotFinite, "infinite or not a number");
-    (!entries.is_empty()).then(|| says(Mask { entries }))
+fn not_finite(wrong: &Mask) -> Option<Diagnosis> {
+    let bad = |entry: &At| wrong.of.at.iter().any(|at| !at.hand[*entry].is_finite());
+    let mask = wrong.only(bad);
+    (!mask.entries.is_empty()).then(|| mask.says(Mistake::NotFinite, "infinite or not a number"))
 }

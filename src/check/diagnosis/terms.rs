@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::Evidence;
-use super::arguments::changed;
 use super::factor::digits;
 use super::mask::Mask;
+use crate::check::place::Place;
 use crate::check::plan::MatrixAt;
 use crate::check::report::{Diagnosis, Mistake};
 
@@ -14,66 +14,62 @@ const FEW: f64 = 1e-3;
 /// Two numbers are the same coefficient if they differ by less than this.
 const SAME: f64 = 1e-6;
 
-fn values(evidence: &Evidence, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
-    evidence.at.iter().map(|at| matrix(&at.x)).collect()
+fn values(mask: &Mask, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
+    mask.of.at.iter().map(|at| matrix(&at.x)).collect()
 }
 
 /// Whether the difference is a multiple of a term that the true value is the sum of.
-pub(super) fn named(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let terms = evidence.block.terms.iter().map(|(name, matrix)| (name, values(evidence, matrix)));
-    let fitting: Vec<_> = terms.filter_map(|(name, term)| Some((name, coefficient(evidence, mask, &term)?))).collect();
+pub(super) fn named(mask: &Mask) -> Option<Diagnosis> {
+    let terms = mask.of.block.terms.iter().map(|(name, matrix)| (name, values(mask, matrix)));
+    let fitting: Vec<_> = terms.filter_map(|(name, term)| Some((name, coefficient(mask, &term)?))).collect();
     let simple = fitting.iter().find(|(_, c)| [-1.0, 1.0, -2.0].iter().any(|s| (c - s).abs() < SAME));
     // A small multiple of a term is a matter of digits.
-    let any = || fitting.first().filter(|_| few_digits(evidence, mask).is_none());
+    let any = || fitting.first().filter(|_| few_digits(mask).is_none());
     if let Some((name, c)) = simple.or_else(any) {
-        return Some(describe(evidence, mask, name, *c));
+        return Some(describe(mask, name, *c));
     }
-    turned(evidence, mask)
+    turned(mask)
 }
 
 /// Whether the difference is a multiple of something that does not belong there.
-pub(super) fn of_other_blocks(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    if few_digits(evidence, mask).is_some() {
+pub(super) fn of_other_blocks(mask: &Mask) -> Option<Diagnosis> {
+    if few_digits(mask).is_some() {
         return None;
     }
-    evidence.block.others.iter().find_map(|(name, matrix)| {
-        let c = coefficient(evidence, mask, &values(evidence, matrix))?;
+    mask.of.block.others.iter().find_map(|(name, matrix)| {
+        let c = coefficient(mask, &values(mask, matrix))?;
         let text = format!("the difference is {c:.6} times {name}, which does not belong here,");
-        Some(mask.says(evidence, Mistake::TermWrong, text))
+        Some(mask.says(Mistake::TermWrong, text))
     })
 }
 
 /// A named term that was transposed.
-fn turned(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    if evidence.rows() != evidence.columns() {
+fn turned(mask: &Mask) -> Option<Diagnosis> {
+    if mask.of.rows() != mask.of.columns() {
         return None;
     }
     let changed = |(name, matrix): &(String, MatrixAt)| {
-        let term = values(evidence, matrix);
+        let term = values(mask, matrix);
         if term.iter().any(|term| !term.is_square()) {
             return None;
         }
         let term: Vec<DMatrix<f64>> = term.into_iter().map(|term| term.transpose() - term).collect();
-        let c = coefficient(evidence, mask, &term)?;
-        let says = || mask.says(evidence, Mistake::Transposed, format!("the term {name} is transposed"));
+        let c = coefficient(mask, &term)?;
+        let says = || mask.says(Mistake::Transposed, format!("the term {name} is transposed"));
         ((c - 1.0).abs() < SAME).then(says)
     };
-    evidence.block.terms.iter().find_map(changed)
+    mask.of.block.terms.iter().find_map(changed)
 }
 
 /// The c with hand − true = c · term, if there is one.
-fn coefficient(evidence: &Evidence, mask: &Mask, term: &[DMatrix<f64>]) -> Option<f64> {
-    if term.iter().zip(&evidence.at).any(|(term, at)| term.shape() != at.truth.shape()) {
+fn coefficient(mask: &Mask, term: &[DMatrix<f64>]) -> Option<f64> {
+    if term.iter().zip(&mask.of.at).any(|(term, at)| term.shape() != at.truth.shape()) {
         return None;
     }
-    let of = |p: usize, e: (usize, usize)| term[p][e];
-    let size = evidence.product(mask, of, of);
-    let c = evidence.product(mask, |p, e| evidence.difference(p, e), of) / size;
-    let fits = || evidence.explains(mask, |p, e| evidence.at[p].truth[e] + c * of(p, e));
-    (size > 0.0 && c.is_finite() && c.abs() > SAME && fits()).then_some(c)
+    mask.multiple(|p, e| mask.truth(p, e), |p, e| term[p][e]).filter(|c| c.abs() > SAME)
 }
 
-fn describe(evidence: &Evidence, mask: &Mask, name: &str, c: f64) -> Diagnosis {
+fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
     let is = |x: f64| (c - x).abs() < SAME;
     let (mistake, words) = if is(-1.0) {
         (Mistake::TermMissing, "term missing".into())
@@ -84,31 +80,31 @@ fn describe(evidence: &Evidence, mask: &Mask, name: &str, c: f64) -> Diagnosis {
     } else {
         (Mistake::TermWrong, format!("a term has the factor {:.6} instead of 1", 1.0 + c))
     };
-    mask.says(evidence, mistake, format!("{words}: {name},"))
+    mask.says(mistake, format!("{words}: {name},"))
 }
 
 /// Whether the matrix is the right value of something else.
-pub(super) fn other_block(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
+pub(super) fn other_block(mask: &Mask) -> Option<Diagnosis> {
     let is = |(name, matrix): &(String, MatrixAt)| {
-        let values = values(evidence, matrix);
-        if values.iter().any(|v| v.shape() != (evidence.rows(), evidence.columns())) {
+        let values = values(mask, matrix);
+        if values.iter().any(|v| v.shape() != (mask.of.rows(), mask.of.columns())) {
             return None;
         }
-        let sign = evidence.up_to_sign(mask, |p, e| values[p][e])?;
+        let sign = mask.up_to_sign(|p, e| values[p][e])?;
         let minus = if sign > 0.0 { "" } else { "−" };
-        Some(mask.says(evidence, Mistake::OtherBlock, format!("these are the values of {minus}{name} instead,")))
+        Some(mask.says(Mistake::OtherBlock, format!("these are the values of {minus}{name} instead,")))
     };
-    evidence.block.others.iter().find_map(is)
+    mask.of.block.others.iter().find_map(is)
 }
 
 /// Whether the difference is the part of the true value that comes from one argument: true(x) − true(x with that argument 0).
-pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    if !evidence.is_small() {
+pub(super) fn of_arguments(mask: &Mask) -> Option<Diagnosis> {
+    let Evidence { setting, at, .. } = mask.of;
+    if !mask.of.is_small() {
         return None;
     }
-    let groups = &evidence.setting.groups;
-    let single =
-        groups.iter().flat_map(|(_, range)| range.clone().map(|k| (evidence.setting.arguments[k].clone(), k..k + 1)));
+    let groups = &setting.groups;
+    let single = groups.iter().flat_map(|(_, range)| range.clone().map(|k| (setting.arguments[k].clone(), k..k + 1)));
     let several = groups.iter().filter(|(_, range)| range.len() > 1).map(|(name, range)| (name.clone(), range.clone()));
     // Coordinates come last: they enter nonlinearly, and seldom make a term.
     let mut candidates: Vec<_> = single.chain(several).collect();
@@ -117,26 +113,25 @@ pub(super) fn of_arguments(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis
     let fitting: Vec<(String, f64)> = candidates
         .into_iter()
         .filter_map(|(name, range)| {
-            let without = evidence.truth_at(|x| changed(x, |x| x[range.clone()].fill(0.0)));
-            let term: Vec<DMatrix<f64>> =
-                evidence.at.iter().zip(&without).map(|(at, without)| &at.truth - without).collect();
-            Some((name, coefficient(evidence, mask, &term)?))
+            let without = mask.of.truth_at(&|x| x[range.clone()].fill(0.0));
+            let term: Vec<DMatrix<f64>> = at.iter().zip(&without).map(|(at, without)| &at.truth - without).collect();
+            Some((name, coefficient(mask, &term)?))
         })
         .collect();
     // A term left out is likelier than one with another factor, even where both fit.
     let with = |wanted: f64| fitting.iter().find(move |(_, c)| (c - wanted).abs() < SAME);
     let (name, c) = with(-1.0).or_else(|| with(-2.0)).or_else(|| with(1.0))?;
-    Some(describe(evidence, mask, &format!("the part that comes from {name}"), *c))
+    Some(describe(mask, &format!("the part that comes from {name}"), *c))
 }
 
 /// Right in the leading digits.
-pub(super) fn few_digits(evidence: &Evidence, mask: &Mask) -> Option<Diagnosis> {
-    let share = |p: usize, &e: &(usize, usize)| evidence.difference(p, e).abs() / evidence.at[p].scale[e];
-    let of_point = |p| mask.entries.iter().fold(0.0f64, |worst, entry| worst.max(share(p, entry)));
-    let worst = (0..evidence.at.len()).map(of_point).fold(0.0, f64::max);
+pub(super) fn few_digits(mask: &Mask) -> Option<Diagnosis> {
+    let errors =
+        |at: &Place| mask.entries.iter().map(|&e| (at.hand[e] - at.truth[e]).abs() / at.scale[e]).fold(0.0, f64::max);
+    let worst = mask.of.at.iter().map(|at| errors(at)).fold(0.0, f64::max);
     let digits = digits(worst);
     // Its place stands in the middle.
-    let few = mask.says(evidence, Mistake::FewDigits, format!("right to {digits} digits only"));
+    let few = mask.says(Mistake::FewDigits, format!("right to {digits} digits only"));
     let text = few.text + ": a constant with too few digits, a difference quotient, or a small term missing";
     (worst < FEW).then_some(Diagnosis { text, ..few })
 }

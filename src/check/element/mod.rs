@@ -1,25 +1,8 @@
 //! Hand-derived derivatives of one element, without any scene.
 
-/// A method for each block of an element's function: its name, and what is differentiated by what.
-macro_rules! blocks {
-    ($function:ident, $point:ty; $($(#[$doc:meta])* $method:ident: $derivative:expr;)*) => {
-        $($(#[$doc])*
-        pub fn $method<A: Matrix>(mut self, hand: impl Fn(&$point) -> A + 'a) -> Self {
-            self.blocks.push($derivative.by_hand($function(self.element), hand));
-            self
-        })*
-    };
-}
+mod blocks;
 
-mod constraint;
-mod cost;
-mod energy;
-mod force;
-
-pub use constraint::constraint;
-pub use cost::cost;
-pub use energy::{kinetic_energy, potential_energy};
-pub use force::force;
+pub use blocks::{constraint, cost, force, kinetic_energy, potential_energy};
 
 use std::rc::Rc;
 
@@ -54,13 +37,10 @@ pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, c
     blocks: Vec<(Rows, Block<'a>)>,
 }
 
-/// What the rows of a block are, or some arguments: what has a name, and what stands before it.
-#[derive(Clone, Copy)]
+/// What the rows of a block are: what has a name, and what stands before it.
 enum Rows {
     Equations(&'static str),
     Coordinates(&'static str),
-    Controls(&'static str),
-    Constants,
     One(&'static str),
 }
 
@@ -150,6 +130,32 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
+    /// Adds a block with the user's version of it.
+    fn block<A: Matrix>(
+        mut self,
+        f: impl Function + 'a,
+        of: Derivative,
+        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
+    ) -> Self {
+        let (function, places) = (Rc::new(f), Self::PLACES);
+        let made = |derived| Made { function: function.clone(), places, derived };
+        let matrix = |&(name, derived, by): &Named| -> (String, MatrixAt<'a>) {
+            let of = Jacobian::new(made(derived), places.of(by));
+            (name.to_string(), Box::new(move |x| of.dual(x)))
+        };
+        let hand = Box::new(move |x: &[f64]| hand(&Point::from_list(x)).dense());
+        // The arguments by which the function itself is differentiated.
+        let below = of.derived.gradient.or(of.derived.rate.first().copied()).filter(|_| of.by != Part::One);
+        let block = Block {
+            foundation: below.map(|by| Jacobian::new(made(Derived::default()), places.of(by))),
+            terms: of.terms.iter().map(matrix).collect(),
+            others: of.others.iter().map(matrix).collect(),
+            ..Block::new(of.name, Jacobian::new(made(of.derived), places.of(of.by)), hand)
+        };
+        self.blocks.push((of.rows, block));
+        self
+    }
+
     /// Compares everything that was handed in.
     ///
     /// What cannot be compared is refused in the report: a tolerance or magnitude that is no number, a formula that is finite at no
@@ -178,12 +184,9 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     }
 
     fn names(&self, of: Rows) -> Vec<String> {
-        let prefixed = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}{name}")).collect();
         match of {
-            Rows::Equations(prefix) => prefixed(prefix, &self.equations),
-            Rows::Coordinates(prefix) => prefixed(prefix, &self.coordinates),
-            Rows::Controls(prefix) => prefixed(prefix, &self.controls),
-            Rows::Constants => self.constants.clone(),
+            Rows::Equations(prefix) => prefixed([prefix], &self.equations),
+            Rows::Coordinates(prefix) => prefixed([prefix], &self.coordinates),
             Rows::One(name) => vec![name.to_string()],
         }
     }
@@ -206,21 +209,10 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
 
     /// The names of all arguments, in the order of their list; the value of a function has none.
     fn arguments(&self) -> Vec<String> {
-        let arguments = [
-            Rows::Coordinates(""),
-            Rows::Coordinates("v of "),
-            Rows::Coordinates("p* of "),
-            Rows::Coordinates("ṗ* of "),
-            Rows::Coordinates("v̇ of "),
-            Rows::Equations("σ of "),
-            Rows::Equations("λ of "),
-            Rows::Controls(""),
-            Rows::Controls("du/dt of "),
-            Rows::One("t"),
-            Rows::Constants,
-            Rows::One(""),
-        ];
-        arguments.map(|of| self.names(of)).concat()
+        let states = prefixed(["", "v of ", "p* of ", "ṗ* of ", "v̇ of "], &self.coordinates);
+        let multipliers = prefixed(["σ of ", "λ of "], &self.equations);
+        let controls = prefixed(["", "du/dt of "], &self.controls);
+        [states, multipliers, controls, vec!["t".to_string()], self.constants.clone(), vec![String::new()]].concat()
     }
 
     fn setting(self, drawn: Drawn) -> Setting<'a> {
@@ -237,6 +229,11 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             ..Setting::new(drawn, self.seed, self.tolerance, arguments, self.magnitudes.list())
         }
     }
+}
+
+/// All names behind each prefix.
+fn prefixed<const L: usize>(prefixes: [&str; L], names: &[String]) -> Vec<String> {
+    prefixes.iter().flat_map(|prefix| names.iter().map(move |name| format!("{prefix}{name}"))).collect()
 }
 
 /// A row of an element's table of derivatives: its name, what is differentiated by what.
@@ -270,33 +267,5 @@ impl Derivative {
     fn not(mut self, name: &'static str, derived: Derived, by: Part) -> Self {
         self.others.push((name, derived, by));
         self
-    }
-
-    /// With the user's version of it.
-    fn by_hand<'a, F, A, const N: usize, const M: usize, const K: usize, const P: usize>(
-        self,
-        function: F,
-        hand: impl Fn(&Point<N, M, K, P>) -> A + 'a,
-    ) -> (Rows, Block<'a>)
-    where
-        F: Function + 'a,
-        A: Matrix,
-    {
-        let (function, places) = (Rc::new(function), Places { n: N, m: M, k: K, p: P });
-        let made = |derived| Made { function: function.clone(), places, derived };
-        let matrix = |&(name, derived, by): &Named| -> (String, MatrixAt<'a>) {
-            let of = Jacobian::new(made(derived), places.of(by));
-            (name.to_string(), Box::new(move |x| of.dual(x)))
-        };
-        let hand = Box::new(move |x: &[f64]| hand(&Point::from_list(x)).dense());
-        // The arguments by which the function itself is differentiated.
-        let below = self.derived.gradient.or(self.derived.rate.first().copied()).filter(|_| self.by != Part::One);
-        let block = Block {
-            foundation: below.map(|by| Jacobian::new(made(Derived::VALUE), places.of(by))),
-            terms: self.terms.iter().map(matrix).collect(),
-            others: self.others.iter().map(matrix).collect(),
-            ..Block::new(self.name, Jacobian::new(made(self.derived), places.of(self.by)), hand)
-        };
-        (self.rows, block)
     }
 }

@@ -77,11 +77,6 @@ pub(super) fn only(inputs: &Inputs, input: Input, d: f64) -> Inputs {
     direction
 }
 
-/// x + s d.
-pub(super) fn along(inputs: &Inputs, direction: &Inputs, s: f64) -> Inputs {
-    inputs.along(direction, |x, d| x + s * d)
-}
-
 /// Σ g_j d_j and the size that it has when its terms do not cancel, √Σ (g_j d_j)².
 pub(super) fn product(gradient: &Gradient, direction: &Inputs) -> (f64, f64) {
     let mut d = direction.clone();

@@ -7,23 +7,22 @@ use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict, outcome};
 use super::directions::{only, product, random};
-use super::print::{explain_rounding, write_warnings};
-use super::reference::Reference;
-use super::{DIFFERENCED, Part, Subject, own, sizes_of_inputs, warnings_of};
-use crate::{Error, Gradient, Inputs, Output, Settings, System};
+use super::print::explain_difference;
+use super::ways::Way;
+use super::{DIFFERENCED, Own, Part, Subject, sizes_of_inputs, warnings_of};
+use crate::check::Input;
+use crate::{Error, Hyper, Inputs, Output, Settings, System};
 
 /// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
 const ROUNDING: f64 = 1e-14;
-
-/// A product of the user's own: its name, part and direction, and its numbers.
-type Own = (String, Part, Inputs, Vec<f64>);
 
 /// A check of products of the Hessian at some inputs; made by [`hessian`].
 pub struct HessianCheck<'a> {
     subject: Subject<'a>,
     seed: u64,
     tolerance: f64,
-    own: Vec<Own>,
+    /// The user's own, with their directions.
+    own: Vec<(Own, Inputs)>,
 }
 
 /// Checks products of the Hessian of the system's cost at these inputs: aᵀH b for a random direction a in each part of the inputs and b in all.
@@ -74,7 +73,7 @@ impl HessianCheck<'_> {
     ///
     /// The order is that of [`Inputs`]: controls column by column.
     pub fn own(mut self, name: &str, part: Part, direction: Inputs, values: impl IntoIterator<Item = f64>) -> Self {
-        self.own.push((name.to_string(), part, direction, values.into_iter().collect()));
+        self.own.push((Own::new(name, part, values), direction));
         self
     }
 
@@ -92,7 +91,7 @@ impl HessianCheck<'_> {
         let parts = Part::all_of(subject.inputs);
         let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
-        let mut reference = Reference::new(subject)?;
+        let mut reference = Way::<Hyper>::new(subject)?;
         let rows = parts.iter().map(|&part| {
             let direction = random(&sizes, &[part], &mut random_source);
             let (along, size) = product(&of_all, &direction);
@@ -106,30 +105,20 @@ impl HessianCheck<'_> {
             .into_iter()
             .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
         let rows = rows.collect();
-        let (by_differences, rounding) = (reference.is_differences, reference.rounding);
+        let (by_differences, rounding) = (!reference.goes_through, reference.rounding);
         let mut report = HessianReport { of, rows, by_differences, rounding, warnings, own: Vec::new() };
         let is_trusted = report.library() == Verdict::Right;
-        for own in &self.own {
-            let product = solver.hessian_product(&own.2)?;
-            report.own.push(self.compare_own(own, &mut reference, &sizes, (product, is_trusted))?);
+        for (own, along) in &self.own {
+            let product = solver.hessian_product(along)?;
+            let truth = is_trusted.then_some(product);
+            let is_known = |input: Input| {
+                let direction = only(subject.inputs, input, 1.0);
+                let (product, (value, error)) = (input.in_gradient(product), reference.product([&direction, along])?);
+                Ok((product - value).abs() + error <= self.tolerance * product.abs())
+            };
+            report.own.push(own.compare(subject, &sizes, "product", truth, (self.tolerance, 1.0), is_known)?);
         }
         Ok(report)
-    }
-
-    fn compare_own(
-        &self,
-        (name, part, along, values): &Own,
-        reference: &mut Reference,
-        sizes: &Inputs,
-        (product, is_trusted): (&Gradient, bool),
-    ) -> Result<BlockReport, Error> {
-        let (what, within) = ((name.as_str(), "own product", *part), (self.tolerance, 1.0));
-        let truth = if is_trusted { Ok(product) } else { Err("product") };
-        own::compare(self.subject, sizes, what, values, truth, within, |input| {
-            let direction = only(self.subject.inputs, input, 1.0);
-            let (product, (value, error)) = (input.in_gradient(product), reference.product([&direction, along])?);
-            Ok((product - value).abs() + error <= self.tolerance * product.abs())
-        })
     }
 }
 
@@ -241,8 +230,7 @@ impl fmt::Display for HessianReport {
             )?;
         }
         if self.rows.iter().any(|row| row.verdict == Verdict::Wrong) {
-            explain_rounding(f, self.rounding)?;
-            write_warnings(f, &self.warnings)?;
+            explain_difference(f, self.rounding, &self.warnings)?;
         }
         self.own.iter().try_for_each(|own| write!(f, "{own}"))
     }

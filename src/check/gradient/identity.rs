@@ -13,6 +13,7 @@
 use num_dual::Dual64;
 
 use super::Subject;
+use crate::check::direct::moved;
 use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::system::CostFactors;
@@ -48,7 +49,7 @@ pub(super) fn identity(
     if are_held {
         direction.controls.fill(0.0);
     }
-    let moved = super::super::direct::moved(inputs, &direction, Dual64::new)?;
+    let moved = moved(inputs, &direction, Dual64::new)?;
     let motion = solver.simulate(&moved)?.clone();
     let moved = solver.inputs();
     let design = system.parameters().values(moved.design.as_slice());
@@ -64,19 +65,21 @@ pub(super) fn identity(
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }
-        let (a, b, alpha, beta) =
-            (adjoint.a.column(i), adjoint.b.column(i), adjoint.alpha.column(i), adjoint.beta.column(i));
-        let (q, v) = (motion.q.column(i - 1), motion.v.column(i - 1));
-        let (p, g) = (motion.p_star.column(i - 1), motion.p_star_dot.column(i - 1));
+        let of_state = [
+            (&adjoint.a, &motion.q),
+            (&adjoint.alpha, &motion.v),
+            (&adjoint.b, &motion.p_star),
+            (&adjoint.beta, &motion.p_star_dot),
+        ];
+        let of_state = of_state.map(|(adjoint, motion)| dot(adjoint.column(i), motion.column(i - 1)));
         let is_end =
             |&node: &usize| refinement.given_node(node).is_some_and(|given| given.is_multiple_of(taken.grid.stages));
         let end = (0..i).rev().find(is_end).unwrap_or(0);
-        let (s, sigma) = (adjoint.s.column(i), motion.sigma.column(i - 1));
+        let sigma = motion.sigma.column(i - 1);
         let compliant = motion.compliance_into(i).iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();
-        let terms =
-            [dot(a, q), dot(alpha, v), dot(b, p), dot(beta, g), of_controls, dot(s, motion.sigma.column(end)) + compliant];
-        let by_adjoint = terms[4] + terms[5] - terms[..4].iter().sum::<f64>();
-        let size = terms.iter().fold(by_tangent.abs(), |m, x| m.max(x.abs()));
+        let of_sigma = dot(adjoint.s.column(i), motion.sigma.column(end)) + compliant;
+        let by_adjoint = of_controls + of_sigma - of_state.iter().sum::<f64>();
+        let size = of_state.iter().chain([&of_controls, &of_sigma]).fold(by_tangent.abs(), |m, x| m.max(x.abs()));
         sides.push((i, by_tangent, by_adjoint, size));
     }
     let largest = sides.iter().fold(floor, |m, side| m.max(side.3));

@@ -6,10 +6,8 @@ mod hessian;
 mod identity;
 mod own;
 mod print;
-mod reference;
 mod report;
 mod sizes;
-mod steps;
 mod taylor;
 mod ways;
 
@@ -22,10 +20,13 @@ pub use taylor::{Remainder, Taylor};
 use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
-use super::report::{BlockReport, Verdict};
-use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System, Trajectory};
+use super::report::Verdict;
+use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 use directions::{only, product, random};
-use sizes::sizes_of_inputs;
+use identity::identity;
+use own::Own;
+use sizes::{sizes_of_inputs, sizes_of_terms};
+use taylor::taylor;
 use ways::Ways;
 
 /// First step of the differences and of the Taylor test, relative to the direction.
@@ -57,7 +58,7 @@ pub struct GradientCheck<'a> {
     seed: u64,
     complete: bool,
     tolerance: f64,
-    own: Vec<(String, Part, Vec<f64>)>,
+    own: Vec<Own>,
 }
 
 /// Checks the gradient of the system's cost at these inputs.
@@ -111,7 +112,7 @@ impl GradientCheck<'_> {
     ///
     /// The order is that of [`Inputs`]: controls column by column.
     pub fn own(mut self, name: &str, part: Part, values: impl IntoIterator<Item = f64>) -> Self {
-        self.own.push((name.to_string(), part, values.into_iter().collect()));
+        self.own.push(Own::new(name, part, values));
         self
     }
 
@@ -127,33 +128,30 @@ impl GradientCheck<'_> {
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
-        let mut ways = Ways::new(subject, steps::sizes_of_terms(subject.system, &mut solver))?;
-        let mut rows = Vec::new();
+        let mut ways = Ways::new(subject, sizes_of_terms(subject.system, &mut solver))?;
+        let mut directions = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {
                 let direction = random(&sizes, &[part], &mut random_source);
-                rows.push(self.compare(&mut ways, part.name().to_string(), &direction, &gradient)?);
+                directions.push(ways.compare(part.name().to_string(), &direction, &gradient, self.tolerance)?);
             }
         }
         let all = random(&sizes, &parts, &mut random_source);
-        rows.push(self.compare(&mut ways, "all together".into(), &all, &gradient)?);
-        judge_among(&mut rows, NOTHING_BESIDE, self.tolerance);
-        let derivative = product(&gradient, &all).0;
-        let taylor = taylor::taylor(|s| ways.value_along(&all, s), gradient.value, derivative);
-        let varied = [Part::Controls, Part::Coordinates, Part::Rates];
-        let direction = random(&sizes, &varied, &mut random_source);
-        let adjoint = solver.adjoint_variables().map(|variables| (&gradient, variables));
-        let floor = ways.floor(&direction, gradient.value).0;
-        let identity =
-            adjoint.map(|adjoint| identity::identity(subject, &direction, adjoint, (floor, self.tolerance))).transpose()?;
+        directions.push(ways.compare("all together".into(), &all, &gradient, self.tolerance)?);
+        judge_among(&mut directions, NOTHING_BESIDE, self.tolerance);
+        let taylor = taylor(|s| ways.value_along(&all, s), gradient.value, product(&gradient, &all).0);
+        let varied = random(&sizes, &[Part::Controls, Part::Coordinates, Part::Rates], &mut random_source);
+        let within = (ways.floor(&varied, gradient.value).0, self.tolerance);
+        let identity = solver.adjoint_variables().map(|adjoint| identity(subject, &varied, (&gradient, adjoint), within));
+        let identity = identity.transpose()?;
         // Single inputs that hardly move anything leave rounding of nearly nothing.
-        let rounding = ways.rounding;
+        let (rounding, value) = (ways.rounding(), gradient.value);
         let (singles, worst_singles) =
-            if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { (0, Vec::new()) };
+            if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { Default::default() };
         let mut report = GradientReport {
             of,
-            value: gradient.value,
-            directions: rows,
+            value,
+            directions,
             singles,
             worst_singles,
             taylor,
@@ -163,30 +161,18 @@ impl GradientCheck<'_> {
             own: Vec::new(),
         };
         let trusted = report.verdict() == Verdict::Right;
-        let own = self.own.iter().map(|own| {
-            let row = report.directions.iter().find(|row| row.name == own.1.name());
+        for own in &self.own {
+            let row = report.directions.iter().find(|row| row.name == own.part.name());
             let trusted = trusted && row.is_none_or(|row| row.verdict == Verdict::Right);
             let raised = row.map_or(1.0, |row| row.raised(self.tolerance));
-            self.compare_own(own, &mut ways, (&sizes, &gradient, raised), trusted)
-        });
-        let own = own.collect::<Result<_, Error>>()?;
-        report.own = own;
+            let is_known = |input: Input| {
+                let (adjoint, direct) = (input.in_gradient(&gradient), ways.direct(&only(subject.inputs, input, 1.0))?);
+                Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
+            };
+            let truth = trusted.then_some(&gradient);
+            report.own.push(own.compare(subject, &sizes, "gradient", truth, (self.tolerance, raised), is_known)?);
+        }
         Ok(report)
-    }
-
-    fn compare(
-        &self,
-        ways: &mut Ways,
-        name: String,
-        direction: &Inputs,
-        gradient: &Gradient,
-    ) -> Result<DirectionReport, Error> {
-        let (adjoint, size) = product(gradient, direction);
-        let (direct, complex_step) = (ways.direct(direction)?, ways.complex_step(direction)?);
-        let (differences, error) = ways.differences(direction);
-        let (floor, nearby) = ways.floor(direction, gradient.value);
-        let sizes = [size, floor, nearby];
-        Ok(DirectionReport::new(name, [adjoint, direct, complex_step, differences], error, sizes, self.tolerance))
     }
 
     /// Every input alone: how many, and the worst.
@@ -196,7 +182,7 @@ impl GradientCheck<'_> {
         let mut rows = Vec::new();
         for input in &all {
             let direction = only(inputs, *input, *input.of(&mut sizes.clone()));
-            rows.push(self.compare(ways, input.name(system), &direction, gradient)?);
+            rows.push(ways.compare(input.name(system), &direction, gradient, self.tolerance)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
         judge_among(&mut rows, LITTLE_BESIDE, self.tolerance);
@@ -205,33 +191,12 @@ impl GradientCheck<'_> {
         rows.truncate(MOST_LISTED);
         Ok((all.len(), rows))
     }
-
-    /// A row of the table in any case; with the verdict "nothing compared" where the library's gradient cannot be trusted.
-    fn compare_own(
-        &self,
-        (name, part, values): &(String, Part, Vec<f64>),
-        ways: &mut Ways,
-        (sizes, gradient, raised): (&Inputs, &Gradient, f64),
-        trusted: bool,
-    ) -> Result<BlockReport, Error> {
-        let (what, within) = ((name.as_str(), "own gradient", *part), (self.tolerance, raised));
-        let truth = if trusted { Ok(gradient) } else { Err("gradient") };
-        own::compare(self.subject, sizes, what, values, truth, within, |input| {
-            let (adjoint, direct) = (input.in_gradient(gradient), ways.direct(&only(self.subject.inputs, input, 1.0))?);
-            Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
-        })
-    }
 }
 
 /// What a motion and its gradient have to say, in words.
 fn warnings_of(solver: &Solver) -> Vec<String> {
     let reports = [solver.report(), solver.adjoint_report()];
     reports.iter().flat_map(|report| &report.warnings).map(ToString::to_string).collect()
-}
-
-/// Whether a motion takes the steps of another one and starts anew where that does: of one that does not, J is another function.
-fn is_alike(motion: &Trajectory, other: &Trajectory) -> bool {
-    motion.inserted == other.inserted && motion.restarted == other.restarted
 }
 
 /// Judges again, with errors relative to at least this part of the largest.

@@ -8,72 +8,79 @@ use crate::{Error, Gradient, Inputs};
 /// Wrong entries that are listed.
 const LISTED: usize = 4;
 
-/// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
-///
-/// The truth is the library's own, or else what of it is not confirmed.
-///
-/// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
-pub(super) fn compare(
-    Subject { system, inputs, .. }: Subject,
-    sizes: &Inputs,
-    (name, kind, part): (&str, &str, Part),
-    hand: &[f64],
-    truth: Result<&Gradient, &str>,
-    (tolerance, raised): (f64, f64),
-    mut is_known: impl FnMut(Input) -> Result<bool, Error>,
-) -> Result<BlockReport, Error> {
-    let all = part.inputs(inputs);
-    let name = format!("{name} ({kind}, {})", part.name());
-    let mut report = BlockReport { name, size: (1, all.len()), points: 1, tolerance, ..BlockReport::default() };
-    let gradient = match truth {
-        Ok(gradient) => gradient,
-        Err(what) => {
-            report
-                .notes
-                .push(format!("the library's {what} is not confirmed here, so that there is nothing to compare with"));
-            return Ok(report);
+/// Numbers of the user's own for one part of the inputs.
+pub(super) struct Own {
+    name: String,
+    pub part: Part,
+    values: Vec<f64>,
+}
+
+impl Own {
+    pub(super) fn new(name: &str, part: Part, values: impl IntoIterator<Item = f64>) -> Self {
+        Own { name: name.to_string(), part, values: values.into_iter().collect() }
+    }
+
+    /// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
+    ///
+    /// The truth is the library's own, if it is confirmed.
+    ///
+    /// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
+    pub(super) fn compare(
+        &self,
+        Subject { system, inputs, .. }: Subject,
+        sizes: &Inputs,
+        what: &str,
+        truth: Option<&Gradient>,
+        (tolerance, raised): (f64, f64),
+        mut is_known: impl FnMut(Input) -> Result<bool, Error>,
+    ) -> Result<BlockReport, Error> {
+        let (hand, part) = (&self.values, self.part);
+        let all = part.inputs(inputs);
+        let name = format!("{} (own {what}, {})", self.name, part.name());
+        let mut report = BlockReport { name, size: (1, all.len()), points: 1, tolerance, ..BlockReport::default() };
+        let Some(gradient) = truth else {
+            let note = format!("the library's {what} is not confirmed here, so that there is nothing to compare with");
+            return Ok(BlockReport { notes: vec![note], ..report });
+        };
+        let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
+        if hand.len() != truth.len() {
+            let text = format!("{} numbers instead of {}", hand.len(), truth.len());
+            let diagnoses = vec![Diagnosis { mistake: Mistake::Shape, text }];
+            return Ok(BlockReport { verdict: Verdict::Wrong, diagnoses, ..report });
         }
-    };
-    let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
-    if hand.len() != truth.len() {
-        report.verdict = Verdict::Wrong;
-        report
-            .diagnoses
-            .push(Diagnosis { mistake: Mistake::Shape, text: format!("{} numbers instead of {}", hand.len(), truth.len()) });
-        return Ok(report);
-    }
-    if truth.is_empty() {
-        report.notes.push("there are no such inputs: nothing was compared".into());
-        return Ok(report);
-    }
-    let units = units(sizes, part);
-    let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
-    // NaN is infinitely wrong.
-    let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-    let mut within: Vec<f64> = units.iter().map(|unit| tolerance * raised * largest / unit).collect();
-    for (j, within) in within.iter_mut().enumerate().filter(|_| part == Part::Design) {
-        let strict = tolerance * truth[j].abs();
-        if error(j) > strict && error(j) <= *within && is_known(all[j])? {
-            *within = strict;
+        if truth.is_empty() {
+            let note = "there are no such inputs: nothing was compared".into();
+            return Ok(BlockReport { notes: vec![note], ..report });
         }
+        let units = units(sizes, part);
+        let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
+        // NaN is infinitely wrong.
+        let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
+        let mut within: Vec<f64> = units.iter().map(|unit| tolerance * raised * largest / unit).collect();
+        for (j, within) in within.iter_mut().enumerate().filter(|_| part == Part::Design) {
+            let strict = tolerance * truth[j].abs();
+            if error(j) > strict && error(j) <= *within && is_known(all[j])? {
+                *within = strict;
+            }
+        }
+        let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
+        report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
+        let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
+        report.relative_error = (0..truth.len()).map(relative).fold(0.0, f64::max);
+        report.wrong_entries = wrong.len();
+        report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
+        if !wrong.is_empty() {
+            let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
+            let (steps, channels) = (&inputs.grid.steps, part.channels(inputs).unwrap_or(0));
+            let errors = (within.as_slice(), report.relative_error);
+            report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), errors));
+            wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
+            let entry =
+                |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
+            report.entries = wrong.iter().take(LISTED).map(entry).collect();
+        }
+        Ok(report)
     }
-    let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
-    report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
-    let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
-    report.relative_error = (0..truth.len()).map(relative).fold(0.0, f64::max);
-    report.wrong_entries = wrong.len();
-    report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
-    if !wrong.is_empty() {
-        let steps = &inputs.grid.steps;
-        let names: Vec<String> = all.iter().map(|input| input.name(system)).collect();
-        let channels = part.channels(inputs).unwrap_or(0);
-        report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), (&within, tolerance)));
-        wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
-        let entry =
-            |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
-        report.entries = wrong.iter().take(LISTED).map(entry).collect();
-    }
-    Ok(report)
 }
 
 /// What entries are multiplied by to be compared with each other: their sizes, or the largest of their kind where several have one unit.
@@ -85,14 +92,14 @@ fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     (0..own.len()).map(|j| largest[j % channels]).collect()
 }
 
-/// Of `channels` numbers at each node, or none where numbers do not follow each other in time.
+/// Of `channels` numbers at each node, or none where numbers do not follow each other in time; the worst is wrong by `worst`, relatively.
 fn diagnose(
     hand: &[f64],
     truth: &[f64],
     wrong: &[usize],
     names: &[String],
     (steps, channels): (&[f64], usize),
-    (within, tolerance): (&[f64], f64),
+    (within, worst): (&[f64], f64),
 ) -> Diagnosis {
     let count = truth.len();
     let is = |expected: &dyn Fn(usize) -> f64| (0..count).all(|j| (hand[j] - expected(j)).abs() <= 8.0 * within[j]);
@@ -143,12 +150,9 @@ fn diagnose(
         let sign = if back { "−" } else { "+" };
         return says(Mistake::OtherArgument, format!("moved by {what}: {which} {sign} 1"));
     }
-    let worst = wrong.iter().map(|&j| tolerance * (hand[j] - truth[j]).abs() / within[j]).fold(0.0, f64::max);
     if worst < 1e-3 {
-        return says(
-            Mistake::FewDigits,
-            format!("right to {:.0} digits only: differences, or loose tolerances", (-worst.log10()).floor()),
-        );
+        let digits = (-worst.log10()).floor();
+        return says(Mistake::FewDigits, format!("right to {digits:.0} digits only: differences, or loose tolerances"));
     }
     says(Mistake::Unexplained, format!("no simple explanation; {} of {count} are wrong", wrong.len()))
 }

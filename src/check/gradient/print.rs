@@ -3,8 +3,9 @@
 use std::fmt;
 
 use super::super::report::{BlockReport, Verdict};
-use super::report::{HIDDEN, relative};
+use super::report::relative;
 use super::taylor::ENOUGH;
+use super::ways::OF_VALUE;
 use super::{DirectionReport, GradientReport};
 
 /// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
@@ -54,11 +55,11 @@ impl fmt::Display for GradientReport {
             None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
         }
         let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
-        if most > 0.0 && most < HIDDEN * self.value.abs() {
-            let (of, share) = (&self.of, HIDDEN * self.value.abs() / most);
+        if most > 0.0 && most < OF_VALUE * self.value.abs() {
+            let (of, share) = (&self.of, OF_VALUE * self.value.abs() / most);
             writeln!(
                 f,
-                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {HIDDEN:.0e} of {of}, which is {share:.0e} times \
+                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {OF_VALUE:.0e} of {of}, which is {share:.0e} times \
                  dJ, and differences and Taylor remainder tell less; to see more, leave out of {of} what does not change"
             )?;
         }
@@ -95,30 +96,24 @@ impl GradientReport {
             )?;
         }
         let is_broken = self.identity.is_some_and(|identity| identity.first_wrong.is_some());
-        if !is_broken && !rows().any(DirectionReport::is_inexact) {
-            return Ok(());
+        if is_broken || rows().any(DirectionReport::is_inexact) {
+            explain_difference(f, self.rounding, &self.warnings)?;
         }
-        explain_rounding(f, self.rounding)?;
-        write_warnings(f, &self.warnings)
+        Ok(())
     }
 }
 
-/// What the motion itself says may be why ways differ.
-pub(super) fn write_warnings(f: &mut fmt::Formatter, warnings: &[String]) -> fmt::Result {
+/// Why exact ways may differ: what rounding leaves of them, where that is more than of an ordinary motion, and what the motion itself says.
+pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64, warnings: &[String]) -> fmt::Result {
+    if rounding > ROUGH[0] && rounding < ROUGH[1] {
+        writeln!(
+            f,
+            "  the simulations on other numbers left corrections of {rounding:.1e} to rounding, because tangent matrices are nearly singular or \
+             springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the check's `tolerance` \
+             should be; or take shorter steps, or another start"
+        )?;
+    }
     warnings.iter().try_for_each(|warning| writeln!(f, "  warning of this motion: {warning}"))
-}
-
-/// Says what rounding leaves of ways that are exact, where that is more than of an ordinary motion.
-pub(super) fn explain_rounding(f: &mut fmt::Formatter, rounding: f64) -> fmt::Result {
-    if rounding <= ROUGH[0] || rounding >= ROUGH[1] {
-        return Ok(());
-    }
-    writeln!(
-        f,
-        "  the simulations on other numbers left corrections of {rounding:.1e} to rounding, because tangent matrices are nearly singular or \
-         springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the check's `tolerance` \
-         should be; or take shorter steps, or another start"
-    )
 }
 
 /// A gradient of the user's own as a row of the table: it is compared number by number, with the adjoint's.

@@ -135,8 +135,6 @@ impl DirectionReport {
     }
 }
 
-/// Where dJ is smaller than this part of J, errors are relative to that.
-pub(super) const HIDDEN: f64 = super::ways::OF_VALUE;
 /// Remainders that are larger than this many times what differences allow a gradient to be wrong by are not those of a wrong one.
 const BENDS: f64 = 4.0;
 

@@ -1,4 +1,4 @@
-//! How far each input is moved: as far as numbers of its kind are large.
+//! How far each input is moved: as far as numbers of its kind are large; and how large the terms of derivatives by step lengths are.
 //!
 //! Coordinates, velocities, momenta and controls are of several units, m and rad, N and N m. Where an input is small or zero it is measured by the others
 //! in units of the masses, in which all have one:
@@ -8,7 +8,7 @@
 //!   u_k  by  max_j |ṗ*_j| / √m_j  over  max_j |Q_u,jk| / √m_j
 //! ```
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector, DVectorView};
 use num_dual::Dual64;
 
 use crate::forward::redundancy::masses;
@@ -68,4 +68,29 @@ fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64]
     let at = &mut NodeValues::of_equations(&at, Dual64::from_re);
     let [_, force, _] = system.columns(System::plain_sums, at, |at| &mut at.u);
     force.column_iter().map(|column| largest(column.as_slice(), -1)).collect()
+}
+
+/// For each given step, how large the terms of its derivative may be: what a, b, v and ṗ* are rounded to changes dJ by 1e-16 of that. Where a mechanism rests
+/// under its weight they cancel, and leave rounding.
+///
+/// ```text
+///   dJ/dΔt_i = −½ (a·(v₋ + v) + b·(ṗ*₋ + ṗ*)) + …      |b·ṗ*| ≤ ‖b‖ ‖ṗ*‖ with Σ m b² and Σ ṗ*²/m, where units do not matter; |a·v| alike
+/// ```
+pub(super) fn sizes_of_terms(system: &System, solver: &mut Solver) -> Vec<f64> {
+    let masses = masses(&solver.forward_mut().stepper.newton, system);
+    let (motion, refinement) = (solver.trajectory(), solver.refinement());
+    let taken = solver.inputs().grid.steps.len();
+    let mut sizes = vec![0.0; taken - motion.inserted.len()];
+    let Some(adjoint) = solver.adjoint_variables() else { return sizes };
+    let norm = |x: DVectorView<f64>, power: i32| {
+        let terms = x.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(x, mass)| x * x * mass.powi(power));
+        terms.sum::<f64>().sqrt()
+    };
+    for node in 1..=taken {
+        let both = |x: &DMatrix<f64>, power| 0.5 * (norm(x.column(node - 1), power) + norm(x.column(node), power));
+        let of_a = norm(adjoint.a.column(node), -1) * both(&motion.v, 1);
+        let of_b = norm(adjoint.b.column(node), 1) * both(&motion.p_star_dot, -1);
+        sizes[refinement.given_step(node) - 1] += of_a + of_b;
+    }
+    sizes
 }

@@ -1,18 +1,19 @@
-//! dJ along a direction, by every way that is not the adjoint, sharing one real motion.
+//! Derivatives along directions by every way that is not the adjoint.
 
 use num_dual::Dual64;
 use std::cell::RefCell;
 
 use super::super::direct::moved;
 use super::super::ridders::ridders;
-use super::directions::along;
-use super::{FIRST_STEP, Subject, is_alike};
-use crate::{Cx, Error, Inputs, LiftedSolver, Solver};
+use super::directions::product;
+use super::{CAUTION, DirectionReport, FIRST_STEP, Subject};
+use crate::check::Input;
+use crate::{Cx, Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Settings, Solver};
 
 /// The most halvings of the differences' step; easy motions need three or four.
 const HALVINGS: usize = 12;
-/// The differences need not be better than this: simulations cost.
-const ENOUGH: f64 = 1e-8;
+/// Differences of values, and of gradients, need not be better than this: simulations cost.
+const ENOUGH: [f64; 2] = [1e-8, 1e-10];
 /// The step of second differences, relative to the direction.
 const BENT_STEP: f64 = 1e-4;
 /// A tenth of a tolerance of 1e-9 of these parts of |J| and |d²J| is some units in the last place of J, and what a relative change of the motion by
@@ -24,43 +25,94 @@ const SEEN: f64 = 16.0 * f64::EPSILON / (BENT_STEP * BENT_STEP);
 /// A tolerance of 1e-9 of this part of the terms of derivatives by step lengths is what rounding makes of the sum of some thousand of them.
 const OF_TERMS: f64 = 1e-4;
 
-/// The solvers of the three ways.
-pub(super) struct Ways<'a> {
+/// Motions on other numbers, and real ones beside the one at the inputs.
+pub(super) struct Way<'a, R: Real> {
     subject: Subject<'a>,
+    solver: LiftedSolver<'a, R>,
+    beside: RefCell<Solver<'a>>,
+    /// Whether the motion does on these numbers.
+    pub goes_through: bool,
+    /// The largest [`LiftedSolver::rounding`] of all motions.
+    pub rounding: f64,
+}
+
+impl<'a, R: Real> Way<'a, R> {
+    pub(super) fn new(subject: Subject<'a>) -> Result<Self, Error> {
+        let solver = subject.lifted()?;
+        // Initial values are moved off the constraints.
+        let free = f64::INFINITY;
+        let settings = Settings { position_tolerance: free, velocity_tolerance: free, ..subject.settings };
+        let beside = RefCell::new(Solver::new(subject.system, settings));
+        Ok(Way { subject, solver, beside, goes_through: true, rounding: 0.0 })
+    }
+
+    /// J on these numbers.
+    fn value(&mut self, inputs: &Inputs<R>) -> Result<R, Error> {
+        self.solver.simulate(inputs)?;
+        self.rounding = self.rounding.max(self.solver.rounding());
+        self.solver.value_of(self.subject.which)
+    }
+
+    /// What is read from the motion at x + s d; NaN where there is none that takes the same steps as the one at x and starts anew where that does: J is another
+    /// function there.
+    fn beside(&self, direction: &Inputs, s: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> f64 {
+        let (mut solver, here) = (self.beside.borrow_mut(), self.solver.real().trajectory());
+        let moved = solver.simulate(&self.subject.inputs.along(direction, |x, d| x + s * d));
+        if moved.is_ok_and(|motion| motion.inserted == here.inserted && motion.restarted == here.restarted) {
+            read(&mut solver).unwrap_or(f64::NAN)
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// Ridders' differences of what is read, with their error estimate; a step without a motion is left out.
+    fn differences(&self, direction: &Inputs, enough: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> (f64, f64) {
+        let along = |s| (s, vec![self.beside(direction, s, &read)]);
+        let (derivative, error) = ridders(along, (FIRST_STEP, HALVINGS), enough, 1);
+        (derivative[0], error[0])
+    }
+}
+
+/// dJ along a direction.
+pub(super) struct Ways<'a> {
     /// How large the terms of dJ/dΔt are, step by step.
     of_steps: Vec<f64>,
-    dual: LiftedSolver<'a, Dual64>,
-    complex: LiftedSolver<'a, Cx>,
-    real: RefCell<Solver<'a>>,
-    /// The largest [`LiftedSolver::rounding`] of all motions.
-    pub(super) rounding: f64,
+    dual: Way<'a, Dual64>,
+    complex: Way<'a, Cx>,
 }
 
 impl<'a> Ways<'a> {
     pub(super) fn new(subject: Subject<'a>, of_steps: Vec<f64>) -> Result<Self, Error> {
-        let real = RefCell::new(Solver::new(subject.system, subject.settings));
-        Ok(Ways { subject, of_steps, dual: subject.lifted()?, complex: subject.lifted()?, real, rounding: 0.0 })
+        Ok(Ways { of_steps, dual: Way::new(subject)?, complex: Way::new(subject)? })
+    }
+
+    /// The largest [`LiftedSolver::rounding`] of all motions.
+    pub(super) fn rounding(&self) -> f64 {
+        self.dual.rounding.max(self.complex.rounding)
     }
 
     /// Direct differentiation.
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
-        self.dual.simulate(&moved(self.subject.inputs, direction, Dual64::new)?)?;
-        self.rounding = self.rounding.max(self.dual.rounding());
-        Ok(self.dual.value_of(self.subject.which)?.eps)
+        Ok(self.dual.value(&moved(self.dual.subject.inputs, direction, Dual64::new)?)?.eps)
     }
 
-    /// Im J(x + i h d)/h.
-    pub(super) fn complex_step(&mut self, direction: &Inputs) -> Result<f64, Error> {
+    /// The gradient along a direction beside all other ways: direct differentiation, Im J(x + i h d)/h, and differences.
+    pub(super) fn compare(
+        &mut self,
+        name: String,
+        direction: &Inputs,
+        gradient: &Gradient,
+        tolerance: f64,
+    ) -> Result<DirectionReport, Error> {
         const STEP: f64 = 1e-30;
-        self.complex.simulate(&moved(self.subject.inputs, direction, |x, d| Cx::new(x, STEP * d))?)?;
-        self.rounding = self.rounding.max(self.complex.rounding());
-        Ok(self.complex.value_of(self.subject.which)?.0.im / STEP)
-    }
-
-    /// Ridders' differences, with their error estimate; a step without a motion is left out.
-    pub(super) fn differences(&mut self, direction: &Inputs) -> (f64, f64) {
-        let (derivative, error) = ridders(|s| (s, vec![self.value_along(direction, s)]), (FIRST_STEP, HALVINGS), ENOUGH, 1);
-        (derivative[0], error[0])
+        let Subject { inputs, which, .. } = self.dual.subject;
+        let (adjoint, size) = product(gradient, direction);
+        let direct = self.direct(direction)?;
+        let complex_step = self.complex.value(&moved(inputs, direction, |x, d| Cx::new(x, STEP * d))?)?.0.im / STEP;
+        let (differences, error) = self.dual.differences(direction, ENOUGH[0], |solver| solver.value_of(which));
+        let (floor, nearby) = self.floor(direction, gradient.value);
+        let values = [adjoint, direct, complex_step, differences];
+        Ok(DirectionReport::new(name, values, error, [size, floor, nearby], tolerance))
     }
 
     /// The size below which dJ along a direction is rounding of J, of its own terms, or of the motion where dJ passes zero, as at an optimum; and what dJ
@@ -80,12 +132,34 @@ impl<'a> Ways<'a> {
 
     /// J(x + s d); NaN where there is no motion like the one at x.
     pub(super) fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
-        let (mut solver, here) = (self.real.borrow_mut(), self.dual.real().trajectory());
-        let moved = solver.simulate(&along(self.subject.inputs, direction, s));
-        if moved.is_ok_and(|motion| is_alike(motion, here)) {
-            solver.value_of(self.subject.which).unwrap_or(f64::NAN)
-        } else {
-            f64::NAN
+        self.dual.beside(direction, s, |solver| solver.value_of(self.dual.subject.which))
+    }
+}
+
+impl Way<'_, Hyper> {
+    /// aᵀH b by hyper-dual numbers or, where these do not go through, by differences of gradients; and what it may be off by: nothing but rounding by the
+    /// former.
+    pub(super) fn product(&mut self, [a, b]: [&Inputs; 2]) -> Result<(f64, f64), Error> {
+        if self.goes_through {
+            match self.by_hyper([a, b]) {
+                Err(Error::NoHyperDual) => self.goes_through = false,
+                found => return found.map(|value| (value, 0.0)),
+            }
         }
+        let slope = |solver: &mut Solver| Ok(product(solver.gradient_of(self.subject.which)?, a).0);
+        let (value, error) = self.differences(b, ENOUGH[1], slope);
+        Ok((value, CAUTION * error))
+    }
+
+    fn by_hyper(&mut self, directions: [&Inputs; 2]) -> Result<f64, Error> {
+        let mut lifted = self.subject.inputs.lift::<Hyper>();
+        for (part, direction) in (1..).zip(directions) {
+            let mut direction = direction.clone();
+            for input in Input::all(self.subject.inputs) {
+                let d = *input.of(&mut direction);
+                input.of(&mut lifted).add_to_part(part, d);
+            }
+        }
+        Ok(self.value(&lifted)?.part(3))
     }
 }

@@ -14,7 +14,7 @@ use super::draw::{Drawn, check_tolerance};
 use super::formula::Formula;
 use super::matrix::Matrix;
 use super::oracle::Jacobian;
-use super::plan::{Block, Elsewhere, Plan, Setting};
+use super::plan::{Block, Change, Plan, Setting};
 use super::random::Random;
 use super::report::Report;
 use crate::motion::check_size;
@@ -224,9 +224,9 @@ fn row_names(system: &System, equation: Equation, equations: &[String]) -> Vec<S
 }
 
 /// States with parts of the previous node in the place of the present one.
-fn other_nodes(places: Places) -> Vec<(String, Elsewhere)> {
-    let other = |name: &str, which: &'static [Variable]| -> (String, Elsewhere) {
-        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.with_previous(x, which)))
+fn other_nodes(places: Places) -> Vec<(String, Change)> {
+    let other = |name: &str, which: &'static [Variable]| -> (String, Change) {
+        (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.take_previous(x, which)))
     };
     vec![
         other("q, v, σ", &[Variable::Q, Variable::V, Variable::Sigma]),

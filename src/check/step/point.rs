@@ -158,14 +158,12 @@ impl Places<'_> {
         }
     }
 
-    /// x with some parts of y_i replaced by those of y_{i−1}, and Eq. (2) still true.
-    pub(super) fn with_previous(&self, x: &[f64], which: &[Variable]) -> Vec<f64> {
-        let mut x = x.to_vec();
+    /// Replaces some parts of y_i by those of y_{i−1}, and keeps Eq. (2) true.
+    pub(super) fn take_previous(&self, x: &mut [f64], which: &[Variable]) {
         for &variable in which {
             x.copy_within(self.of(Part::Previous(variable)), self.of(Part::Y(variable)).start);
         }
-        self.settle(&mut x);
-        x
+        self.settle(x);
     }
 
     /// A random state near that of the motion at a node, for which Eq. (2) holds.
@@ -203,14 +201,8 @@ pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
     let [v, q] = [&motion.v, &motion.q].map(velocities);
     let [p_star_dot, p_star] = [&motion.p_star_dot, &motion.p_star].map(momenta);
     let y = [v, p_star_dot, q, p_star, sized(&motion.sigma, &|j| root(flexibilities[j]))].concat();
-    let design = paper.inputs.design.iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() });
-    y.iter()
-        .chain(&y)
-        .copied()
-        .chain(sized(&paper.inputs.controls, &|_| 1.0))
-        .chain(design)
-        .chain([nodes as f64, 1.0])
-        .collect()
+    let design = paper.inputs.design.iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() }).collect();
+    [y.clone(), y, sized(&paper.inputs.controls, &|_| 1.0), design, vec![nodes as f64, 1.0]].concat()
 }
 
 /// The name of each argument.
@@ -224,8 +216,7 @@ pub(super) fn names(paper: &PaperSystem, equations: &[String]) -> Vec<String> {
         }
     };
     let y = |node: &str| Variable::ALL.map(|variable| of(variable, node)).concat();
-    let controls = (0..system.k()).map(|k| format!("`{}`", system.control_name(k)));
-    let design = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p)));
-    let rest = controls.chain(design).chain(["node".to_string(), String::new()]);
-    y("i").into_iter().chain(y("(i−1)")).chain(rest).collect()
+    let controls = (0..system.k()).map(|k| format!("`{}`", system.control_name(k))).collect();
+    let design = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p))).collect();
+    [y("i"), y("(i−1)"), controls, design, vec!["node".to_string(), String::new()]].concat()
 }
