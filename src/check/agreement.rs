@@ -42,7 +42,7 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
         let mut why = None;
         if let Some(oracle) = not_finite(dual, complex) {
             why = Some(format!(
-                "{oracle} give infinity or NaN for {}: a root, logarithm or quotient at the edge of its domain",
+                "{oracle} infinity or NaN for {}: a root, logarithm or quotient at the edge of its domain",
                 entry()
             ));
         } else if apart > EXACT * size + noise {
@@ -100,9 +100,9 @@ fn contradiction(
 fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
     match (dual.is_finite(), complex.is_finite()) {
         (true, true) => None,
-        (true, false) => Some("complex step"),
-        (false, true) => Some("dual numbers"),
-        (false, false) => Some("dual numbers and complex step"),
+        (true, false) => Some("complex step gives"),
+        (false, true) => Some("dual numbers give"),
+        (false, false) => Some("dual numbers and complex step give"),
     }
 }
 

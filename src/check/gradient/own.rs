@@ -56,16 +56,17 @@ impl Own {
         let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
         // NaN is infinitely wrong.
         let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
-        let mut within: Vec<f64> = units.iter().map(|unit| tolerance * raised * largest / unit).collect();
-        for (j, within) in within.iter_mut().enumerate().filter(|_| part == Part::Design) {
-            let strict = tolerance * truth[j].abs();
-            if error(j) > strict && error(j) <= *within && is_known(all[j])? {
-                *within = strict;
+        let mut scale: Vec<f64> = units.iter().map(|unit| raised * largest / unit).collect();
+        for (j, scale) in scale.iter_mut().enumerate().filter(|_| part == Part::Design) {
+            let own = truth[j].abs();
+            if error(j) > tolerance * own && error(j) <= tolerance * *scale && is_known(all[j])? {
+                *scale = own;
             }
         }
+        let within: Vec<f64> = scale.iter().map(|scale| tolerance * scale).collect();
         let mut wrong: Vec<usize> = (0..truth.len()).filter(|&j| error(j) > within[j]).collect();
         report.absolute_error = (0..truth.len()).map(error).fold(0.0, f64::max);
-        let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { tolerance * error(j) / within[j] };
+        let relative = |j: usize| if error(j) == 0.0 { 0.0 } else { error(j) / scale[j] };
         report.relative_error = (0..truth.len()).map(relative).fold(0.0, f64::max);
         report.wrong_entries = wrong.len();
         report.verdict = if wrong.is_empty() { Verdict::Right } else { Verdict::Wrong };
