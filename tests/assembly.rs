@@ -246,6 +246,29 @@ fn the_checks_know_it() {
 }
 
 #[test]
+fn second_derivatives_pass_through_the_assembly_of_dependent_constraints() {
+    // Three cranks of one length, a design variable, carry a coupler, on which one of them would do nothing but for its weight.
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (length, u) = (scene.design("length", 0.7), scene.control("torque"));
+    let coupler = scene.body("coupler", 1.5, 0.2, [0.9, 0.5, 0.1]);
+    let cranks = [0.0, 0.5, 1.0].map(|x| {
+        let crank = scene.body(&format!("crank at {x}"), 0.4, 0.02, [x + 0.2, 0.3, 0.8]);
+        scene.revolute(&format!("foot at {x}"), Body::GROUND.at(x, 0.0), crank.at(length * -0.5, 0.0));
+        scene.revolute(&format!("head at {x}"), crank.at(length * 0.5, 0.0), coupler.at(x - 0.5, 0.0));
+        crank
+    });
+    scene.torque_actuator("motor", Body::GROUND, cranks[0], u);
+    let [.., angle] = cranks[2].coordinates;
+    scene.cost("angle", AngleError, Sum::Trapezoidal, [angle], [], [], [1.0.into()]);
+    let system = scene.compile().expect("a scene");
+    for hold in [&[][..], &cranks[0].coordinates[2..]] {
+        let inputs = inputs(&system, hold, 1.5);
+        check::hessian(&system, &inputs, Settings::default()).run().expect("a report").assert_passed();
+    }
+}
+
+#[test]
 fn a_start_that_the_motion_forgets_has_a_gradient() {
     let mut scene = Scene::new();
     let torque = scene.control("torque");

@@ -125,6 +125,26 @@ fn points_follow_their_bodies() {
 }
 
 #[test]
+fn points_that_the_system_does_not_know_are_refused() {
+    let build = || {
+        let mut scene = Scene::new();
+        let l = scene.design("length", 0.8);
+        let arm = scene.body("arm", 1.0, 0.1, [0.0; 3]);
+        (scene.compile().expect("a scene"), l, arm)
+    };
+    let ((system, l, arm), (_, other_l, other_arm)) = (build(), build());
+    let at = Mechanics::at_start(&system, &Inputs::at_rest(&system, Grid::uniform(1, 0.1))).expect("a start");
+    // A multiple of a design variable is known whenever it is made, a sum only before the scene is compiled.
+    assert_eq!(at.position(arm.at(l * 0.5, 0.0)), [0.4, 0.0]);
+    let unknown = [(arm.at(l + 0.1, 0.0), "after"), (arm.at(other_l, 0.0), "another"), (other_arm.at(0.0, 0.0), "another")];
+    for (point, word) in unknown {
+        let message =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| at.position(point))).expect_err("nothing to say");
+        assert!(message.downcast_ref::<&str>().is_some_and(|message| message.contains(word)));
+    }
+}
+
+#[test]
 fn a_start_is_assembled_or_follows_from_momenta() {
     let system = CartPendulum::default().scene().compile().expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.01));

@@ -105,6 +105,11 @@ impl Scaled {
         (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(null, system)))
     }
 
+    /// The rank of Φ_q.
+    pub(crate) fn rank(&self) -> usize {
+        self.phi_q.nrows() - self.dependencies().ncols()
+    }
+
     /// Constraints that depend on each other, or motions without kinetic energy, as an error.
     pub(crate) fn explain(&self, system: &System, at: &NodeView<f64>) -> Option<Error> {
         let time = at.t;

@@ -22,7 +22,7 @@ use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, Settings, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
-const COMPLIANCE: f64 = 1e-11;
+pub(super) const COMPLIANCE: f64 = 1e-11;
 /// A dependency is there if the softest combination of constraints is about as soft as its compliance.
 const SOFT: f64 = 0.1;
 /// What a compliance may take of the largest velocity; more says that constraints contradict each other.

@@ -39,11 +39,6 @@ impl SceneTag {
         self.0
     }
 
-    /// Whether an expression is one of this scene's.
-    pub(crate) fn noted(&self, expression: &Expression) -> bool {
-        expression.scene == self.0
-    }
-
     /// What was noted of the scene's expressions; none can be added any more.
     pub(crate) fn take_expressions(&self) -> Graph {
         expressions::take(self.0)

@@ -6,7 +6,7 @@ mod text;
 use num_traits::Zero;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::handle::{Expression, SceneTag};
+use super::handle::Expression;
 use super::{Design, expressions};
 use crate::number::Arithmetic;
 use crate::program::{Function, Graph, Node};
@@ -231,11 +231,11 @@ impl Param {
         Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
-    /// Whether all that it is made of belongs to a scene.
-    pub(crate) fn belongs_to(&self, scene: &SceneTag) -> bool {
+    /// Whether all that it is made of belongs to a scene, by its number.
+    pub(crate) fn belongs_to(&self, scene: u64) -> bool {
         match self.of {
-            Source::Design(design) => scene.owns(&design.0),
-            Source::Expression(expression) => scene.noted(&expression),
+            Source::Design(design) => design.0.scene() == scene,
+            Source::Expression(expression) => expression.scene == scene,
             Source::Foreign => false,
             Source::One | Source::Gravity(_) | Source::Value(_) => true,
         }

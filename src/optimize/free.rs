@@ -116,13 +116,26 @@ impl Quantity {
         }
     }
 
+    /// Whether it is one of the scene that the system is compiled from.
+    fn belongs_to(&self, system: &System) -> bool {
+        match self {
+            Quantity::Control(control)
+            | Quantity::LinearControl(control, _)
+            | Quantity::PiecewiseControl(control, _)
+            | Quantity::SplineControl(control, _) => system.owns(control.0),
+            Quantity::Design(design) => system.owns(design.0),
+            Quantity::Coordinate(q) | Quantity::Rate(q) => system.owns(q.0),
+            Quantity::Duration | Quantity::StepLength(_) => true,
+        }
+    }
+
     /// The name of what it is of a motion with so many steps.
     ///
     /// # Errors
-    /// What there is not.
+    /// What there is not, or is of another scene.
     pub(super) fn name(&self, system: &System, steps: usize) -> Result<String, Error> {
         let ((kind, index), counts) = (self.subject(), [system.k(), system.designs(), system.n(), system.n(), 1, steps]);
-        if index >= counts[usize::from(kind)] {
+        if index >= counts[usize::from(kind)] || !self.belongs_to(system) {
             let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
             let number = if kind == 5 { index.wrapping_add(1) } else { index };
             return Err(Error::NoSuchInput { input: format!("{} {number}", kinds[usize::from(kind)]) });

@@ -30,6 +30,12 @@ struct Point {
     inputs: Inputs,
 }
 
+/// Other inputs, and the variables on their grid.
+pub(super) struct Changed {
+    known: Point,
+    variables: Variables,
+}
+
 impl<'s> MotionProblem<'s> {
     /// With these inputs, of which the variables are free.
     ///
@@ -48,9 +54,9 @@ impl<'s> MotionProblem<'s> {
     /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
     ///
     /// # Panics
-    /// If the system has no such output.
+    /// If the output is one of another scene.
     pub fn constrain(&mut self, output: Output, to: Interval) {
-        self.constraints[output.index()] = to;
+        self.constraints[self.solver.system().place_of(output)] = to;
     }
 
     /// The variables of the inputs that it was made with, changed to, or evaluated last with a value: a point without one leaves no trace.
@@ -73,6 +79,13 @@ impl<'s> MotionProblem<'s> {
     /// # Errors
     /// Inputs that do not fit the system any more, or the variables; then nothing is changed.
     pub fn change(&mut self, by: impl FnOnce(&mut Inputs)) -> Result<(), Error> {
+        let changed = self.changed(by)?;
+        self.take_over(changed);
+        Ok(())
+    }
+
+    /// What [`change`](Self::change) would make of it.
+    pub(super) fn changed(&self, by: impl FnOnce(&mut Inputs)) -> Result<Changed, Error> {
         let known = &self.known.inputs;
         let mut inputs = known.clone();
         by(&mut inputs);
@@ -83,9 +96,14 @@ impl<'s> MotionProblem<'s> {
         let has_same_steps = inputs.grid.steps == known.grid.steps;
         // Shares of the same steps, taken again, would be others by their rounding.
         let x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
-        (self.known, self.variables) = (Point { x, inputs }, variables);
+        Ok(Changed { known: Point { x, inputs }, variables })
+    }
+
+    /// Takes a change over; there is no motion until the next point is evaluated.
+    pub(super) fn take_over(&mut self, changed: Changed) {
+        (self.known, self.variables) = (changed.known, changed.variables);
         self.tried = self.known.clone();
-        Ok(())
+        self.solver.drop_motion();
     }
 
     /// Sets the time at which the motion starts of the point that is tried next; nothing depends on it.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
 use super::free::Free;
-use super::motion_problem::{MotionProblem, default_constraints};
+use super::motion_problem::{Changed, MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
 use super::segment::Segment;
 use super::sizes::Sizes;
@@ -67,7 +67,7 @@ impl<'s> MultipleShooting<'s> {
     /// degrees of freedom, from which a segment's start is assembled where there are constraints.
     ///
     /// # Errors
-    /// Inputs that do not fit; more segments than (macro) steps, or none; too few states; controls on coarser knots, single step lengths; terminal
+    /// Inputs that do not fit; more segments than (macro) steps, or none; states that are too few, listed twice or of another scene; controls on coarser knots, single step lengths; terminal
     /// costs, outputs that are terminal values and sums in one; costs on σ, p\* or ṗ\* where there are constraints; a free duration where anything depends on
     /// time itself.
     pub fn new(
@@ -110,33 +110,43 @@ impl<'s> MultipleShooting<'s> {
     /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
     ///
     /// # Errors
-    /// Values that are not finite.
+    /// Values that are not finite; then nothing is changed.
     pub fn guess(&mut self, mut of: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>)) -> Result<(), Error> {
-        for segment in &mut self.segments[1..] {
-            segment.motion.change(|inputs| {
+        let guessed = self.segments[1..].iter().map(|segment| {
+            segment.motion.changed(|inputs| {
                 if let Start::Velocity { q, v } | Start::Assembled { q, v, .. } = &mut inputs.start {
                     of(segment.first, q, v);
                 }
-            })?;
+            })
+        });
+        let guessed: Vec<Changed> = guessed.collect::<Result<_, Error>>()?;
+        for (segment, guess) in self.segments[1..].iter_mut().zip(guessed) {
+            segment.motion.take_over(guess);
             segment.put_start(self.states.len(), &mut self.x);
         }
         Ok(())
     }
 
+    fn system(&self) -> &'s System {
+        self.segments[0].motion.solver.system()
+    }
+
     /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
     ///
     /// # Panics
-    /// If the system has no such output.
+    /// If the output is one of another scene.
     pub fn constrain(&mut self, output: Output, to: Interval) {
-        self.constraints[..self.running.len()][output.index()] = to;
+        let at = self.system().place_of(output);
+        self.constraints[at] = to;
     }
 
     /// Adds an output to what is minimised, and asks nothing else of it: a terminal cost.
     ///
     /// # Panics
-    /// If the system has no such output.
+    /// If the output is one of another scene.
     pub fn minimise(&mut self, output: Output) {
-        self.minimised[output.index()] = true;
+        let at = self.system().place_of(output);
+        self.minimised[at] = true;
         self.constrain(output, Interval::FREE);
     }
 

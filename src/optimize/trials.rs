@@ -9,7 +9,7 @@ use crate::Error;
 
 /// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
 ///
-/// The variables of all must mean the same; bounds and names are those of the first.
+/// The variables of all must mean the same, and are within the bounds of all; names are those of the first.
 pub struct Trials<'s> {
     motions: Vec<MotionProblem<'s>>,
     /// Whether the last gradient asked anything of each: what does not has no product either.
@@ -20,7 +20,7 @@ impl<'s> Trials<'s> {
     /// Of these motions.
     ///
     /// # Errors
-    /// None at all, or other variables than those of the first: another number, quantity, scale or form.
+    /// None at all; other variables than those of the first: another number, quantity, scale or form; bounds with nothing in common.
     pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
         let Some(first) = motions.first() else {
             return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
@@ -38,7 +38,13 @@ impl<'s> Trials<'s> {
                 return Err(Error::Parameter { what, value, must_be });
             }
         }
-        Ok(Trials { asked: vec![false; motions.len()], motions })
+        let trials = Trials { asked: vec![false; motions.len()], motions };
+        let common = trials.bounds();
+        common
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, of)| of.check(|| format!("`{}` in all trials", trials.variable_name(i))))?;
+        Ok(trials)
     }
 
     /// The motions, each with the solver of the point that was evaluated last.
@@ -57,7 +63,9 @@ impl Problem for Trials<'_> {
     }
 
     fn bounds(&self) -> Vec<Interval> {
-        self.motions[0].bounds()
+        let all = self.motions.iter().map(|motion| motion.bounds());
+        let common = |a: Interval, b: Interval| Interval::new(a.least.max(b.least), a.most.min(b.most));
+        all.reduce(|all, own| all.into_iter().zip(own).map(|(a, b)| common(a, b)).collect()).unwrap_or_default()
     }
 
     fn constraints(&self) -> Vec<Interval> {

@@ -16,7 +16,7 @@ impl Scene {
     }
 
     pub(super) fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
-        let known = params.iter().all(|p| p.belongs_to(&self.tag));
+        let known = params.iter().all(|p| p.belongs_to(self.tag.number()));
         if !known {
             self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
         }

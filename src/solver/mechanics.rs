@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::forward::rank::mass_matrix;
+use crate::forward::rank::{Scaled, mass_matrix};
 use crate::forward::{Accelerations, ForwardSweep};
 use crate::motion::column;
 use crate::scene::planar::Point;
@@ -169,10 +169,18 @@ impl<'s> Mechanics<'s> {
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }
 
+    /// The number of velocities that the constraints leave free: n − rank Φ_q.
+    pub(crate) fn degrees_of_freedom(&self) -> usize {
+        let sigma = vec![0.0; self.system.m()];
+        let rank = Scaled::at(self.system, &self.view(&sigma)).map_or(self.system.m(), |scaled| scaled.rank());
+        self.system.n().saturating_sub(rank)
+    }
+
     /// Where a point of a body or of the ground is in the inertial frame, m.
     ///
     /// # Panics
-    /// If its body belongs to a scene with more coordinates.
+    /// If its body or its place in it belongs to another scene, or the place is an expression of design variables that was made after the scene was
+    /// compiled.
     pub fn position(&self, point: Point) -> [f64; 2] {
         let ([x, y, _], [along, across], (sin, cos)) = self.frame(point);
         [x + cos * along - sin * across, y + sin * along + cos * across]
@@ -200,8 +208,17 @@ impl<'s> Mechanics<'s> {
 
     /// x, y and φ of a point's frame, its place there, and sine and cosine of φ.
     fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
-        let place = point.frame().place(|q| self.q[q.index()]);
-        let at = point.at().map(|param| self.parameter(param));
+        let place = point.frame().place(|q| {
+            assert!(self.system.owns(q.0), "the point is fixed to a body of another scene");
+            self.q[q.index()]
+        });
+        let at = point.at().map(|param| {
+            assert!(
+                self.system.knows(param),
+                "the point's place is made of design variables after they were compiled, or of another scene's"
+            );
+            self.parameter(param)
+        });
         (place, at, place[2].sin_cos())
     }
 

@@ -75,6 +75,12 @@ impl<'s> Solver<'s> {
         self.products.iter_mut().for_each(|products| products.forget());
     }
 
+    /// Drops the motion.
+    pub(crate) fn drop_motion(&mut self) {
+        self.forget();
+        self.forward.motion.trajectory.computed = 0;
+    }
+
     /// Computes the motion for these inputs.
     ///
     /// # Errors
@@ -138,8 +144,7 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// Inputs that do not fit or are not finite; no consistent start near the guess; what is held and cannot be.
     pub fn assemble(&mut self, inputs: &Inputs) -> Result<Inputs, Error> {
-        self.forget();
-        self.forward.motion.trajectory.computed = 0;
+        self.drop_motion();
         self.settings.check()?;
         inputs.check(self.system)?;
         self.forward.take(self.system, inputs, &self.settings)?;

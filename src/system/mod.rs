@@ -84,7 +84,7 @@ pub(crate) use weights::{Beside, GivenWeights, Weights};
 
 use crate::Error;
 use crate::linear::Symbolic;
-use crate::model::{Coordinate, Handle, Param, Sketch};
+use crate::model::{Coordinate, Handle, Output, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
 use compile::check_positive;
@@ -175,6 +175,25 @@ impl System {
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.n, "there are {} coordinates, and no {i}", self.n);
         Coordinate(Handle::of(self.scene, i))
+    }
+
+    /// Whether a handle is one of the scene that this is compiled from.
+    pub(crate) fn owns(&self, handle: Handle) -> bool {
+        handle.scene() == self.scene
+    }
+
+    /// The place of an output.
+    ///
+    /// # Panics
+    /// If it is one of another scene.
+    pub(crate) fn place_of(&self, output: Output) -> usize {
+        assert!(self.owns(output.0), "output {} is one of another scene", output.index());
+        output.index()
+    }
+
+    /// Whether all that a parameter is made of was there when the scene was compiled.
+    pub(crate) fn knows(&self, param: Param) -> bool {
+        param.belongs_to(self.scene)
     }
 
     /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones, and take

@@ -506,8 +506,8 @@ fn everything_free() -> (System, Inputs, Vec<Free>) {
 
 #[test]
 fn the_chain_rule_of_what_is_free_is_exact() {
-    let (system, inputs, free) = everything_free();
-    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let (system, inputs, mut free) = everything_free();
+    let variables = Variables::new(&system, &inputs, free.clone()).expect("free");
     assert_eq!(variables.len(), 8 + 4 + 3 + 4);
     let mut x = variables.of(&inputs);
     // Controls on coarser knots are not what they were.
@@ -565,7 +565,6 @@ fn the_chain_rule_of_what_is_free_is_exact() {
         assert!((product[i] - expected).abs() < 1e-8, "{}: {} {expected}", variables.name(i), product[i]);
     }
     // With splines and single step lengths likewise.
-    let mut free = everything_free().2;
     let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
     free[1] = Free::new(Quantity::SplineControl(pull, 5));
     free.pop();

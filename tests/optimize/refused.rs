@@ -3,9 +3,10 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push, shooting};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MultipleShooting, Options, Problem, Trials, Variables, lbfgs, levenberg_marquardt, silent,
+    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Trials, Variables, lbfgs, levenberg_marquardt, silent,
 };
-use hamiltonian_adjoint::{Grid, Inputs, Settings};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings};
 use nalgebra::DMatrix;
 
 /// Every method of a problem, with one entry too few or too many of each argument.
@@ -181,4 +182,80 @@ fn what_residuals_do_not_determine_is_listed() {
     let mut problem = Given::new(line, vec![Interval::FREE; 2], vec![Interval::ZERO; 3]);
     let fit = levenberg_marquardt(&mut problem, &[0.0; 2], &Options::default(), &mut silent).expect("fits");
     assert!(fit.standard_errors().is_some() && fit.undetermined().is_empty());
+}
+
+#[test]
+fn handles_of_another_scene_are_refused() {
+    let ((system, force, ..), (_, other, output, states)) = (shooting::push(), shooting::push());
+    let inputs = Inputs::at_rest(&system, Grid::uniform(6, 0.1));
+    let other_is_named = |error: Error| assert_says(&error, &["control 0", "another scene"]);
+    other_is_named(Variables::new(&system, &inputs, vec![Free::control(other)]).expect_err("another's control"));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+    let (foreign, ..) = shooting::push();
+    let found = MotionProblem::new(&foreign, Settings::default(), inputs.clone(), variables.clone());
+    other_is_named(found.err().expect("another's variables"));
+    let shoot =
+        |states| MultipleShooting::new(&system, Settings::default(), inputs.clone(), vec![Free::control(force)], states, 2);
+    assert_says(&shoot(&states).err().expect("another's states"), &["end state", "coordinate 0", "another scene"]);
+    let constrain = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs.clone(), variables.clone()).expect("fits");
+        problem.constrain(output, Interval::FREE);
+    }));
+    let message = constrain.expect_err("another's output");
+    assert!(message.downcast_ref::<String>().is_some_and(|message| message.contains("another scene")));
+}
+
+#[test]
+fn states_of_segments_determine_their_starts() {
+    // A pendulum on two hinges where one would do: as many equations as coordinates and more, and one freedom.
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (rod, torque) = (scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]), scene.control("torque"));
+    for name in ["hinge", "the same"] {
+        scene.revolute(name, Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    }
+    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    let states = [scene.end_state(rod.coordinates[2])];
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    let shoot = |states: &[_]| {
+        let free = vec![Free::control(torque)];
+        MultipleShooting::new(&system, Settings::default(), inputs.clone(), free, states, 2)
+    };
+    assert_says(&shoot(&[]).err().expect("no states"), &["states", "0", "degrees of freedom"]);
+    assert_says(&shoot(&[states[0], states[0]]).err().expect("one twice"), &["states", "`rod.φ`", "2", "1"]);
+    assert!(shoot(&states).is_ok());
+}
+
+#[test]
+fn a_change_leaves_no_motion_and_a_refused_guess_nothing() {
+    let (system, inputs, free) = everything_free();
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("fits");
+    let (x, m) = (problem.start(), problem.constraints().len());
+    let (mut c, mut gradient) = (vec![0.0; m], vec![0.0; x.len()]);
+    problem.evaluate(&x, &mut c).expect("a motion");
+    problem.change(|inputs| inputs.design[0] *= 1.1).expect("fits");
+    problem.gradient(1.0, &vec![0.0; m], &mut gradient).expect_err("of no point");
+    let (system, force, _, states) = shooting::push();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(12, 0.05));
+    let free = vec![Free::control(force)];
+    let mut problem = MultipleShooting::new(&system, Settings::default(), inputs, free, &states, 3).expect("a problem");
+    let before = problem.start();
+    problem.guess(|node, q, _| q[0] = if node > 4 { f64::NAN } else { 1.0 }).expect_err("no number");
+    assert_eq!(problem.start(), before);
+}
+
+#[test]
+fn variables_of_trials_are_within_the_bounds_of_all() {
+    let (system, force, ..) = shooting::push();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(6, 0.1));
+    let within = |least, most| {
+        let variables = Variables::new(&system, &inputs, vec![Free::control(force).within(least, most)]).expect("free");
+        MotionProblem::new(&system, Settings::default(), inputs.clone(), variables).expect("fits")
+    };
+    let trials = Trials::new(vec![within(-1.0, 4.0), within(-3.0, 2.0)]).expect("something in common");
+    assert!(trials.bounds().iter().all(|of| *of == Interval::new(-1.0, 2.0)));
+    let error = Trials::new(vec![within(-1.0, 1.0), within(2.0, 3.0)]).err().expect("nothing in common");
+    assert_says(&error, &["`force [0]` in all trials", "lower one is 2", "is 1"]);
 }

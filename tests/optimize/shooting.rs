@@ -296,11 +296,11 @@ fn a_terminal_cost_is_an_output_to_minimise() {
         (scene.compile().expect("a system"), force, far, states)
     };
     let options = Options { stationarity: 1e-9, ..Options::default() };
-    let ((one, force, ..), (system, _, far, states)) = (build(true), build(false));
+    let ((one, own, looked_at, _), (system, force, far, states)) = (build(true), build(false));
     let inputs = Inputs::at_rest(&one, Grid::uniform(12, 0.1));
-    let variables = Variables::new(&one, &inputs, vec![Free::control(force)]).expect("variables");
+    let variables = Variables::new(&one, &inputs, vec![Free::control(own)]).expect("variables");
     let mut whole = MotionProblem::new(&one, Settings::default(), inputs.clone(), variables).expect("a problem");
-    whole.constrain(far, Interval::FREE);
+    whole.constrain(looked_at, Interval::FREE);
     let expected = interior_point(&mut whole, &[0.0; 13], &options, &mut silent).expect("an outcome");
     let mut problem =
         MultipleShooting::new(&system, Settings::default(), inputs, vec![Free::control(force)], &states, 4).expect("fits");

@@ -11,6 +11,7 @@
 //! `adjoint/second_order/assembly.rs`.
 
 mod bordered;
+mod coordinates;
 mod equations;
 mod tangent;
 
@@ -37,8 +38,6 @@ const ROUNDING: f64 = 1e-15;
 const STALLED: f64 = 1e-11;
 /// Corrections below this are nothing but rounding, whatever the size: what they are made of begins to underflow.
 const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-/// A correction of coordinates is halved so often until Φ gets smaller.
-const MOST_HALVINGS: i32 = 12;
 /// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
 const SUSPICIOUS: f64 = 1e-10;
 
@@ -101,7 +100,7 @@ impl Assembler<'_> {
         self.move_coordinates(q, &indices(&held.coordinates), &mut moved, given)?;
         let q0 = sum(q, &moved.v);
         let points = [given.at(&q0, v, &zeros.sigma); 2];
-        let tangent = Tangent::new(self, Which::Velocities, [&points[0], &points[1]], &indices(&held.velocities))?;
+        let tangent = Tangent::new(self, Which::Velocities, [&points[0], &points[1]], &indices(&held.velocities), &[])?;
         let mut velocity = Unknowns::new(v, &zeros.sigma);
         let from = self.l_v(&points[1]);
         self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given, |this, at, left| {
@@ -144,7 +143,7 @@ impl Assembler<'_> {
         given: Given,
     ) -> Result<Tangent, Error> {
         let [moved, unmoved] = assembly.points(which, at, given);
-        Tangent::new(self, which, [&moved, &unmoved], &assembly.held(which))
+        Tangent::new(self, which, [&moved, &unmoved], &assembly.held(which), &[])
     }
 
     /// 𝓛_v by the programs.
@@ -168,77 +167,12 @@ impl Assembler<'_> {
         }
     }
 
-    /// Factors K(0) at a point.
-    pub(crate) fn factor(&mut self, q: &[f64], v: &[f64], held: &[usize], given: Given) -> Result<Bordered, Error> {
+    /// Factors K(0) at a point, with these compliances or, if constraints depend on each other, with others.
+    fn factor(&mut self, at: &NodeView<f64>, held: &[usize], compliances: &Compliances) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
-        factor_state(self.system, self.newton, (&given.at(q, v, &zeros), (0, &[])), self.report)?;
+        let at = Given::from(*at).at(at.q, at.v, &zeros);
+        factor_state(self.system, self.newton, (&at, (0, compliances)), self.report)?;
         Bordered::new(self.system, self.newton, held)
-    }
-
-    /// w and ν from w = 0, with K(0) made anew at every correction.
-    fn move_coordinates(&mut self, q: &[f64], held: &[usize], moved: &mut Pair, given: Given) -> Result<(), Error> {
-        let zeros = moved.clone();
-        let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
-        let (mut units, mut last) = (Vec::new(), f64::INFINITY);
-        for corrections in 1..=MOST_CORRECTIONS_OF_START {
-            let q0 = sum(q, &moved.v);
-            let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
-            let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held)?;
-            if corrections == 1 {
-                self.newton.weigh(self.system);
-                units = self.units(&from);
-            }
-            let (phi, from) = (self.phi(q, &moved.v, given), self.l_v(&from));
-            let violation = weighted(&phi, &units);
-            self.residual((Which::Coordinates, &from), &at, &mut left);
-            left.part(0, &mut delta);
-            tangent.correct(self.system, self.newton, &mut delta);
-            let step = |share: f64| moved.v.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
-            let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
-            // A comparison is false for a NaN.
-            let gets_better = |share: &f64| {
-                let after = self.phi(q, &step(*share), given);
-                weighted(&after, &units) <= violation || largest_of(&after).1 <= self.tolerance
-            };
-            let Some(share) = shares.into_iter().find(gets_better) else { break };
-            let (next, correction) = (step(share), share * self.newton.size_of(&delta.v));
-            moved.v.copy_from_slice(&next);
-            moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
-            let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
-            last = correction;
-            if corrections >= LEAST_CORRECTIONS_OF_START && (correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled)
-            {
-                break;
-            }
-        }
-        let (q0, mut phi) = (sum(q, &moved.v), self.phi(q, &moved.v, given));
-        let at = given.at(&q0, &zeros.v, &zeros.sigma);
-        if largest_of(&phi).1 > self.tolerance {
-            self.system.take_rounding(&at, &q0, &mut phi);
-        }
-        let (equation, violation) = largest_of(&phi);
-        if !violation.is_finite() {
-            return Err(self.system.constraint_not_finite(&at, equation));
-        }
-        if violation > self.tolerance {
-            let equation = self.system.equation_name(equation).to_string();
-            return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
-        }
-        let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
-        if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
-    }
-
-    /// What a change of coordinates of size one changes in each equation.
-    fn units(&self, at: &NodeView<f64>) -> Vec<f64> {
-        redundancy::flexibilities(self.newton, self.system, at).iter().map(|flexibility| flexibility.sqrt()).collect()
-    }
-
-    /// Φ at q̂ + w.
-    fn phi(&self, q: &[f64], w: &[f64], given: Given) -> Vec<f64> {
-        let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
-        self.system.phi(&given.at(&q, &zeros.v, &zeros.sigma), &mut phi);
-        phi
     }
 
     /// Corrections of every part by the same tangent until nothing is left but rounding.
@@ -258,7 +192,7 @@ impl Assembler<'_> {
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate() {
                 left.part(k, &mut delta);
-                tangent.correct(self.system, self.newton, &mut delta);
+                tangent.correct_in_range(self.system, self.newton, &mut delta);
                 unknowns.subtract(k, &delta);
                 let given = equations.size(k, given);
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
@@ -275,18 +209,6 @@ impl Assembler<'_> {
         }
         Err(Error::AssemblyStalled { correction: largest(&last) })
     }
-}
-
-/// The equation that is violated most, and by how much.
-fn largest_of(phi: &[f64]) -> (usize, f64) {
-    let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
-    sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
-}
-
-/// The largest violation in units of the equations; NaN if there is one.
-fn weighted(phi: &[f64], units: &[f64]) -> f64 {
-    let sizes = phi.iter().zip(units).map(|(phi, unit)| if *unit > 0.0 { phi.abs() / unit } else { phi.abs() });
-    sizes.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 /// Factors K(0) at a state with σ = 0, with these compliances or, if constraints depend on each other, with others; returns the smallest pivot ratio.

@@ -10,6 +10,7 @@ use nalgebra::DVector;
 use super::bordered::Bordered;
 use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, STALLED, UNDERFLOW};
 use crate::forward::redundancy::masses;
+use crate::motion::Compliances;
 use crate::node::Newton;
 use crate::number::{larger, largest};
 use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
@@ -44,13 +45,14 @@ impl Tangent {
         which: Which,
         [moved, unmoved]: [&NodeView<f64>; 2],
         held: &[usize],
+        compliances: &Compliances,
     ) -> Result<Self, Error> {
         let mut l_v = vec![0.0; assembler.system.n()];
         let [moved_blocks, unmoved_blocks] = [moved, unmoved].map(|point| {
             assembler.newton.l_v(assembler.system, point, &mut l_v, assembler.report);
             assembler.newton.evaluation.blocks.clone()
         });
-        let bordered = assembler.factor(moved.q, moved.v, held, (*moved).into())?;
+        let bordered = assembler.factor(moved, held, compliances)?;
         Ok(Tangent { which, held: held.to_vec(), bordered, moved: moved_blocks, unmoved: unmoved_blocks })
     }
 
@@ -108,6 +110,20 @@ impl Tangent {
         self.bordered.solve_close(system, newton, left, |newton, x, image| {
             self.product(system, newton, x, &mut sums, image);
         });
+    }
+
+    /// The same for what a motion can mend. What rounding leaves of constraints that depend on each other it cannot: their multipliers would grow by
+    /// that with each correction, and derivatives of higher order would never follow.
+    pub(super) fn correct_in_range(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+        let mut within = left.clone();
+        self.correct(system, newton, left);
+        let compliances = newton.evaluation.compliance();
+        if compliances.is_empty() {
+            return;
+        }
+        compliances.iter().for_each(|&(j, mu)| within.sigma[j] += mu * left.sigma[j]);
+        *left = within;
+        self.correct(system, newton, left);
     }
 
     /// A⁻¹ r.

@@ -1,7 +1,7 @@
 //! What segments can do with: sums, states, variables.
 
 use super::super::free::{Free, Quantity};
-use crate::{EndState, Error, Inputs, Sum, System};
+use crate::{EndState, Error, Inputs, Mechanics, Sum, System};
 
 /// Whether all segments add to each output: it is a sum over nodes or time.
 pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
@@ -30,6 +30,28 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     Ok(all)
 }
 
+/// Refuses states that leave open how a segment begins.
+fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result<(), Error> {
+    for (k, state) in states.iter().enumerate() {
+        let q = state.coordinate;
+        if !system.owns(q.0) {
+            return Err(Error::NoSuchInput { input: format!("the end state of coordinate {}", q.index()) });
+        }
+        if states[..k].iter().any(|other| other.coordinate == q) {
+            let what = format!("the number of end states of `{}`", system.coordinate_name(q.index()));
+            return Err(Error::Parameter { what, value: 2.0, must_be: "1" });
+        }
+    }
+    // Of constraints that depend on each other not all take a freedom. A start that cannot be assembled is told of when it is evaluated.
+    let freedoms =
+        Mechanics::at_start(system, inputs).map_or(system.n().saturating_sub(system.m()), |at| at.degrees_of_freedom());
+    if states.len() < freedoms {
+        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
+        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
+    }
+    Ok(())
+}
+
 /// Refuses what segments cannot do with.
 pub(super) fn check(
     system: &System,
@@ -47,10 +69,7 @@ pub(super) fn check(
         let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
         return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
-    if states.len() + system.m() < system.n() {
-        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
-        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
-    }
+    check_states(system, inputs, states)?;
     let is_whole = |free: &&Free| {
         use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
         !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
