@@ -53,8 +53,9 @@ impl Grid {
         let Some(&start) = times.first() else {
             return Err(Error::Size { what: "the times of `Grid::through`", expected: 1, found: 0 });
         };
-        // A length that divides an interval but for rounding does.
-        let count = |pair: &[f64]| ((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil() as usize;
+        // A length that divides an interval but for rounding does; one beyond all intervals is no reason to leave them out.
+        let at_least_one = |steps: f64, pair: &[f64]| steps.max(if pair[0] == pair[1] { 0.0 } else { 1.0 });
+        let count = |pair: &[f64]| at_least_one(((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil(), pair) as usize;
         memory::check("the steps of a grid", times.windows(2).map(count).fold(0, usize::saturating_add), size_of::<f64>())?;
         let steps = times.windows(2).flat_map(|pair| vec![(pair[1] - pair[0]) / count(pair) as f64; count(pair)]);
         Ok(Grid::new(start, steps.collect()))

@@ -138,6 +138,31 @@ fn what_is_wrong_in_inputs_is_named_with_its_place() {
     assert!(matches!(read(&short.to_string()), Error::File { .. }));
 }
 
+    for around in ["[18446744073709551615, 0]", "[9223372036854775807, 9223372036854775805]"] {
+        let endless = json.replacen("\"stages\"", &format!("\"around\": {around}, \"stages\""), 1);
+        let error = read(&endless);
+        assert!(matches!(error, Error::Parameter { .. }), "{error:?}");
+        assert_says(&error, &["`Grid::around`", "can be counted"]);
+    }
+    let mut far = lively(&system);
+    far.grid.around = [usize::MAX, 0];
+    assert_eq!(far.grid.part(1, 2).around, [usize::MAX, 1]);
+    let largest = json.replacen("\"stages\"", "\"around\": [9223372036854775807, 9223372036854775804], \"stages\"", 1);
+    let inputs = Inputs::from_json(&system, &largest).expect("as many nodes as can be counted");
+    assert!(Solver::new(&system, Settings::default()).simulate(&inputs).is_ok());
+}
+
+#[test]
+fn a_grid_through_times_steps_from_each_to_the_next() {
+    for (times, longest, steps) in [
+        (&[0.0, 1.0, 2.0][..], f64::INFINITY, &[1.0, 1.0][..]),
+        (&[0.0, 1.0, 2.0], 1e3, &[1.0, 1.0]),
+        (&[0.0, 1e-300, -1e-300], 1e300, &[1e-300, -2e-300]),
+        (&[0.0, 0.0, 1.0], f64::INFINITY, &[1.0]),
+        (&[1.0, 2.0, 1.5], 0.5, &[0.5, 0.5, -0.5]),
+    ] {
+        assert_eq!(Grid::through(times, longest).expect("a grid").steps, steps, "{times:?}, {longest}");
+    }
 #[test]
 fn what_is_wrong_in_a_table_is_named_with_its_line() {
     let read = |csv: &str| Table::from_csv(csv).expect_err("a wrong table");
