@@ -126,8 +126,10 @@ impl Table {
             let before = after.checked_sub(1).map(|last| nodes[first_from(times[nodes[last]])]);
             let both = before.into_iter().chain(nodes.get(after).copied());
             let nearest = both.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-            nearest.filter(|node| distance(node) <= tolerance).map(|node| (grid.around[0] + node, value)).ok_or_else(|| {
-                Error::File {
+            nearest
+                .filter(|node| distance(node) <= tolerance)
+                .map(|node| (grid.around[0].saturating_add(node), value))
+                .ok_or_else(|| Error::File {
                     kind: "a table",
                     place: format!("column `{}`", self.names[column]),
                     problem: format!(

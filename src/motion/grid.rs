@@ -80,7 +80,8 @@ impl<R: Real> Grid<R> {
     /// If there are no such nodes.
     pub fn part(&self, first: usize, last: usize) -> Self {
         let [before, behind] = self.around;
-        let around = [before + first, behind + self.steps.len() - last];
+        // Numbers beyond their range are refused with the inputs.
+        let around = [before.saturating_add(first), behind.saturating_add(self.steps.len() - last)];
         Grid { start: self.time(first), steps: self.steps[first..last].to_vec(), stages: self.stages, around }
     }
 
