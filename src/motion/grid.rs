@@ -14,7 +14,8 @@ pub struct Grid<R = f64> {
     /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
     /// restarted ([`Settings::drift_bound`](crate::Settings::drift_bound)); 1 where every step is one by itself. Steps that are left over end no macro step.
     pub stages: usize,
-    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one.
+    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one. The macro steps are those
+    /// of the longer motion.
     pub around: [usize; 2],
 }
 
@@ -74,7 +75,9 @@ impl<R: Real> Grid<R> {
     }
 
     /// The part between two nodes, in which nodes keep their numbers: what counts at one of them ([`Sum::Node`](crate::Sum::Node)) counts in the part that has
-    /// it, and where one part ends and the next begins in the first of the two.
+    /// it, and where one part ends and the next begins in the first of the two. Restarts that are counted stand at the nodes at which they stood, also where
+    /// a part begins inside of a macro step. Such a part has the order of the [`Composition`](crate::Composition) if it begins with the q and p\* of its first node
+    /// ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
     /// If there are no such nodes.
@@ -98,6 +101,17 @@ impl<R: Real> Grid<R> {
     /// The time of one node.
     pub(crate) fn time(&self, node: usize) -> R {
         clocks(self.start, &self.steps[..node]).last().map_or(self.start, Clock::time)
+    }
+
+    /// How many macro steps of the whole motion end up to a node, if one ends there.
+    pub(crate) fn macro_steps(&self, node: usize) -> Option<usize> {
+        let before = self.around[0] + node;
+        before.is_multiple_of(self.stages).then(|| before / self.stages)
+    }
+
+    /// The nodes behind the first at which macro steps end.
+    pub(crate) fn macro_ends(&self) -> impl Iterator<Item = usize> {
+        (1..self.nodes()).filter(|&node| self.macro_steps(node).is_some())
     }
 
     /// The number of nodes, N + 1.
