@@ -139,7 +139,8 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete, by another scheme than the trapezoidal rule, or started anew on the way; inputs of other sizes than it has.
+    /// A motion that is incomplete, by another scheme than the trapezoidal rule, or started anew on the way; inputs of other sizes than it has;
+    /// inserted nodes that cannot be.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
         if trajectory.computed == 0 || trajectory.computed < trajectory.times.len() {
             return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: trajectory.computed });
@@ -151,8 +152,7 @@ impl<'a> PaperSystem<'a> {
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
-        let refinement = Refinement::new(&inputs.grid.steps, inputs.grid.around[0], &trajectory.inserted);
-        Ok(PaperSystem { system, inputs, trajectory, refinement })
+        Ok(PaperSystem { system, inputs, trajectory, refinement: trajectory.refinement(&inputs.grid)? })
     }
 
     /// y_i = (v, ṗ*, q, p*, σ)_i.

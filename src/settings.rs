@@ -29,8 +29,8 @@ pub struct Settings {
     /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see `docs/long-and-hard-motions.md`). Kinetic
     /// energies must be quadratic in v for it. A projection costs as much as some five steps.
     pub drift_bound: f64,
-    /// The multipliers begin anew after so many macro steps, counted from the start, so that they do not grow without bound under a steady load; 0 for
-    /// never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.
+    /// The multipliers begin anew after so many macro steps, counted from the start (of the whole motion, where a [part](crate::Grid::part) of one is computed),
+    /// so that they do not grow without bound under a steady load; 0 for never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.
     ///
     /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
     /// With any number the energy of a conservative motion stays bounded (see `docs/long-and-hard-motions.md`).

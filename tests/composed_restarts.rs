@@ -6,11 +6,12 @@ use common::bench::{Bench, Part, number};
 use common::{assert_gradient_is_exact_to, assert_gradient_is_exact_with, assert_order, assert_says, largest_difference};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Composition, Error, Gradient, Grid, Inputs, LongSolver, Scene, Settings, Start, Sum, System, check, gradient,
+    Composition, Error, Gradient, Grid, Inputs, LongSolver, Scene, Settings, Start, Sum, System, Trajectory, check,
+    gradient,
     scenes::{AngleError, CartPendulum},
     simulate,
 };
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 const NEVER: f64 = f64::INFINITY;
 
@@ -227,5 +228,95 @@ fn a_check_of_the_gradient_follows_the_multipliers_over_a_macro_step() {
         }
         given.grid = Grid { stages: 4, ..given.grid };
         check::gradient(&system, &given, settings((1, 0.0))).run().expect("motion").assert_passed();
+    }
+}
+
+/// The part of inputs between two nodes, which begins with the q and p* that their motion has there.
+fn part(whole: &Inputs, motion: &Trajectory, first: usize, last: usize) -> Inputs {
+    let node = (0..motion.computed).filter(|node| !motion.inserted.contains(node)).nth(first).expect("a given node");
+    let state = |of: &DMatrix<f64>| of.column(node).into_owned();
+    Inputs {
+        grid: whole.grid.part(first, last),
+        start: Start::Momentum { q: state(&motion.q), p_star: state(&motion.p_star) },
+        controls: whole.controls.columns(first, last - first + 1).into_owned(),
+        design: whole.design.clone(),
+    }
+}
+
+/// The given nodes at which a motion was restarted.
+fn restarted(motion: &Trajectory) -> Vec<usize> {
+    let given = |node: &usize| node - motion.inserted.iter().filter(|inserted| *inserted < node).count();
+    motion.restarted.iter().map(given).collect()
+}
+
+#[test]
+fn parts_are_restarted_where_the_whole_is() {
+    let mut count = 0;
+    for (name, system) in [("pendulum", pendulum()), ("five-bar", five_bar())] {
+        for composition in [Composition::Trapezoidal, Composition::Suzuki4] {
+            let plain = (inputs(&system, Grid::composed(8, 0.02, composition)), Settings::default());
+            for (whole, limits) in [plain, divided(&system, composition)] {
+                let nodes = whole.grid.steps.len();
+                for (rebase_every, drift_bound) in [(1, NEVER), (3, NEVER), (0, 0.0)] {
+                    let settings = Settings { rebase_every, drift_bound, position_tolerance: 1.0, ..limits };
+                    let motion = simulate(&system, &whole, settings).expect("motion");
+                    for (first, last) in [(1, nodes), (3, nodes - 1), (4, nodes), (7, nodes)] {
+                        let what = format!("{name}, {composition:?}, {rebase_every}, {drift_bound}, from {first} to {last}");
+                        let given = part(&whole, &motion, first, last);
+                        let of_part = simulate(&system, &given, settings).expect("motion");
+                        let there = restarted(&motion).into_iter().filter(|node| (first + 1..=last).contains(node));
+                        let there: Vec<usize> = there.map(|node| node - first).collect();
+                        assert_eq!(restarted(&of_part), there, "{what}");
+                        count += there.len();
+                    }
+                }
+            }
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn parts_that_begin_inside_of_a_macro_step_keep_its_order() {
+    let system = pendulum();
+    for (composition, coarse) in [(Composition::Suzuki4, 60), (Composition::Yoshida6, 60)] {
+        let at_end = |steps: usize, cut: usize, settings| {
+            let whole = inputs(&system, Grid::composed(steps, 1.5 / steps as f64, composition));
+            let motion = simulate(&system, &whole, settings).expect("motion");
+            let given = part(&whole, &motion, cut, whole.grid.steps.len());
+            let motion = simulate(&system, &given, Settings { position_tolerance: 1.0, ..settings }).expect("motion");
+            [motion.q.column(motion.computed - 1).as_slice(), motion.v.column(motion.computed - 1).as_slice()].concat()
+        };
+        let exact = at_end(800, 0, Settings::default());
+        for way in [(1, NEVER), (5, NEVER), (0, 0.0)] {
+            for cut in [composition.stages() + 2, 3 * composition.stages() - 1] {
+                let error = |steps| largest_difference(&at_end(steps, cut, settings(way)), &exact);
+                let order = composition.order() as f64;
+                let what = format!("{composition:?}, {way:?}, from node {cut}");
+                assert_order(&what, &[coarse, 2 * coarse, 4 * coarse].map(error), order, 0.12 * order);
+            }
+        }
+    }
+}
+
+#[test]
+fn gradients_of_parts_that_begin_inside_of_a_macro_step_are_exact() {
+    for (name, system) in [("pendulum", pendulum()), ("five-bar", five_bar())] {
+        for (whole, limits) in [
+            (inputs(&system, Grid::composed(6, 0.04, Composition::Suzuki4)), Settings::default()),
+            divided(&system, Composition::Suzuki4),
+        ] {
+            for (rebase_every, drift_bound) in [(1, NEVER), (2, NEVER), (0, 0.0)] {
+                let settings = Settings { rebase_every, drift_bound, position_tolerance: 1.0, ..limits };
+                let motion = simulate(&system, &whole, settings).expect("motion");
+                let given = part(&whole, &motion, 7, 28);
+                let what = format!("{name}, {rebase_every}, {drift_bound}");
+                assert_gradient_is_exact_to(1e-11, &what, &system, &given, settings);
+                check::gradient(&system, &given, settings).run().expect("motion").assert_passed();
+                let stored = gradient(&system, &given, settings).expect("gradient");
+                let mut long = LongSolver::new(&system, settings, 120_000);
+                assert_same(&what, long.gradient(&given).expect("gradient"), &stored);
+            }
+        }
     }
 }

@@ -145,10 +145,10 @@ impl AdjointSweep {
         restart: Option<&Restart>,
         node: usize,
     ) {
-        let (event, stages) = (&mut self.resolution, motion.inputs.grid.stages);
-        if stages > 1 {
+        let (event, grid) = (&mut self.resolution, &motion.inputs.grid);
+        if grid.stages > 1 {
             // What is missed in one stage is made good by others.
-            if self.refinement.given_node(node).is_some_and(|given| given.is_multiple_of(stages)) {
+            if self.refinement.given_node(node).is_some_and(|given| grid.macro_steps(given).is_some()) {
                 event.end_event();
             }
             event.quiet = Some(0);

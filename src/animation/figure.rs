@@ -1,12 +1,17 @@
 //! [`Figure`]: the shapes of a scene in the frames of its bodies, and where these frames go.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use crate::model::{Drawn, Frame, Owner, Point, Shape};
 use crate::{Coordinate, Mechanics, System};
 
 /// A length of the largest side of what is seen.
 const UNIT: f64 = 0.012;
+/// Powers of ten of the largest side in m that are drawn as they are: pictures are drawn with numbers of single precision, and few digits.
+const DRAWN: RangeInclusive<i32> = -3..=5;
+/// Beyond it 10 to this power, or to minus it, is no number.
+const MOST_POWER: i32 = 300;
 
 /// What is drawn.
 #[derive(Clone, Debug)]
@@ -17,9 +22,9 @@ pub(super) struct Figure {
     /// What goes from one point to another.
     pub(super) links: Vec<Link>,
     pub(super) arrows: Vec<Arrow>,
-    /// Left, bottom, width and height of what is seen, m.
+    /// Left, bottom, width and height of what is seen; lengths are in m, or all in m times a power of ten.
     pub(super) view: [f64; 4],
-    /// The length that marks are drawn with, m.
+    /// The length that marks are drawn with.
     pub(super) unit: f64,
     pub(super) frames: usize,
 }
@@ -117,6 +122,10 @@ impl Figure {
         };
         sketch.drawn.iter().for_each(|drawn| figure.add(drawn, &place, (first, controls)));
         figure.look();
+        let power = figure.view[2].max(figure.view[3]).log10().floor() as i32;
+        if !DRAWN.contains(&power) {
+            figure.scale(10f64.powi(-power.clamp(-MOST_POWER, MOST_POWER)));
+        }
         figure
     }
 
@@ -185,6 +194,31 @@ impl Figure {
         let (wide, high) = ((width + 2.0 * margin).max(0.25 * size), (height + 2.0 * margin).max(0.25 * size));
         self.view = [left + 0.5 * (width - wide), bottom + 0.5 * (height - high), wide, high];
         self.unit = UNIT * size;
+    }
+}
+
+impl Figure {
+    /// Draws all lengths larger by a factor.
+    fn scale(&mut self, by: f64) {
+        let larger = |lengths: &mut [f64]| lengths.iter_mut().for_each(|x| *x *= by);
+        for piece in &mut self.bodies {
+            piece.poses.iter_mut().for_each(|[x, y, _]| (*x, *y) = (*x * by, *y * by));
+            match &mut piece.outline {
+                Outline::Hull(points) => points.iter_mut().for_each(|point| larger(point)),
+                Outline::Carriage(at, _) => larger(at),
+                Outline::Disc => {}
+            }
+        }
+        for mark in &mut self.marks {
+            larger(&mut mark.place.at);
+            if let MarkKind::Wheel(radius) = &mut mark.kind {
+                *radius *= by;
+            }
+        }
+        self.links.iter_mut().flat_map(|link| &mut link.ends).for_each(|end| larger(&mut end.at));
+        self.arrows.iter_mut().for_each(|arrow| larger(&mut arrow.place.at));
+        larger(&mut self.view);
+        self.unit *= by;
     }
 }
 

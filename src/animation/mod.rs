@@ -120,7 +120,7 @@ impl Animation {
         vector::still(&self.figure, frame, &self.title)
     }
 
-    /// The motion as an SVG that moves by itself, again and again.
+    /// The motion as an SVG that moves by itself, again and again; in ten seconds if it takes less than 10 µs or more than 10⁷ s.
     pub fn animated_svg(&self) -> String {
         vector::animated(&self.figure, &self.times, &self.title)
     }

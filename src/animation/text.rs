@@ -6,6 +6,10 @@ use std::path::Path;
 
 use crate::Error;
 
+/// Digits behind the point, at most, and where numbers are large, that are written without an exponent.
+const MOST_DIGITS: i32 = 12;
+const LARGE: f64 = 1e15;
+
 /// Text inside HTML or SVG, in attributes too.
 pub(super) fn escaped(text: &str) -> String {
     let mut all = String::with_capacity(text.len());
@@ -38,9 +42,14 @@ pub(super) fn quoted(text: &str) -> String {
     all
 }
 
-/// How many digits behind the point distinguish a thousandth part of a size, and a few more.
+/// How many digits behind the point distinguish a thousandth part of a size, and a few more; below zero, how many before it do not.
+fn places(size: f64) -> i32 {
+    if size > 0.0 && size.is_finite() { 4 - size.log10().floor() as i32 } else { 4 }
+}
+
+/// The same, of sizes that are written without exponents.
 pub(super) fn digits(size: f64) -> usize {
-    if size > 0.0 && size.is_finite() { (4.0 - size.log10().floor()).clamp(0.0, 12.0) as usize } else { 4 }
+    places(size).clamp(0, MOST_DIGITS) as usize
 }
 
 /// A number with so many digits, without zeros at its end.
@@ -50,14 +59,30 @@ pub(super) fn number(x: f64, digits: usize) -> String {
     if short == "-0" { "0".into() } else { short.to_string() }
 }
 
+/// A number to so many places, with an exponent where it is very small or very large.
+fn short(x: f64, places: i32) -> String {
+    let fixed = |places: i32| number(x, places.max(0) as usize);
+    if x == 0.0 || (places <= MOST_DIGITS && x.abs() < LARGE) {
+        return fixed(places);
+    }
+    let significant = x.abs().log10().floor() as i32 + places;
+    if significant < 0 {
+        return "0".into();
+    }
+    let text = format!("{x:.*e}", significant.min(16) as usize);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+    if exponent == "0" { mantissa.into() } else { format!("{mantissa}e{exponent}") }
+}
+
 /// A list of numbers as JSON, with the digits that show how they change; those that are not finite are null.
 pub(super) fn list(values: &[f64]) -> String {
     let finite = || values.iter().copied().filter(|x| x.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
     let size = low.abs().max(high.abs());
-    // What changes less than this does so by rounding.
-    let digits = digits(if high > low { (high - low).max(1e-9 * size) } else { size });
-    let item = |x: &f64| if x.is_finite() { number(*x, digits) } else { "null".into() };
+    // What changes less than this does so by rounding; the difference of large numbers may be beyond their range.
+    let places = places(if high > low { (high - low).max(1e-9 * size).min(f64::MAX) } else { size });
+    let item = |x: &f64| if x.is_finite() { short(*x, places) } else { "null".into() };
     format!("[{}]", values.iter().map(item).collect::<Vec<_>>().join(","))
 }
 
@@ -111,6 +136,15 @@ mod tests {
         assert_eq!(list(&[10000.0, 10000.01, 10000.02]), "[10000,10000.01,10000.02]");
         assert_eq!(list(&[-1e9, -1e9 + 0.25]), "[-1000000000,-999999999.75]");
         assert_eq!(list(&[1.0, 1.0 + f64::EPSILON]), "[1,1]", "no digits of rounding");
+    }
+
+    #[test]
+    fn very_small_and_very_large_numbers_keep_their_digits() {
+        assert_eq!(list(&[0.0, -1e-14, 2.5e-14, 1e-30]), "[0,-1e-14,2.5e-14,0]");
+        assert_eq!(list(&[1e150, 1.25e150, -0.0]), "[1e150,1.25e150,0]");
+        assert_eq!(list(&[5e-324, 1.5e-310]), "[0,1.5e-310]");
+        assert_eq!(list(&[-1.7e308, 1.7e308]), "[-1.7e308,1.7e308]");
+        assert_eq!(list(&[1.0 + 1e-10, 1.0]), "[1.0000000001,1]");
     }
 
     #[test]

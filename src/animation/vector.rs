@@ -1,6 +1,7 @@
 //! SVG: the shapes of a figure, as groups of which each moves as a whole, and pictures made of them.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use super::figure::{Arrow, Figure, Link, LinkKind, Mark, MarkKind, Outline, Piece};
 use super::text::{digits, escaped, list, number};
@@ -10,6 +11,9 @@ pub(super) const COLOURS: [&str; 6] = ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1
 const INK: &str = "#333";
 /// Pictures that move by themselves have at most so many frames.
 const MOST_KEYS: usize = 150;
+/// Browsers cannot play motions that are shorter than their clocks resolve, and nobody watches very long ones: these are shown in so many seconds.
+const WATCHED: RangeInclusive<f64> = 1e-5..=1e7;
+const INSTEAD: f64 = 10.0;
 /// Pixels of the longer side of a picture.
 const PIXELS: f64 = 640.0;
 /// The length of the longest arrow, in units of marks.
@@ -276,22 +280,24 @@ fn passed(times: &[f64]) -> Vec<f64> {
 /// All frames, one after the other for ever.
 pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
     let (under, groups, above) = groups(figure);
-    let every = figure.frames.div_ceil(MOST_KEYS).max(1);
-    let keys: Vec<usize> = (0..figure.frames).step_by(every).collect();
-    let last = keys.last().copied().unwrap_or(0);
+    let last = figure.frames.saturating_sub(1);
+    let spaces = last.min(MOST_KEYS - 1);
+    // Evenly, with the last one.
+    let keys: Vec<usize> = (0..=spaces).map(|key| key * last / spaces.max(1)).collect();
     let passed = passed(times);
     let duration = passed[last];
     if duration <= 0.0 {
         return still(figure, last, title);
     }
     let key_times = keys.iter().map(|&frame| number(passed[frame] / duration, 4)).collect::<Vec<_>>().join(";");
-    let (digits, short) = (Pen::new(figure).digits, digits(duration).max(3));
+    let shown = if WATCHED.contains(&duration) { duration } else { INSTEAD };
+    let (digits, short) = (Pen::new(figure).digits, digits(shown).max(3));
     let moved = groups.iter().map(|group| {
         let animate = |kind: &str, value: &dyn Fn([f64; 5]) -> String| {
             let values = keys.iter().map(|&frame| value(group.poses[frame])).collect::<Vec<_>>().join(";");
             format!(
                 "<animateTransform attributeName=\"transform\" type=\"{kind}\" values=\"{values}\" keyTimes=\"{key_times}\" dur=\"{}s\" repeatCount=\"indefinite\"/>",
-                number(duration, short)
+                number(shown, short)
             )
         };
         let moved_to = |[x, y, ..]: [f64; 5]| format!("{} {}", number(x, digits), number(y, digits));

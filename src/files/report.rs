@@ -1,5 +1,8 @@
 //! [`Report`] and [`Trajectory`] to JSON, and trajectories from it.
 
+use std::collections::HashSet;
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -137,7 +140,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// What is no such file, with line and column; names that are missing or unknown; lists that are not of one length; a scheme that is none of
-    /// [`Scheme::ALL`].
+    /// [`Scheme::ALL`]; nodes and equations that the motion does not have, or out of order.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
         let file: File = super::read_json(KIND, json)?;
         if file.format != FORMAT || file.version != VERSION {
@@ -159,11 +162,11 @@ impl Trajectory {
                 Stages { times, q, v, p_star, p_star_dot, sigma, u }
             }
         };
-        let of_nodes = file.inserted.iter().chain(&file.restarted).chain(file.compliance.iter().map(|(from, _)| from));
-        let mut of_equations = file.compliance.iter().flat_map(|(_, equations)| equations);
-        if of_nodes.max().is_some_and(|last| *last >= nodes) || of_equations.any(|(j, _)| *j >= system.m()) {
-            return Err(wrong("`inserted`, `restarted`, `compliance`", "a number beyond the last one"));
-        }
+        let from: Vec<usize> = file.compliance.iter().map(|(from, _)| *from).collect();
+        check_nodes("`inserted`", &file.inserted, 1..nodes)?;
+        check_nodes("`restarted`", &file.restarted, 1..nodes)?;
+        check_nodes("`compliance`", &from, 0..nodes)?;
+        file.compliance.iter().try_for_each(|(_, equations)| check_equations(equations, system.m()))?;
         let (times, [q, v, p_star, p_star_dot, sigma, _]) = node;
         let (inserted, restarted) = (file.inserted, file.restarted);
         let compliance = file.compliance.into_iter().map(|(from, equations)| Compliance { from, equations }).collect();
@@ -206,6 +209,36 @@ impl States {
         ];
         Ok((t, matrices))
     }
+}
+
+/// Refuses nodes that are not in their order, each once, within a range.
+fn check_nodes(place: &str, nodes: &[usize], range: Range<usize>) -> Result<(), Error> {
+    if let Some(node) = nodes.iter().find(|node| !range.contains(node)) {
+        let which = if *node < range.start { "the first one, which cannot stand here" } else { "beyond the last one" };
+        return Err(wrong(place, &format!("node {node} is {which}")));
+    }
+    match nodes.windows(2).find(|pair| pair[1] <= pair[0]) {
+        Some(pair) => Err(wrong(place, &format!("node {} stands behind node {}; nodes must ascend", pair[1], pair[0]))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses compliances of equations that are not there, or of one twice, and such as would feed a motion.
+fn check_equations(equations: &[(usize, f64)], m: usize) -> Result<(), Error> {
+    let mut seen = HashSet::new();
+    for &(j, mu) in equations {
+        let problem = if j >= m {
+            "is beyond the last one".to_string()
+        } else if !seen.insert(j) {
+            "stands twice".to_string()
+        } else if mu < 0.0 {
+            format!("has the compliance {mu}, which must not be negative")
+        } else {
+            continue;
+        };
+        return Err(wrong("`compliance`", &format!("equation {j} {problem}")));
+    }
+    Ok(())
 }
 
 fn wrong(place: &str, problem: &str) -> Error {

@@ -2,6 +2,27 @@
 
 use crate::{Error, Grid};
 
+const SECONDS: [&str; 5] = ["s", "sec", "secs", "second", "seconds"];
+/// Units of time that would be taken for s.
+const NOT_SECONDS: [&str; 16] = [
+    "ns",
+    "us",
+    "µs",
+    "μs",
+    "ms",
+    "msec",
+    "milliseconds",
+    "min",
+    "mins",
+    "minutes",
+    "h",
+    "hr",
+    "hours",
+    "d",
+    "days",
+    "years",
+];
+
 /// Columns of numbers over time, with gaps.
 ///
 /// ```
@@ -36,13 +57,14 @@ pub struct Table {
 }
 
 impl Table {
-    /// From CSV with a header; the first column is the time in s.
+    /// From CSV with a header; the first column is the time in s, whether its name says so or nothing of a unit.
     ///
     /// # Errors
-    /// No header, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
+    /// No header, a time in another unit, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
     pub fn from_csv(text: &str) -> Result<Self, Error> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| problem(&error))?.clone();
+        check_time(header.get(0).unwrap_or_default())?;
         let names: Vec<String> = header.iter().skip(1).map(str::to_string).collect();
         if names.is_empty() {
             return Err(wrong(1, "the header has no column besides the time"));
@@ -126,15 +148,16 @@ impl Table {
             let before = after.checked_sub(1).map(|last| nodes[first_from(times[nodes[last]])]);
             let both = before.into_iter().chain(nodes.get(after).copied());
             let nearest = both.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-            nearest.filter(|node| distance(node) <= tolerance).map(|node| (grid.around[0] + node, value)).ok_or_else(|| {
-                Error::File {
+            nearest
+                .filter(|node| distance(node) <= tolerance)
+                .map(|node| (grid.around[0].saturating_add(node), value))
+                .ok_or_else(|| Error::File {
                     kind: "a table",
                     place: format!("column `{}`", self.names[column]),
                     problem: format!(
                         "it has a value at {t} s, where the grid has no node; `Grid::through` has nodes at given times"
                     ),
-                }
-            })
+                })
         };
         known.map(at).collect()
     }
@@ -158,6 +181,21 @@ impl Table {
             (Some((_, x)), None) | (None, Some((_, x))) => x,
             (None, None) => f64::NAN,
         }
+    }
+}
+
+/// Refuses a column of times that says that it is in another unit than s: `t [ms]`, `t (ms)`, `t / ms`.
+fn check_time(name: &str) -> Result<(), Error> {
+    let closed = |open: char, close: char| name.strip_suffix(close).and_then(|name| name.rsplit_once(open));
+    let bracketed = closed('[', ']').map(|(_, unit)| unit.trim());
+    // Other signs may belong to the name.
+    let other = closed('(', ')').or_else(|| name.rsplit_once('/')).map(|(_, unit)| unit.trim());
+    let wrong_unit = bracketed
+        .filter(|unit| !unit.is_empty() && !SECONDS.contains(unit))
+        .or(other.filter(|unit| bracketed.is_none() && NOT_SECONDS.contains(unit)));
+    match wrong_unit {
+        Some(unit) => Err(wrong(1, &format!("column 1, `{name}`: the times are in `{unit}`; expected `s`, as in `t [s]`"))),
+        None => Ok(()),
     }
 }
 

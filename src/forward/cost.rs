@@ -51,7 +51,7 @@ impl<R: Real> Trajectory<R> {
     /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs of other sizes; a cost or a sum that is not finite; accelerations that a cost depends on and that are not determined.
+    /// Inputs of other sizes; inserted nodes that cannot be; a cost or a sum that is not finite; accelerations that a cost depends on and that are not determined.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
         Ok(self.sums_of_costs(system, inputs, CostFactors::of_cost(system.outputs()))?[0])
     }
@@ -68,8 +68,7 @@ impl<R: Real> Trajectory<R> {
     /// J and the outputs, as far as they are asked for.
     fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: CostFactors) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
-        let lengths: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
-        let refinement = Refinement::new(&lengths, inputs.grid.around[0], &self.inserted);
+        let refinement = self.refinement(&inputs.grid)?;
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };

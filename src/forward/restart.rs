@@ -223,12 +223,11 @@ pub(super) fn closeness_here(newton: &mut Newton, system: &System, left: &mut Pa
     newton.size_of(&left.v)
 }
 
-/// The number of macro steps before a node, if it ends one.
+/// The number of macro steps before a node, if it ends one; of a part of a motion, those of the whole.
 fn macro_steps(forward: &ForwardSweep, node: usize) -> Option<usize> {
-    let (inserted, stages) = (&forward.motion.trajectory.inserted, forward.motion.inputs.grid.stages);
+    let (inserted, grid) = (&forward.motion.trajectory.inserted, &forward.motion.inputs.grid);
     let before = inserted.partition_point(|&inserted| inserted < node);
-    let given = node - before;
-    (inserted.get(before) != Some(&node) && given.is_multiple_of(stages)).then(|| given / stages)
+    if inserted.get(before) == Some(&node) { None } else { grid.macro_steps(node - before) }
 }
 
 /// Keeps σ at the end of a macro step for the restarts after it.

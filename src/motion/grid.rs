@@ -14,7 +14,8 @@ pub struct Grid<R = f64> {
     /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
     /// restarted ([`Settings::drift_bound`](crate::Settings::drift_bound)); 1 where every step is one by itself. Steps that are left over end no macro step.
     pub stages: usize,
-    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one.
+    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one. The macro steps are those
+    /// of the longer motion.
     pub around: [usize; 2],
 }
 
@@ -53,8 +54,9 @@ impl Grid {
         let Some(&start) = times.first() else {
             return Err(Error::Size { what: "the times of `Grid::through`", expected: 1, found: 0 });
         };
-        // A length that divides an interval but for rounding does.
-        let count = |pair: &[f64]| ((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil() as usize;
+        // A length that divides an interval but for rounding does; one beyond all intervals is no reason to leave them out.
+        let at_least_one = |steps: f64, pair: &[f64]| steps.max(if pair[0] == pair[1] { 0.0 } else { 1.0 });
+        let count = |pair: &[f64]| at_least_one(((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil(), pair) as usize;
         memory::check("the steps of a grid", times.windows(2).map(count).fold(0, usize::saturating_add), size_of::<f64>())?;
         let steps = times.windows(2).flat_map(|pair| vec![(pair[1] - pair[0]) / count(pair) as f64; count(pair)]);
         Ok(Grid::new(start, steps.collect()))
@@ -73,13 +75,16 @@ impl<R: Real> Grid<R> {
     }
 
     /// The part between two nodes, in which nodes keep their numbers: what counts at one of them ([`Sum::Node`](crate::Sum::Node)) counts in the part that has
-    /// it, and where one part ends and the next begins in the first of the two.
+    /// it, and where one part ends and the next begins in the first of the two. Restarts that are counted stand at the nodes at which they stood, also where
+    /// a part begins inside of a macro step. Such a part has the order of the [`Composition`](crate::Composition) if it begins with the q and p\* of its first node
+    /// ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
     /// If there are no such nodes.
     pub fn part(&self, first: usize, last: usize) -> Self {
         let [before, behind] = self.around;
-        let around = [before + first, behind + self.steps.len() - last];
+        // Numbers beyond their range are refused with the inputs.
+        let around = [before.saturating_add(first), behind.saturating_add(self.steps.len() - last)];
         Grid { start: self.time(first), steps: self.steps[first..last].to_vec(), stages: self.stages, around }
     }
 
@@ -96,6 +101,17 @@ impl<R: Real> Grid<R> {
     /// The time of one node.
     pub(crate) fn time(&self, node: usize) -> R {
         clocks(self.start, &self.steps[..node]).last().map_or(self.start, Clock::time)
+    }
+
+    /// How many macro steps of the whole motion end up to a node, if one ends there.
+    pub(crate) fn macro_steps(&self, node: usize) -> Option<usize> {
+        let before = self.around[0] + node;
+        before.is_multiple_of(self.stages).then(|| before / self.stages)
+    }
+
+    /// The nodes behind the first at which macro steps end.
+    pub(crate) fn macro_ends(&self) -> impl Iterator<Item = usize> {
+        (1..self.nodes()).filter(|&node| self.macro_steps(node).is_some())
     }
 
     /// The number of nodes, N + 1.

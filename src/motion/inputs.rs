@@ -263,7 +263,7 @@ impl Inputs {
         }
     }
 
-    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, macro steps of none, parameters out of range.
+    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, macro steps of none, numbers of nodes and parameters out of range.
     pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
         let (n, nodes) = (system.n(), self.grid.nodes());
         let rate = match self.start {
@@ -283,9 +283,12 @@ impl Inputs {
             farthest += length.abs();
         }
         let [before, behind] = self.grid.around;
-        if let Some((node, cost)) =
-            system.last_cost_node().filter(|(node, _)| *node >= before.saturating_add(nodes).saturating_add(behind))
-        {
+        let Some(of_whole) = before.checked_add(nodes).and_then(|nodes| nodes.checked_add(behind)) else {
+            let (what, must_be) =
+                ("a number of nodes in `Grid::around`".into(), "such that the nodes of the whole can be counted");
+            return Err(Error::Parameter { what, value: before.max(behind) as f64, must_be });
+        };
+        if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= of_whole) {
             let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }

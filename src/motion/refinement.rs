@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use super::column_mut;
 use crate::number::Real;
 use crate::system::{Beside, GivenWeights, Weights};
-use crate::{Grid, Inputs, Scheme};
+use crate::{Error, Grid, Inputs, Scheme, Trajectory};
 
 /// One step of the grid taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,6 +142,24 @@ impl Refinement {
     pub(crate) fn add_step(&self, node: usize, taken: f64, given: &mut [f64]) {
         let part = self.part(node);
         given[part.step] += part.share * taken;
+    }
+}
+
+impl<R: Real> Trajectory<R> {
+    /// How the grid of this motion, which may have come from elsewhere, follows from the given one.
+    pub(crate) fn refinement(&self, grid: &Grid<R>) -> Result<Refinement, Error> {
+        let mut before = 0;
+        for &node in &self.inserted {
+            // Behind the last node of a motion that stopped within a given step, the end of that step is missing.
+            if node <= before || node >= grid.steps.len() {
+                let what = "a node of the trajectory's `inserted`".into();
+                let must_be = "behind the one before it, and between the first and the last node of the motion";
+                return Err(Error::Parameter { what, value: node as f64, must_be });
+            }
+            before = node;
+        }
+        let lengths: Vec<f64> = grid.steps.iter().map(|dt| dt.part(0)).collect();
+        Ok(Refinement::new(&lengths, grid.around[0], &self.inserted))
     }
 }
 

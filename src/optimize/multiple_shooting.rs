@@ -81,11 +81,10 @@ impl<'s> MultipleShooting<'s> {
         let whole = Variables::new(system, &inputs, free.clone())?;
         let running = accepted::running_outputs(system)?;
         accepted::check(system, &inputs, &free, states, segments)?;
-        let stages = inputs.grid.stages;
-        let steps = inputs.grid.steps.len() / stages;
-        let cuts: Vec<usize> = (0..=segments).map(|k| stages * (k * steps / segments)).collect();
-        let rest = inputs.grid.steps.len() % stages;
-        let ends = cuts.windows(2).map(|ends| (ends[0], if ends[1] == stages * steps { ends[1] + rest } else { ends[1] }));
+        let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
+        // Behind so many of them, so that the order is kept; what is left over goes to the last segment.
+        let cut = |k: usize| (k * of_macro_steps.len() / segments).checked_sub(1).map_or(0, |last| of_macro_steps[last]);
+        let ends = (0..segments).map(|k| (cut(k), if k + 1 < segments { cut(k + 1) } else { inputs.grid.steps.len() }));
         let mut next = whole.len();
         let mut names: Vec<String> = (0..next).map(|i| whole.name(i).to_string()).collect();
         let mut all = Vec::with_capacity(segments);

@@ -6,13 +6,13 @@ use hamiltonian_adjoint::{Animation, Error, Grid, Inputs, Scene, Settings, Solve
 use serde_json::Value;
 use std::process::Command;
 
-fn moved(system: &System, inputs: &Inputs) -> (Inputs, Trajectory) {
+pub fn moved(system: &System, inputs: &Inputs) -> (Inputs, Trajectory) {
     let mut solver = Solver::new(system, Settings::default());
     let motion = solver.simulate(inputs).expect("a motion").clone();
     (solver.inputs().clone(), motion)
 }
 
-fn cart(steps: usize) -> (System, Inputs, Trajectory) {
+pub fn cart(steps: usize) -> (System, Inputs, Trajectory) {
     let system = CartPendulum::default().scene().compile().expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
     inputs.controls.fill(10.0);
@@ -62,14 +62,14 @@ fn page_of_everything() -> String {
     animation.html()
 }
 
-fn data(page: &str) -> Value {
+pub fn data(page: &str) -> Value {
     let begin = page.find("id=\"data\">").expect("data") + "id=\"data\">".len();
     let end = begin + page[begin..].find("</script>").expect("an end");
     serde_json::from_str(&page[begin..end]).expect("JSON")
 }
 
 /// Every tag is closed in its order, and nothing is open at the end.
-fn assert_balanced(svg: &str) {
+pub fn assert_balanced(svg: &str) {
     let mut open: Vec<&str> = Vec::new();
     for tag in svg.split('<').skip(1) {
         let (inside, _) = tag.split_once('>').expect("a closed tag");
@@ -226,6 +226,8 @@ fn a_browser_plays_the_page_without_errors() {
         (page_of_everything(), "All parts", "t = 0.250 s"),
         (page_of_cart(1e4, 0.01), "Cart", "t = 10000.500 s"),
         (page_of_cart(2.0, -0.01), "Cart", "t = 1.500 s"),
+        (super::extremes::page(1e150, 1.0), "Motion", "t = 0.500 s"),
+        (super::extremes::page(1e-14, 5e-13), "Motion", "t = 2.500e-13 s"),
     ];
     for (page, title, middle) in pages {
         let told = played(&page);

@@ -3,7 +3,7 @@ use crate::common::assert_says;
 use hamiltonian_adjoint::planar::{Body, Revolute};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Error, Grid, Inputs, Scene, Scheme, Settings, Solver, Start, Sum, System, Table, Trajectory, gradient,
+    Composition, Error, Grid, Inputs, Scene, Scheme, Settings, Solver, Start, Sum, System, Table, Trajectory, gradient,
 };
 use nalgebra::DVector;
 use proptest::prelude::*;
@@ -33,7 +33,9 @@ fn inputs_come_back_to_the_last_bit() {
     assembled.start = Start::assembled(&system).hold(&[system.coordinate(2), system.coordinate(5)]);
     let mut part = plain.clone();
     part.grid = Grid::uniform(9, 0.1).part(2, 5);
-    for inputs in [plain, momentum, assembled, part] {
+    let mut within = plain.clone();
+    within.grid = Grid::composed(2, 0.1, Composition::Suzuki4).part(3, 6);
+    for inputs in [plain, momentum, assembled, part, within] {
         let json = inputs.to_json(&system).expect("a file");
         let back = Inputs::from_json(&system, &json).expect("the same");
         assert_eq!(back, inputs);
@@ -136,6 +138,31 @@ fn what_is_wrong_in_inputs_is_named_with_its_place() {
     assert_says(&read(&short.to_string()), &["force on the cart", "3 values for 4 nodes"]);
     short["controls"]["force on the cart"] = serde_json::json!([1, 2, null, 4]);
     assert!(matches!(read(&short.to_string()), Error::File { .. }));
+    for around in ["[18446744073709551615, 0]", "[9223372036854775807, 9223372036854775805]"] {
+        let endless = json.replacen("\"stages\"", &format!("\"around\": {around}, \"stages\""), 1);
+        let error = read(&endless);
+        assert!(matches!(error, Error::Parameter { .. }), "{error:?}");
+        assert_says(&error, &["`Grid::around`", "can be counted"]);
+    }
+    let mut far = lively(&system);
+    far.grid.around = [usize::MAX, 0];
+    assert_eq!(far.grid.part(1, 2).around, [usize::MAX, 1]);
+    let largest = json.replacen("\"stages\"", "\"around\": [9223372036854775807, 9223372036854775804], \"stages\"", 1);
+    let inputs = Inputs::from_json(&system, &largest).expect("as many nodes as can be counted");
+    assert!(Solver::new(&system, Settings::default()).simulate(&inputs).is_ok());
+}
+
+#[test]
+fn a_grid_through_times_steps_from_each_to_the_next() {
+    for (times, longest, steps) in [
+        (&[0.0, 1.0, 2.0][..], f64::INFINITY, &[1.0, 1.0][..]),
+        (&[0.0, 1.0, 2.0], 1e3, &[1.0, 1.0]),
+        (&[0.0, 1e-300, -1e-300], 1e300, &[1e-300, -2e-300]),
+        (&[0.0, 0.0, 1.0], f64::INFINITY, &[1.0]),
+        (&[1.0, 2.0, 1.5], 0.5, &[0.5, 0.5, -0.5]),
+    ] {
+        assert_eq!(Grid::through(times, longest).expect("a grid").steps, steps, "{times:?}, {longest}");
+    }
 }
 
 #[test]
@@ -149,6 +176,14 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     assert_says(&read("t,x\n0,inf\n"), &["line 2", "no finite number"]);
     assert_says(&read("t,x,x\n0,1,2\n"), &["`x`"]);
     assert_says(&read("t,x,y\n0,1,\n"), &["`y` has no values"]);
+    for (name, unit) in [("t [ms]", "`ms`"), ("time[min]", "`min`"), ("t [1]", "`1`"), ("t (µs)", "`µs`"), ("t / h", "`h`")]
+    {
+        let error = read(&format!("{name},x\n0,1\n"));
+        assert_says(&error, &["line 1", "column 1", name, unit, "expected `s`"]);
+    }
+    for name in ["t", "t [s]", "time [ s ]", "t []", "t (relative)", "t (s)", "", "t/T"] {
+        assert_eq!(Table::from_csv(&format!("{name},x\n0,1\n")).expect("a table").times, [0.0], "{name}");
+    }
     let table = Table::from_csv("t [s], x [m]\n1,2\n2,4\n").expect("a table");
     assert_eq!([0.0, 1.25, 9.0].map(|t| table.value(0, t)), [2.0, 2.5, 4.0]);
     assert_says(&table.column("z").expect_err("no column"), &["`z`", "x [m]"]);

@@ -4,6 +4,7 @@
 mod common;
 
 mod animation;
+mod extremes;
 #[cfg(feature = "files")]
 mod files;
 #[cfg(feature = "files")]

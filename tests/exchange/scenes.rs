@@ -1,5 +1,6 @@
 //! Scenes as files: every kind of part comes back as it was, and files of strangers are read or refused.
 use crate::common::assert_says;
+use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Constant, ConstantSpeed, Harmonic};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
@@ -122,6 +123,49 @@ fn motions_that_stopped_where_steps_were_halved_come_back() {
         let kept = if computed == 2 { vec![1] } else { vec![] };
         assert_eq!((&read.inserted, &read.restarted), (&kept, &kept));
     }
+}
+
+#[test]
+fn lists_of_nodes_and_equations_that_no_motion_has_are_refused() {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.cost("aim", AngleError, Sum::Trapezoidal, [cart.links[0].coordinates[2]], [], [], [0.3.into()]);
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.02));
+    let motion = simulate(&system, &inputs, Settings::default()).expect("a motion");
+    let json = motion.to_json(&system).expect("a file");
+    let read = |name: &str, list: &str| {
+        let json = json.replacen(&format!("\"{name}\":[]"), &format!("\"{name}\":{list}"), 1);
+        Trajectory::from_json(&system, &json)
+    };
+    let refused = |name: &str, list: &str, words: &[&str]| {
+        let error = read(name, list).expect_err(list);
+        assert_says(&error, &[&[&format!("`{name}`")[..]], words].concat());
+    };
+    for name in ["inserted", "restarted"] {
+        refused(name, "[0]", &["node 0", "the first one"]);
+        refused(name, "[1,1]", &["node 1 stands behind node 1", "ascend"]);
+        refused(name, "[2,1]", &["node 1 stands behind node 2"]);
+        refused(name, "[2,5]", &["node 5", "beyond the last one"]);
+        assert!(read(name, "[1,3]").is_ok());
+    }
+    refused("compliance", "[[1,[]],[0,[]]]", &["node 0 stands behind node 1"]);
+    refused("compliance", "[[0,[]],[0,[]]]", &["node 0 stands behind node 0"]);
+    refused("compliance", "[[5,[]]]", &["node 5", "beyond"]);
+    refused("compliance", "[[0,[[0,-1.0]]]]", &["equation 0", "-1", "not be negative"]);
+    refused("compliance", "[[0,[[1,1e-3],[0,1.0],[1,2.0]]]]", &["equation 1", "twice"]);
+    refused("compliance", "[[0,[[99,1.0]]]]", &["equation 99", "beyond"]);
+    assert!(read("compliance", "[[0,[[1,1e-3],[0,0.0]]],[2,[]]]").is_ok());
+    // A motion may have stopped within a given step: it can be looked at, and has no cost.
+    for (inserted, is_possible) in [(vec![1, 3], true), (vec![4], false), (vec![1, 1], false), (vec![0], false)] {
+        let other = Trajectory { inserted, ..motion.clone() };
+        let errors = [other.cost(&system, &inputs).err(), PaperSystem::new(&system, &inputs, &other).err()];
+        for error in errors {
+            assert_eq!(error.is_none(), is_possible, "{:?}: {error:?}", other.inserted);
+            error.iter().for_each(|error| assert_says(error, &["`inserted`", "between the first and the last node"]));
+        }
+        assert!(other.phi(&system, &inputs).is_ok());
+    }
+    assert!(read("inserted", "[4]").is_ok());
 }
 
 /// No ready part.

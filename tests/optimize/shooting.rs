@@ -449,6 +449,25 @@ fn readings_tell_segments_what_one_motion_does_not_find() {
 }
 
 #[test]
+fn segments_of_a_part_begin_where_macro_steps_of_the_whole_end() {
+    let (system, force, _, states) = push();
+    // The first macro step lacks its first two stages, the last one its last two.
+    let inputs = Inputs::at_rest(&system, Grid::composed(5, 0.1, Composition::Suzuki4).part(2, 23));
+    let shooting = |segments| {
+        MultipleShooting::new(&system, Settings::default(), inputs.clone(), vec![Free::control(force)], &states, segments)
+    };
+    for (segments, cuts) in [(1, &[][..]), (2, &[8]), (3, &[3, 8]), (4, &[3, 8, 13])] {
+        let problem = shooting(segments).expect("a problem");
+        let names: Vec<String> = (0..problem.start().len()).map(|i| problem.variable_name(i)).collect();
+        let begin =
+            |cut: &usize| names.iter().any(|name| name.starts_with("cart.x at") && name.ends_with(&format!(" {cut}")));
+        assert!(cuts.iter().all(begin), "{segments}: {names:?}");
+        assert_eq!(names.iter().filter(|name| name.starts_with("cart.x at")).count(), segments - 1);
+    }
+    assert_says(&shooting(5).err().expect("too many"), &["number of segments is 5", "(macro) steps"]);
+}
+
+#[test]
 fn what_segments_cannot_do_with_is_named() {
     let build = |add: &dyn Fn(&mut Scene, [Coordinate; 3], Control)| {
         let mut scene = Scene::new();

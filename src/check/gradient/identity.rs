@@ -73,7 +73,7 @@ pub(super) fn identity(
         ];
         let of_state = of_state.map(|(adjoint, motion)| dot(adjoint.column(i), motion.column(i - 1)));
         let is_end =
-            |&node: &usize| refinement.given_node(node).is_some_and(|given| given.is_multiple_of(taken.grid.stages));
+            |&node: &usize| refinement.given_node(node).is_some_and(|given| taken.grid.macro_steps(given).is_some());
         let end = (0..i).rev().find(is_end).unwrap_or(0);
         let sigma = motion.sigma.column(i - 1);
         let compliant = motion.compliance_into(i).iter().map(|&(j, mu)| mu * adjoint.e[(j, i)] * sigma[j].eps).sum::<f64>();

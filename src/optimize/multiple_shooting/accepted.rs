@@ -60,7 +60,7 @@ pub(super) fn check(
     states: &[EndState],
     segments: usize,
 ) -> Result<(), Error> {
-    let steps = inputs.grid.steps.len() / inputs.grid.stages;
+    let steps = inputs.grid.macro_ends().count();
     if segments == 0 || segments > steps {
         let (what, value) = ("the number of segments".to_string(), segments as f64);
         return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
