@@ -4,7 +4,7 @@ mod ends;
 
 use super::counted::Counted;
 use super::line_search::{Point, search};
-use super::norm::magnitude;
+use super::norm::{magnitude, norm};
 use super::outcome::largest_change;
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
@@ -121,6 +121,11 @@ impl<'o> Descent<'o> {
     fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, value: f64, step: f64) {
         let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
         self.history.push(problem.iterate(value, stationarity, step));
+    }
+
+    /// How far it is from where it began.
+    pub(super) fn reach(&self) -> f64 {
+        norm(&self.at.x.iter().zip(&self.start).map(|(x, start)| x - start).collect::<Vec<_>>())
     }
 
     /// Forgets what belonged to another merit function, and takes the values of this one.
