@@ -5,10 +5,11 @@
 
 use super::counted::Counted;
 use super::lbfgs::{Descent, Merit};
+use super::norm::norm;
 use super::problem::Interval;
 use super::{Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
-use crate::number::dot;
+use crate::number::{dot, largest};
 
 /// The penalty grows by this factor where the violation did not shrink to this share.
 const GROWTH: f64 = 10.0;
@@ -103,7 +104,7 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
 fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(of_cost, of_c, &mut gradient)?;
-    Ok(dot(&gradient, &gradient).sqrt())
+    Ok(norm(&gradient))
 }
 
 /// Minimises f(x) subject to constraints and bounds.
@@ -169,8 +170,10 @@ fn rounds<P: Problem + ?Sized>(
         if grows {
             merit.note(problem)?;
             if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
-                let (x, comes_closer) = (&descent.at.x, now < CLOSER * violation);
-                let may_hold = comes_closer || problem.holds_to_rounding(x, 0.0)? || !problem.is_least_violated(x)?;
+                // The largest penalty alone proves nothing: it is one for constraints of any units.
+                let (x, reach, comes_closer) = (&descent.at.x, descent.reach(), now < CLOSER * violation);
+                let leads_on = problem.leads_on(x, reach.max(largest(x)))? || !problem.is_least_violated(x)?;
+                let may_hold = comes_closer || leads_on || problem.holds_to_rounding(x, reach)?;
                 return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);

@@ -228,15 +228,19 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         }))
     }
 
-    /// Whether violations end, at the point x that was evaluated last, where they are least, and not at points without a value: there some variable that its
-    /// bounds let go would make them less.
+    /// Whether violations end, at the point x that was evaluated last, where they are least, and not at points without a value.
     ///
     /// # Errors
     /// Those of a Jacobian.
     pub(super) fn is_least_violated(&mut self, x: &[f64]) -> Result<bool, Error> {
-        if self.failures == 0 {
-            return Ok(true);
-        }
+        Ok(self.failures == 0 || !self.leads_on(x, f64::INFINITY)?)
+    }
+
+    /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last.
+    ///
+    /// # Errors
+    /// Those of a Jacobian.
+    pub(super) fn leads_on(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
         let excess: Vec<f64> = self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect();
         let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
         let jacobian = self.jacobian(&violated)?;
@@ -245,9 +249,10 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
             // A method that keeps inside of bounds never is at one.
             let room = if slope > 0.0 { x[i] - self.bounds[i].least } else { self.bounds[i].most - x[i] };
-            slope.abs() * room > NO_ROOM * excess.norm_squared() && slope.abs() > LEADS_ON * column * excess.norm()
+            slope.abs() * room.min(reach) > NO_ROOM * excess.norm_squared()
+                && slope.abs() > LEADS_ON * column * excess.norm()
         };
-        Ok(!(0..x.len()).any(leads_on))
+        Ok((0..x.len()).any(leads_on))
     }
 
     /// The nearest point within the bounds.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Outcome;
+use super::norm::norm;
 
 /// Singular values below this share of the largest are none; what of a variable is beyond the others, squared, more than rounding.
 const SINGULAR: f64 = 1e-13;
@@ -23,6 +24,11 @@ impl Fit {
     ///
     /// None without more residuals than variables, and if the residuals do not determine all variables ([`undetermined`](Self::undetermined)).
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        self.root().map(|root| root.tr_mul(&root))
+    }
+
+    /// Whose square is the covariance, and lengths of whose columns are the standard errors.
+    fn root(&self) -> Option<DMatrix<f64>> {
         let (m, n) = self.jacobian.shape();
         let freedom = m.checked_sub(n).filter(|freedom| *freedom > 0)?;
         if n == 0 {
@@ -32,9 +38,8 @@ impl Fit {
         if values.iter().any(|s| *s <= SINGULAR * values.amax()) {
             return None;
         }
-        let variance = 2.0 * self.outcome.value / freedom as f64;
-        let scaled = DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / (values[i] * lengths[j]));
-        Some(scaled.tr_mul(&scaled) * variance)
+        let deviation = (2.0 * self.outcome.value / freedom as f64).sqrt();
+        Some(DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| deviation / lengths[j] * (v[(i, j)] / values[i])))
     }
 
     /// The variables that the residuals do not determine: such without any effect, and such whose effects are those of others, too. Their names are those of
@@ -52,7 +57,7 @@ impl Fit {
 
     /// Singular values and vᵀ of the Jacobian with columns of length 1, and their lengths: AᵀA would square the condition, and units are no condition.
     fn directions(&self) -> (DVector<f64>, DMatrix<f64>, Vec<f64>) {
-        let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| column.norm()).collect();
+        let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| norm(column.as_slice())).collect();
         let mut jacobian = self.jacobian.clone();
         jacobian.column_iter_mut().zip(&lengths).for_each(|(mut column, length)| column /= length.max(f64::MIN_POSITIVE));
         let svd = jacobian.svd(false, true);
@@ -61,6 +66,6 @@ impl Fit {
 
     /// The standard errors of the variables: roots of the diagonal of the covariance.
     pub fn standard_errors(&self) -> Option<Vec<f64>> {
-        self.covariance().map(|covariance| covariance.diagonal().iter().map(|x| x.sqrt()).collect())
+        self.root().map(|root| root.column_iter().map(|column| norm(column.as_slice())).collect())
     }
 }

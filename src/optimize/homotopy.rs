@@ -22,7 +22,8 @@ const VIOLATION: f64 = 1e-5;
 /// last one's: of s < 1 if there is no way. The last call of `set` is with the s that was reached.
 ///
 /// # Errors
-/// As [`interior_point`](interior_point()); those of `set`. Errors at a start that was extrapolated are taken for no solution.
+/// As [`interior_point`](interior_point()); those of the first `set`. Errors of `set` on the way, and at a start that was extrapolated, are taken for no
+/// solution ([`Outcome::first_failure`]).
 pub fn homotopy<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -42,9 +43,13 @@ pub fn homotopy<P: Problem + ?Sized>(
     while best.reason.is_converged() && s < 1.0 && change > LEAST {
         let next = if s + change > 1.0 - 0.3 * change { 1.0 } else { s + change };
         let goal = if next == 1.0 { *options } else { on_the_way };
-        set(problem, next)?;
-        let guess = extrapolate(&best.x, before.as_ref(), next - s);
-        let tried = interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch);
+        let tried = match set(problem, next) {
+            Ok(()) => {
+                let guess = extrapolate(&best.x, before.as_ref(), next - s);
+                interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch)
+            }
+            Err(error) => Err(error),
+        };
         let found = match tried {
             Ok(found) => found,
             Err(error) => {
@@ -75,9 +80,13 @@ pub fn homotopy<P: Problem + ?Sized>(
         s = next;
     }
     // What the problem keeps is the motion of the answer, unless that is interrupted.
-    set(problem, s)?;
-    let mut c = vec![0.0; best.constraints.len()];
-    let _ = problem.evaluate(&best.x, &mut c);
+    match set(problem, s) {
+        Ok(()) => {
+            let mut c = vec![0.0; best.constraints.len()];
+            let _ = problem.evaluate(&best.x, &mut c);
+        }
+        Err(error) => drop(counts.first_failure.get_or_insert(error)),
+    }
     Ok(counts.into(best, s))
 }
 

@@ -4,6 +4,7 @@ mod ends;
 
 use super::counted::Counted;
 use super::line_search::{Point, search};
+use super::norm::{magnitude, norm};
 use super::outcome::largest_change;
 use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
@@ -91,7 +92,9 @@ pub(super) struct Descent<'o> {
     options: &'o Options,
     /// Where it began.
     start: Vec<f64>,
-    /// Steps s, changes y of the gradient, 1/(sᵀy).
+    /// What gradients are of the size of, in units of which squares of them are within the range of numbers.
+    unit: f64,
+    /// Steps s, changes y of the gradient in units of its size, 1/(sᵀy).
     pairs: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
     pub(super) history: Vec<Iterate>,
 }
@@ -109,7 +112,8 @@ impl<'o> Descent<'o> {
     ) -> Result<Self, Error> {
         let mut at = Point { value, gradient: vec![0.0; x.len()], x };
         merit.gradient(problem, &mut at.gradient)?;
-        let mut descent = Descent { start: at.x.clone(), at, options, pairs: VecDeque::new(), history: Vec::new() };
+        let (start, unit) = (at.x.clone(), magnitude(largest(&at.gradient)));
+        let mut descent = Descent { start, at, options, unit, pairs: VecDeque::new(), history: Vec::new() };
         descent.note(problem, merit.cost(), 0.0);
         Ok(descent)
     }
@@ -117,6 +121,11 @@ impl<'o> Descent<'o> {
     fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, value: f64, step: f64) {
         let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
         self.history.push(problem.iterate(value, stationarity, step));
+    }
+
+    /// How far it is from where it began.
+    pub(super) fn reach(&self) -> f64 {
+        norm(&self.at.x.iter().zip(&self.start).map(|(x, start)| x - start).collect::<Vec<_>>())
     }
 
     /// Forgets what belonged to another merit function, and takes the values of this one.
@@ -208,7 +217,7 @@ impl<'o> Descent<'o> {
             // or by 1.
             (true, None) => {
                 let (square, size) = (dot(direction, direction), largest(&self.at.x));
-                let parabola = self.at.value.abs() / square;
+                let parabola = self.at.value.abs() / self.unit / square;
                 let is_rounding = parabola * largest(direction) <= ROUNDING * size;
                 let far = if size > 0.0 { size } else { 1.0 };
                 if is_rounding { far / square.sqrt() } else { parabola }
@@ -216,25 +225,34 @@ impl<'o> Descent<'o> {
         }
     }
 
-    /// −H g over the variables that are not held by a bound, by the two loops.
+    /// −H g over the variables that are not held by a bound, by the two loops. What is held has no part in any product: its gradient changes as others
+    /// move, and would be taken for curvature along their steps.
     fn direction<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
         let Point { x, gradient, .. } = &self.at;
         let parts = x.iter().zip(gradient).zip(&problem.bounds);
         let held: Vec<bool> = parts.map(|((x, g), of)| of.holds(*x, *g).is_some()).collect();
+        let is_any_held = held.contains(&true);
+        let dot = |a: &[f64], b: &[f64]| if is_any_held { dot_of_free(a, b, &held) } else { dot(a, b) };
         let free = |d: &mut Vec<f64>| d.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(d, _)| *d = 0.0);
-        let mut d: Vec<f64> = gradient.iter().map(|g| -g).collect();
+        let mut d: Vec<f64> = gradient.iter().map(|g| -g / self.unit).collect();
         free(&mut d);
-        let mut factors = Vec::with_capacity(self.pairs.len());
+        // Each pair with 1/(sᵀy) of what is free, unless there is no curvature left of it, and with its factor.
+        let mut used = Vec::with_capacity(self.pairs.len());
         for (s, y, rho) in self.pairs.iter().rev() {
+            let rho = match is_any_held {
+                false => *rho,
+                true if is_curved(dot(s, y), dot(s, s), dot(y, y)) => 1.0 / dot(s, y),
+                true => continue,
+            };
             let factor = rho * dot(s, &d);
             add(&mut d, -factor, y);
-            factors.push(factor);
+            used.push((s, y, rho, factor));
         }
-        if let Some((s, y, _)) = self.pairs.back() {
+        if let Some((s, y, ..)) = used.first() {
             let scale = dot(s, y) / dot(y, y);
             d.iter_mut().for_each(|d| *d *= scale);
         }
-        for ((s, y, rho), factor) in self.pairs.iter().zip(factors.iter().rev()) {
+        for (s, y, rho, factor) in used.into_iter().rev() {
             let other = rho * dot(y, &d);
             add(&mut d, factor - other, s);
         }
@@ -245,15 +263,24 @@ impl<'o> Descent<'o> {
     /// The pair of a step, if the curvature along it is positive.
     fn remember(&mut self, next: &Point) {
         let s: Vec<f64> = next.x.iter().zip(&self.at.x).map(|(new, old)| new - old).collect();
-        let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| new - old).collect();
+        let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| (new - old) / self.unit).collect();
         let curvature = dot(&s, &y);
-        if curvature > 1e-12 * dot(&y, &y).sqrt() * dot(&s, &s).sqrt() {
+        if is_curved(curvature, dot(&s, &s), dot(&y, &y)) {
             if self.pairs.len() == self.options.memory.max(1) {
                 self.pairs.pop_front();
             }
             self.pairs.push_back((s, y, 1.0 / curvature));
         }
     }
+}
+
+/// Whether sᵀy is positive beyond rounding, with sᵀs and yᵀy.
+fn is_curved(curvature: f64, of_s: f64, of_y: f64) -> bool {
+    curvature > 1e-12 * of_y.sqrt() * of_s.sqrt()
+}
+
+fn dot_of_free(a: &[f64], b: &[f64], held: &[bool]) -> f64 {
+    a.iter().zip(b).zip(held).filter(|(_, held)| !**held).map(|((a, b), _)| a * b).sum()
 }
 
 fn add(to: &mut [f64], factor: f64, what: &[f64]) {

@@ -3,9 +3,10 @@
 //! (AᵀA + μ D²) d = −Aᵀr, D the lengths of columns of the Jacobian A (Marquardt 1963), so that units of variables do not matter; or, with fewer rows than
 //! columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::counted::Counted;
+use super::norm::norm;
 use super::outcome::largest_change;
 use super::{Fit, Interval, Iterate, Options, Problem, Reason, Watcher};
 use crate::Error;
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 1e-14;
 ///
 /// # Errors
 /// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian, or with squares beyond the range of
-/// numbers.
+/// numbers, too large or too small.
 pub fn levenberg_marquardt<P: Problem + ?Sized>(
     problem: &mut P,
     start: &[f64],
@@ -33,6 +34,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     }
     counted.evaluate_start(&x)?;
     let mut at = State::at(&mut counted, x)?;
+    at.check_smallness()?;
     let mut history = vec![at.iterate(&mut counted, 0.0)];
     let mut lengths = at.lengths();
     let first = at.slope(&counted, &lengths);
@@ -144,9 +146,8 @@ impl State {
         if !value.is_finite() {
             return Err(Error::Overflow { what: "½‖r‖² of the residuals".into(), value });
         }
-        let of_columns = self.lengths().into_iter().zip(self.gradient().iter().copied().collect::<Vec<f64>>());
-        for (i, sums) in of_columns.enumerate() {
-            if let Some(value) = [sums.0, sums.1].into_iter().find(|sum| !sum.is_finite()) {
+        for (i, (column, g)) in self.jacobian.column_iter().zip(&self.gradient()).enumerate() {
+            if let Some(value) = [column.norm(), *g].into_iter().find(|sum| !sum.is_finite()) {
                 let what = format!("a sum of derivatives of residuals by `{}`", problem.problem.variable_name(i));
                 return Err(Error::Overflow { what, value });
             }
@@ -154,8 +155,31 @@ impl State {
         Ok(())
     }
 
+    /// Refuses sums of squares at the start that are none in the range of numbers, though their terms are: all would look like a minimum there.
+    fn check_smallness(&self) -> Result<(), Error> {
+        let is_lost = |square: f64, terms: f64| square < f64::MIN_POSITIVE && terms > 0.0;
+        let value = half_square(&self.r);
+        if is_lost(value, self.r.amax()) {
+            return Err(Error::Overflow { what: "½‖r‖² of the residuals".into(), value: 0.0 });
+        }
+        let value = self.in_units(&self.lengths()).norm_squared();
+        if is_lost(value, self.jacobian.amax()) {
+            return Err(Error::Overflow { what: "the sum of squares of all derivatives of residuals".into(), value: 0.0 });
+        }
+        Ok(())
+    }
+
     fn gradient(&self) -> DVector<f64> {
         self.jacobian.tr_mul(&self.r)
+    }
+
+    /// The gradient by variables in units of such lengths: small factors of a sum may be none in the range of numbers when they are multiplied.
+    fn derivatives(&self, lengths: &[f64]) -> Vec<f64> {
+        let of = |((g, column), length): ((&f64, DVectorView<f64>), &f64)| {
+            let inverse = reciprocal(*length);
+            if g.is_normal() { g * inverse } else { column.iter().zip(&self.r).map(|(a, r)| a * inverse * r).sum() }
+        };
+        self.gradient().iter().zip(self.jacobian.column_iter()).zip(lengths).map(of).collect()
     }
 
     fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
@@ -165,13 +189,12 @@ impl State {
 
     /// The lengths of the columns of the Jacobian.
     fn lengths(&self) -> Vec<f64> {
-        self.jacobian.column_iter().map(|column| column.norm()).collect()
+        self.jacobian.column_iter().map(|column| norm(column.as_slice())).collect()
     }
 
     /// The largest derivative by a variable that no bound holds, each in units of such a length: the same whatever the units of the variables are.
     fn slope<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
-        let gradient: Vec<f64> = self.gradient().iter().zip(lengths).map(|(g, of)| g * reciprocal(*of)).collect();
-        problem.stationarity(&self.x, &gradient)
+        problem.stationarity(&self.x, &self.derivatives(lengths))
     }
 
     /// What rounding of residuals, and of the sums that they are made of, leaves of the value.
@@ -190,7 +213,7 @@ impl State {
 
     /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds, in units of such lengths.
     fn along_gradient<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
-        let a = self.free(problem, scaled(&self.jacobian, lengths));
+        let a = self.free(problem, scaled(&self.jacobian, lengths), lengths);
         let gradient = a.tr_mul(&self.r);
         let square = gradient.norm_squared();
         if square > 0.0 { 0.5 * square * square / (a * gradient).norm_squared() } else { 0.0 }
@@ -203,8 +226,8 @@ impl State {
     }
 
     /// A Jacobian without the columns of variables that bounds hold.
-    fn free<P: Problem + ?Sized>(&self, problem: &Counted<P>, mut a: DMatrix<f64>) -> DMatrix<f64> {
-        let gradient = self.gradient();
+    fn free<P: Problem + ?Sized>(&self, problem: &Counted<P>, mut a: DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
+        let gradient = self.derivatives(lengths);
         for (i, of) in problem.bounds.iter().enumerate() {
             if of.holds(self.x[i], gradient[i]).is_some() {
                 a.column_mut(i).fill(0.0);
@@ -215,7 +238,7 @@ impl State {
 
     /// The step, with variables that bounds hold left out; none if nothing is left.
     fn step<P: Problem + ?Sized>(&self, problem: &Counted<P>, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
-        let a = self.free(problem, self.in_units(lengths));
+        let a = self.free(problem, self.in_units(lengths), lengths);
         let (m, n) = a.shape();
         let damped = |mut square: DMatrix<f64>| {
             (0..square.nrows()).for_each(|i| square[(i, i)] += damping.max(f64::MIN_POSITIVE));
@@ -238,7 +261,7 @@ fn scaled(jacobian: &DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
     scaled
 }
 
-/// 1/length, and 0 for none: what nothing depends on stays where it is.
+/// 1/length, and 0 for none, or one whose inverse is beyond the range of numbers: what nothing depends on stays where it is.
 fn reciprocal(length: f64) -> f64 {
-    if length > 0.0 { length.recip() } else { 0.0 }
+    if length >= f64::MIN_POSITIVE { length.recip() } else { 0.0 }
 }

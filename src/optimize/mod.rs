@@ -42,6 +42,7 @@ mod line_search;
 mod motion_problem;
 mod multi_start;
 mod multiple_shooting;
+mod norm;
 mod outcome;
 mod problem;
 mod segment;

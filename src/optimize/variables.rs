@@ -28,7 +28,8 @@ impl Variables {
     /// What is free of these inputs.
     ///
     /// # Errors
-    /// A quantity that is listed twice, or that the system does not have; bounds that no value is between; scales that are not positive; no or one knot where
+    /// A quantity that is listed twice, or that the system does not have; bounds that no value is between; scales that are not positive, or in units of which bounds
+    /// are beyond the range of numbers; no or one knot where
     /// two are needed, more knots than nodes; a logarithm of something whose bounds or value are not positive; a free duration of none.
     pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
         inputs.check(system)?;
@@ -42,6 +43,10 @@ impl Variables {
             for (which, bound, is_none) in [("lower", least, least == f64::NEG_INFINITY), ("upper", most, false)] {
                 let what = || format!("the {which} bound of `{name}`, whose logarithm is taken,");
                 require(!of.logarithm || bound > 0.0 || is_none, what, bound, "positive")?;
+                let what =
+                    || format!("the scale of `{name}`, in units of which its {which} bound is beyond the range of numbers,");
+                let is_lost = bound.is_finite() && !of.to_variable(bound).is_finite();
+                require(!is_lost, what, of.scale, "nearer to its bounds")?;
             }
             let (knots, nodes) = (of.knots(inputs.grid.nodes()), inputs.grid.nodes());
             let fewest = match of.quantity {

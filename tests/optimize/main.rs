@@ -3,6 +3,8 @@
 mod common;
 mod degenerate;
 mod ends;
+mod extremes;
+mod flat;
 mod interrupted;
 mod refused;
 mod shooting;
@@ -468,8 +470,9 @@ fn a_problem_is_reached_by_way_of_easier_ones() {
         problem.change(|inputs| inputs.controls.fill(most))?;
         if s > 0.5 { Err(Error::TimeStep { step: 1, length: 0.0 }) } else { Ok(()) }
     };
-    let error = homotopy(&mut problem, &start, &Options::default(), &mut wall, &mut silent).expect_err("a wall");
-    assert_says(&error, &["step 1"]);
+    let outcome = homotopy(&mut problem, &start, &Options::default(), &mut wall, &mut silent).expect("keeps what it found");
+    assert!(outcome.reason == Reason::NoWay && outcome.value > 0.0, "{outcome:?}");
+    assert_says(&outcome.first_failure.expect("a wall"), &["step 1"]);
     let error = problem.change(|inputs| inputs.grid.steps.truncate(3)).expect_err("another number of steps");
     assert_says(&error, &["4", "21"]);
     let shorter = |inputs: &mut Inputs| *inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.1));

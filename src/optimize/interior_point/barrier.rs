@@ -122,6 +122,17 @@ impl Barrier {
         most
     }
 
+    /// How much of a step of y_i there is room for on the way to its bound, or, beside that, as far as the interval is wide or its bound large; or `size`,
+    /// if that is 0.
+    pub(super) fn share(&self, i: usize, y: f64, step: f64, size: f64) -> f64 {
+        let of = &self.bounds[i];
+        let ([below, above], is_down) = (distances(of, y), step < 0.0);
+        let (room, bound) = if is_down { (below, of.least) } else { (above, of.most) };
+        let beside = if bound == 0.0 { size } else { bound.abs() };
+        let room = room.abs().max(beside.min(of.most - of.least));
+        if room > 0.0 && room < step.abs() { room / step.abs() } else { 1.0 }
+    }
+
     /// Leaves where it was what rounding would bring to a bound.
     pub(super) fn keep_inside(&self, before: &[f64], y: &mut [f64]) {
         for ((y, before), of) in y.iter_mut().zip(before).zip(&self.bounds) {

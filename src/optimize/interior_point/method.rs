@@ -2,12 +2,14 @@
 
 mod small;
 mod trial;
+mod unit;
 
 use std::rc::Rc;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::super::counted::Counted;
+use super::super::norm::{magnitude, norm};
 use super::super::problem::Interval;
 use super::super::{Iterate, Options, Problem};
 use super::ROUNDING;
@@ -40,10 +42,13 @@ pub(super) struct Method {
     inequalities: Vec<usize>,
     pub(super) barrier: Barrier,
     y: DVector<f64>,
-    /// Where x began, the largest derivative of f there, and what f falls by along its gradient.
+    /// Where x began, f and its largest derivative there, and what f falls by along its gradient.
     pub(super) start: Vec<f64>,
+    first_value: f64,
     first_slope: f64,
     first_fall: f64,
+    /// That, or what f changed by since, if that is less: constraints may have left no way there.
+    fall: f64,
     pub(super) value: f64,
     /// Of f alone.
     gradient: DVector<f64>,
@@ -105,8 +110,10 @@ impl Method {
             barrier,
             y: DVector::from_vec(y),
             start: start.to_vec(),
+            first_value: value,
             first_slope: 0.0,
             first_fall: 0.0,
+            fall: 0.0,
             value,
             gradient: DVector::zeros(len),
             c: DVector::zeros(m),
@@ -121,10 +128,11 @@ impl Method {
             farthest: 0.0,
             steepest: 0.0,
         };
-        let gradient = slope(problem)?;
-        method.take_unit(problem, &gradient)?;
         let jacobian = problem.jacobian(&method.rows)?;
+        // Asked for last: what products are of.
+        let gradient = slope(problem)?;
         method.differentiate(problem, (gradient, jacobian));
+        method.take_unit(problem)?;
         method.barrier.move_slacks(x.len(), method.y.as_mut_slice());
         method.take_scales(problem);
         if method.barrier.is_there() {
@@ -219,7 +227,7 @@ impl Method {
 
     /// Takes a penalty that outweighs the multipliers; without forces any will do, but for none.
     fn penalise(&mut self) {
-        let least = self.multipliers.norm();
+        let least = norm(self.multipliers.as_slice());
         if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
             self.penalty = 2.0 * least;
         } else if self.penalty == 0.0 {
@@ -264,13 +272,16 @@ impl Method {
         problem: &mut Counted<P>,
         radius: &mut f64,
     ) -> Result<Option<(f64, bool)>, Error> {
-        let (scales, gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
+        let (scales, mut gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
+        let unit = magnitude(gradient.amax());
+        gradient /= unit;
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
         self.penalise();
         let (y, c) = (self.y.clone(), self.c.clone());
         let barrier = self.barrier.clone();
         let model = Model {
+            unit,
             gradient: &gradient,
             c: &c,
             projection: &projection,
@@ -279,7 +290,7 @@ impl Method {
             scales: &scales,
             steepest: self.steepest,
         };
-        let (mut step, known) = model.step(*radius, &mut |p| product(problem, p, &scales, &curvature))?;
+        let (mut step, known) = model.step(*radius, &mut |p| Ok(product(problem, p, &scales, &curvature)? / unit))?;
         self.steepest = self.steepest.max(known.reduced);
         while step.length > LEAST && !problem.is_stopped() {
             let foreseen = self.weigh(&step);
@@ -327,6 +338,7 @@ impl Method {
         let length = (to.y.rows(0, self.x().len()) - self.x()).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
         (self.y, self.value) = (to.y, to.value);
+        self.fall = self.first_fall.min((self.value - self.first_value).abs());
         self.differentiate(problem, derivatives);
         self.take_scales(problem);
         self.find_multipliers();

@@ -100,7 +100,7 @@ impl Projection {
     }
 
     /// r without its part along the rows of Â; twice, for rounding.
-    fn project(&self, r: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn project(&self, r: &DVector<f64>) -> DVector<f64> {
         let once = |r: &DVector<f64>| r - &self.q * self.q.tr_mul(r);
         if self.a.nrows() == 0 { r.clone() } else { once(&once(r)) }
     }
@@ -144,6 +144,9 @@ pub(super) struct Known {
 
 /// The model, the point y and the scales D.
 pub(super) struct Model<'a> {
+    /// What ĝ, and Ĥ alike, are in units of here, a power of two: squares of them may be beyond the range of numbers.
+    pub(super) unit: f64,
+    /// ĝ and products in these units.
     pub(super) gradient: &'a DVector<f64>,
     pub(super) c: &'a DVector<f64>,
     pub(super) projection: &'a Projection,
@@ -155,7 +158,7 @@ pub(super) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// The step within a radius, with products of Ĥ.
+    /// The step within a radius, with products of Ĥ in the units of the model.
     pub(super) fn step(&self, radius: f64, product: Product<'_>) -> Result<(Step, Known), Error> {
         let n = self.normal(OF_NORMAL * radius);
         let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
@@ -187,7 +190,7 @@ impl Model<'_> {
 
     fn complete(&self, [n, of_n]: &[DVector<f64>; 2], [t, of_t]: [DVector<f64>; 2]) -> Step {
         let p = n + t;
-        let model = -self.gradient.dot(&p) - 0.5 * p.dot(&(of_n + of_t));
+        let model = self.unit * (-self.gradient.dot(&p) - 0.5 * p.dot(&(of_n + of_t)));
         let closer = self.c.norm() - (self.c + &self.projection.a * &p).norm();
         Step { length: p.norm(), p, model, closer }
     }
@@ -238,7 +241,7 @@ impl Model<'_> {
         let mut v = self.projection.project(&r);
         let mut d = -&v;
         let mut rv = r.dot(&v);
-        *reduced = rv.max(0.0).sqrt();
+        *reduced = self.unit * rv.max(0.0).sqrt();
         let exact = TOLERANCE.min(*reduced / self.steepest.max(*reduced));
         let end = (rv * exact * exact).max(ROUNDED * ROUNDED * r.norm_squared());
         // The last point that keeps away from bounds, and where it went from there.

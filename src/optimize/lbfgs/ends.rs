@@ -79,6 +79,7 @@ impl Descent<'_> {
         add(&mut ahead, -1.0, x);
         let slope = dot(gradient, &ahead);
         let curvature = dot(&there, &ahead) - slope;
-        0.5 * slope * slope <= ROUNDING * value.abs() * curvature
+        let [slope, curvature, value] = [slope, curvature, value.abs()].map(|x| x / self.unit);
+        0.5 * slope * slope <= ROUNDING * value * curvature
     }
 }

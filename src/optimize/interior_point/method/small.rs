@@ -8,7 +8,7 @@ use super::super::super::outcome::largest_change;
 use super::super::step::product;
 use super::Method;
 use crate::Error;
-use crate::number::{dot, largest};
+use crate::number::largest;
 
 /// μ is small where it is this share of what f changes by where gradients are small.
 const GAP: f64 = 0.1;
@@ -16,31 +16,10 @@ const GAP: f64 = 0.1;
 const FARTHEST: f64 = 1e3;
 /// The share of the terms of a gradient that may be rounding.
 const ROUNDED: f64 = 1e-13;
-/// A gradient that changes by less than this share of it where variables change by their size may change by rounding alone, as of differences.
-const STRAIGHT: f64 = 1e-10;
 
 impl Method {
-    /// Takes as the unit of variables the step against the gradient, asked for last, to where f is least; where f is straight, their size at the start, or 1.
-    pub(super) fn take_unit<P: Problem + ?Sized>(
-        &mut self,
-        problem: &mut Counted<P>,
-        gradient: &[f64],
-    ) -> Result<(), Error> {
-        let (downhill, mut product) = (self.moving(gradient), vec![0.0; gradient.len()]);
-        problem.product(&downhill, &mut product)?;
-        let square = dot(&downhill, &downhill);
-        let step = square / dot(&downhill, &product).abs();
-        let size = largest(&self.moving(&self.start));
-        let size = if size > 0.0 { size } else { 1.0 };
-        let is_straight = !step.is_finite() || STRAIGHT * step * largest(&downhill) > size;
-        let step = if is_straight { 0.0 } else { step };
-        self.barrier.unit = if step > 0.0 { step * largest(&downhill) } else { size };
-        (self.first_slope, self.first_fall) = (largest(&downhill), 0.5 * step * square);
-        Ok(())
-    }
-
     /// Entries of variables, 0 for what is fixed.
-    fn moving(&self, of: &[f64]) -> Vec<f64> {
+    pub(super) fn moving(&self, of: &[f64]) -> Vec<f64> {
         let entries = self.barrier.bounds.iter().zip(of).take(self.start.len());
         entries.map(|(bound, x)| if bound.is_equality() { 0.0 } else { *x }).collect()
     }
@@ -54,7 +33,7 @@ impl Method {
     fn change(&self) -> f64 {
         let sizes = self.y.iter().zip(&self.start).map(|(x, start)| x.abs().max((x - start).abs()));
         let changes = self.moving(self.gradient.as_slice()).into_iter().zip(sizes).map(|(g, size)| g.abs() * size);
-        changes.fold(self.first_fall, f64::max)
+        changes.fold(self.fall, f64::max)
     }
 
     /// The length by which a gradient changes f.
