@@ -105,9 +105,11 @@ impl Scaled {
         (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(null, system)))
     }
 
-    /// The rank of Φ_q.
-    pub(crate) fn rank(&self) -> usize {
-        self.phi_q.nrows() - self.dependencies().ncols()
+    /// The rank of Φ_q here or at other admissible configurations nearby, where it may be larger.
+    pub(crate) fn rank(&self, system: &System, at: &NodeView<f64>) -> usize {
+        let of = |scaled: &Scaled| system.m() - scaled.dependencies().ncols();
+        let nearby = if of(self) < system.m() { self.corrected(system, at, 20) } else { None };
+        nearby.map_or(0, |(_, nearby)| of(&nearby)).max(of(self))
     }
 
     /// Constraints that depend on each other, or motions without kinetic energy, as an error.

@@ -169,11 +169,12 @@ impl<'s> Mechanics<'s> {
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }
 
-    /// The number of velocities that the constraints leave free: n − rank Φ_q.
+    /// The number of velocities that the constraints leave free, here and nearby: n − rank Φ_q.
     pub(crate) fn degrees_of_freedom(&self) -> usize {
-        let sigma = vec![0.0; self.system.m()];
-        let rank = Scaled::at(self.system, &self.view(&sigma)).map_or(self.system.m(), |scaled| scaled.rank());
-        self.system.n().saturating_sub(rank)
+        let (system, sigma) = (self.system, vec![0.0; self.system.m()]);
+        let at = self.view(&sigma);
+        let rank = Scaled::at(system, &at).map_or(system.m(), |here| here.rank(system, &at));
+        system.n().saturating_sub(rank)
     }
 
     /// Where a point of a body or of the ground is in the inertial frame, m.

@@ -225,6 +225,22 @@ fn states_of_segments_determine_their_starts() {
     assert_says(&shoot(&[]).err().expect("no states"), &["states", "0", "degrees of freedom"]);
     assert_says(&shoot(&[states[0], states[0]]).err().expect("one twice"), &["states", "`rod.φ`", "2", "1"]);
     assert!(shoot(&states).is_ok());
+    // A parallelogram that lies flat could leave its branch there, and has one freedom all the same.
+    let mut scene = Scene::new();
+    let [left, right] = [0.0, 1.0].map(|x| {
+        let crank = scene.body(&format!("crank at {x}"), 1.0, 0.1, [x + 0.3, 0.0, 0.0]);
+        scene.revolute(&format!("foot at {x}"), Body::GROUND.at(x, 0.0), crank.at(-0.3, 0.0));
+        crank
+    });
+    let coupler = scene.body("coupler", 1.0, 0.1, [1.1, 0.0, 0.0]);
+    scene.revolute("left", left.at(0.3, 0.0), coupler.at(-0.5, 0.0));
+    scene.revolute("right", right.at(0.3, 0.0), coupler.at(0.5, 0.0));
+    let (torque, states) = (scene.control("torque"), [scene.end_state(left.coordinates[2])]);
+    scene.torque_actuator("motor", Body::GROUND, left, torque);
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    let free = vec![Free::control(torque)];
+    assert!(MultipleShooting::new(&system, Settings::default(), inputs, free, &states, 2).is_ok());
 }
 
 #[test]

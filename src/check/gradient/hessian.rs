@@ -53,7 +53,7 @@ pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -
 impl HessianCheck<'_> {
     /// Checks products of the Hessian of an output in the place of J's.
     pub fn output(mut self, output: Output) -> Self {
-        self.subject.which = 1 + output.index();
+        self.subject = self.subject.of(output);
         self
     }
 

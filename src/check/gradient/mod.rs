@@ -86,7 +86,7 @@ pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) 
 impl GradientCheck<'_> {
     /// Checks the gradient of an output in the place of J's.
     pub fn output(mut self, output: Output) -> Self {
-        self.subject.which = 1 + output.index();
+        self.subject = self.subject.of(output);
         self
     }
 
@@ -206,18 +206,24 @@ fn judge_among(rows: &mut [DirectionReport], part: f64, tolerance: f64) {
 }
 
 impl<'a> Subject<'a> {
+    /// The same of an output; one of another scene is beyond all of the system.
+    fn of(self, output: Output) -> Self {
+        let beyond = if self.system.owns(output.0) { 0 } else { self.system.outputs() };
+        Subject { which: 1 + output.index() + beyond, ..self }
+    }
+
     /// What it is called.
     ///
     /// # Errors
-    /// An output that the system does not have.
+    /// An output of another scene.
     fn name(&self) -> Result<String, Error> {
         match self.which {
             0 => Ok("J".into()),
             k if k <= self.system.outputs() => Ok(format!("output `{}`", self.system.output_name(k - 1))),
             k => Err(Error::Parameter {
                 what: "the number of the output".into(),
-                value: (k - 1) as f64,
-                must_be: "that of an output of this system",
+                value: (k - 1 - self.system.outputs()) as f64,
+                must_be: "that of an output of this system's scene",
             }),
         }
     }

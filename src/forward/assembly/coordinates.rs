@@ -21,13 +21,31 @@ struct Sizes {
 }
 
 impl Assembler<'_> {
-    /// w and ν from w = 0, with K(0) made anew at every correction.
+    /// w and ν from w = 0.
     pub(super) fn move_coordinates(
         &mut self,
         q: &[f64],
         held: &[usize],
         moved: &mut Pair,
         given: Given,
+    ) -> Result<(), Error> {
+        let zeros = moved.clone();
+        let found = self.approach((q, held), moved, given, SOFTEST);
+        if found.is_ok() || self.system.loop_equations().is_empty() {
+            return found;
+        }
+        // From far away corrections of the full length lead farther, unless constraints depend on each other.
+        *moved = zeros;
+        self.approach((q, held), moved, given, 0.0).or(found)
+    }
+
+    /// With K(0) made anew at every correction, and loops that are that soft at most.
+    fn approach(
+        &mut self,
+        (q, held): (&[f64], &[usize]),
+        moved: &mut Pair,
+        given: Given,
+        softest: f64,
     ) -> Result<(), Error> {
         let zeros = moved.clone();
         let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
@@ -38,7 +56,8 @@ impl Assembler<'_> {
             let (phi, l_v) = (self.phi(q, &moved.v, given), self.l_v(&from));
             let sizes = &*sizes.get_or_insert_with(|| self.sizes(q, &from));
             let violation = sizes.violation(&phi);
-            let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held, &sizes.soft(self.system, violation))?;
+            let soft = sizes.soft(self.system, violation, softest);
+            let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held, &soft)?;
             if corrections == 1 {
                 self.newton.weigh(self.system);
             }
@@ -115,8 +134,8 @@ impl Sizes {
 
     /// Compliances of loops at this violation: constraints that depend on each other where they hold contradict each other elsewhere. With its square
     /// Newton's corrections converge quadratically all the same (Levenberg's method; N. Yamashita and M. Fukushima, 2001).
-    fn soft(&self, system: &System, violation: f64) -> Vec<(usize, f64)> {
-        let softness = (violation / self.guess).powi(2).min(SOFTEST);
+    fn soft(&self, system: &System, violation: f64, softest: f64) -> Vec<(usize, f64)> {
+        let softness = (violation / self.guess).powi(2).min(softest);
         let is_far = violation > 0.0 && softness > COMPLIANCE;
         let loops = if is_far { system.loop_equations() } else { &[] };
         loops.iter().map(|&j| (j, softness * self.equations[j].powi(2))).collect()
