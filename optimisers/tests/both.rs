@@ -20,9 +20,10 @@ fn system(is_constrained: bool) -> (System, Vec<Free>, Vec<Output>) {
         upright.push(cart.scene.end_state(cart.links[0].coordinates[2]).position);
     }
     cart.scene.effort("effort", cart.force, 1e-4);
-    let free = vec![Free::control(cart.force)];
     let scene = if is_constrained { cart.scene } else { CartPendulum::with_links(1).scene() };
-    (scene.compile().expect("a system"), free, upright)
+    let system = scene.compile().expect("a system");
+    let free = vec![Free::control(system.control(0))];
+    (system, free, upright)
 }
 
 fn problem<'s>((system, free, upright): &'s (System, Vec<Free>, Vec<Output>), bound: f64) -> MotionProblem<'s> {

@@ -90,7 +90,7 @@ impl Experiment {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
             let bar = bar("steepest descent", iterations as usize);
-            let force = Free::control(self.settings.example().mechanism().force);
+            let force = Free::control(self.system.control(0));
             let variables = Variables::new(&self.system, &self.inputs, vec![force])?;
             let mut problem = MotionProblem::new(&self.system, SolverSettings::default(), self.inputs.clone(), variables)?;
             let u = problem.start();

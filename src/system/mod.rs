@@ -84,7 +84,7 @@ pub(crate) use weights::{Beside, GivenWeights, Weights};
 
 use crate::Error;
 use crate::linear::Symbolic;
-use crate::model::{Coordinate, Handle, Output, Param, Sketch};
+use crate::model::{Control, Coordinate, Handle, Output, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
 use compile::check_positive;
@@ -175,6 +175,15 @@ impl System {
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.n, "there are {} coordinates, and no {i}", self.n);
         Coordinate(Handle::of(self.scene, i))
+    }
+
+    /// The handle of a control, as the scene gave it.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`k`](Self::k).
+    pub fn control(&self, i: usize) -> Control {
+        assert!(i < self.k, "there are {} controls, and no {i}", self.k);
+        Control(Handle::of(self.scene, i))
     }
 
     /// Whether a handle is one of the scene that this is compiled from.
