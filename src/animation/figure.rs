@@ -195,9 +195,7 @@ impl Figure {
         self.view = [left + 0.5 * (width - wide), bottom + 0.5 * (height - high), wide, high];
         self.unit = UNIT * size;
     }
-}
 
-impl Figure {
     /// Draws all lengths larger by a factor.
     fn scale(&mut self, by: f64) {
         let larger = |lengths: &mut [f64]| lengths.iter_mut().for_each(|x| *x *= by);

@@ -2,7 +2,7 @@
 
 use super::Animation;
 use super::text::{escaped, list, quoted};
-use super::vector::{COLOURS, groups, opened, poses};
+use super::vector::{COLOURS, groups, instead, opened, passed, poses};
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -21,8 +21,9 @@ pub(super) fn html(animation: &Animation) -> String {
         format!("{{\"name\":{},\"unit\":{},\"values\":{}}}", quoted(&plot.name), quoted(&plot.unit), list(&plot.values))
     });
     let plots = plots.collect::<Vec<_>>().join(",\n");
+    let seconds = passed(times).last().and_then(|duration| instead(*duration)).map_or("null".into(), |s| s.to_string());
     let data = format!(
-        "{{\"times\":{},\n\"poses\":[{poses}],\n\"bodies\":[{bodies}],\n\"colours\":[{colours}],\n\"plots\":[{plots}]}}",
+        "{{\"times\":{},\n\"seconds\":{seconds},\n\"poses\":[{poses}],\n\"bodies\":[{bodies}],\n\"colours\":[{colours}],\n\"plots\":[{plots}]}}",
         list(times)
     );
     filled(&[("title", escaped(title)), ("picture", picture), ("data", data)])

@@ -268,8 +268,13 @@ pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
     format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
 }
 
+/// The seconds in which a motion of such a duration is shown instead, if it is.
+pub(super) fn instead(duration: f64) -> Option<f64> {
+    (duration > 0.0 && !WATCHED.contains(&duration)).then_some(INSTEAD)
+}
+
 /// How long it is since the first frame, also of motions that go back in time.
-fn passed(times: &[f64]) -> Vec<f64> {
+pub(super) fn passed(times: &[f64]) -> Vec<f64> {
     let step = |passed: &mut f64, i: usize| {
         *passed += (times[i] - times[i.saturating_sub(1)]).abs();
         Some(*passed)
@@ -290,7 +295,7 @@ pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
         return still(figure, last, title);
     }
     let key_times = keys.iter().map(|&frame| number(passed[frame] / duration, 4)).collect::<Vec<_>>().join(";");
-    let shown = if WATCHED.contains(&duration) { duration } else { INSTEAD };
+    let shown = instead(duration).unwrap_or(duration);
     let (digits, short) = (Pen::new(figure).digits, digits(shown).max(3));
     let moved = groups.iter().map(|group| {
         let animate = |kind: &str, value: &dyn Fn([f64; 5]) -> String| {

@@ -38,7 +38,7 @@ const SHARE: f64 = 1e-5;
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
-    let flexibility = flexibilities(&forward.stepper.newton, system, at);
+    let flexibility = flexibilities(system, at, &masses(&forward.stepper.newton, system));
     let shared = of_loops(system, &flexibility);
     if shared.is_empty() {
         return false;
@@ -123,7 +123,7 @@ pub(crate) fn root_flexibility(compliance: f64) -> f64 {
 
 /// The compliances of the equations that close loops, at the point where the evaluation stands.
 pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
-    of_loops(system, &flexibilities(newton, system, at))
+    of_loops(system, &flexibilities(system, at, &masses(newton, system)))
 }
 
 /// diag(M) where the evaluation stands.
@@ -141,9 +141,9 @@ pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
     masses
 }
 
-/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations.
-pub(crate) fn flexibilities(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
-    let (masses, mut sums) = (masses(newton, system), vec![0.0; system.m()]);
+/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations, with these masses.
+pub(crate) fn flexibilities(system: &System, at: &NodeView<f64>, masses: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0; system.m()];
     for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
         sums[entry.row] += entry.value * entry.value / masses[entry.col];
     }

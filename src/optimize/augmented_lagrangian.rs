@@ -172,8 +172,9 @@ fn rounds<P: Problem + ?Sized>(
             if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
                 // The largest penalty alone proves nothing: it is one for constraints of any units.
                 let (x, reach, comes_closer) = (&descent.at.x, descent.reach(), now < CLOSER * violation);
-                let leads_on = problem.leads_on(x, reach.max(largest(x)))? || !problem.is_least_violated(x)?;
-                let may_hold = comes_closer || leads_on || problem.holds_to_rounding(x, reach)?;
+                // Beside points without a value it may be any way on.
+                let far = if problem.failures == 0 { reach.max(largest(x)) } else { f64::INFINITY };
+                let may_hold = comes_closer || problem.leads_on(x, far)? || problem.holds_to_rounding(x, reach)?;
                 return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);

@@ -1,6 +1,7 @@
 //! [`Free`]: a quantity that an optimiser may change, with its bounds, scale and form.
 
 use super::problem::Interval;
+use crate::model::Handle;
 use crate::{Control, Coordinate, Design, Error, System};
 
 /// What an optimiser may change.
@@ -101,31 +102,19 @@ impl Free {
 }
 
 impl Quantity {
-    /// What may be free only once.
-    pub(super) fn subject(&self) -> (u8, usize) {
+    /// What may be free only once: its kind, its number among those, and its handle, if it has one.
+    pub(super) fn subject(&self) -> (u8, usize, Option<Handle>) {
+        let handled = |kind, handle: Handle| (kind, handle.index, Some(handle));
         match self {
             Quantity::Control(control)
             | Quantity::LinearControl(control, _)
             | Quantity::PiecewiseControl(control, _)
-            | Quantity::SplineControl(control, _) => (0, control.index()),
-            Quantity::Design(design) => (1, design.index()),
-            Quantity::Coordinate(q) => (2, q.index()),
-            Quantity::Rate(q) => (3, q.index()),
-            Quantity::Duration => (4, 0),
-            Quantity::StepLength(node) => (5, node.wrapping_sub(1)),
-        }
-    }
-
-    /// Whether it is one of the scene that the system is compiled from.
-    fn belongs_to(&self, system: &System) -> bool {
-        match self {
-            Quantity::Control(control)
-            | Quantity::LinearControl(control, _)
-            | Quantity::PiecewiseControl(control, _)
-            | Quantity::SplineControl(control, _) => system.owns(control.0),
-            Quantity::Design(design) => system.owns(design.0),
-            Quantity::Coordinate(q) | Quantity::Rate(q) => system.owns(q.0),
-            Quantity::Duration | Quantity::StepLength(_) => true,
+            | Quantity::SplineControl(control, _) => handled(0, control.0),
+            Quantity::Design(design) => handled(1, design.0),
+            Quantity::Coordinate(q) => handled(2, q.0),
+            Quantity::Rate(q) => handled(3, q.0),
+            Quantity::Duration => (4, 0, None),
+            Quantity::StepLength(node) => (5, node.wrapping_sub(1), None),
         }
     }
 
@@ -134,8 +123,9 @@ impl Quantity {
     /// # Errors
     /// What there is not, or is of another scene.
     pub(super) fn name(&self, system: &System, steps: usize) -> Result<String, Error> {
-        let ((kind, index), counts) = (self.subject(), [system.k(), system.designs(), system.n(), system.n(), 1, steps]);
-        if index >= counts[usize::from(kind)] || !self.belongs_to(system) {
+        let counts = [system.k(), system.designs(), system.n(), system.n(), 1, steps];
+        let (kind, index, handle) = self.subject();
+        if index >= counts[usize::from(kind)] || handle.is_some_and(|handle| !system.owns(handle)) {
             let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
             let number = if kind == 5 { index.wrapping_add(1) } else { index };
             return Err(Error::NoSuchInput { input: format!("{} {number}", kinds[usize::from(kind)]) });

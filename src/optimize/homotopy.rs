@@ -43,13 +43,10 @@ pub fn homotopy<P: Problem + ?Sized>(
     while best.reason.is_converged() && s < 1.0 && change > LEAST {
         let next = if s + change > 1.0 - 0.3 * change { 1.0 } else { s + change };
         let goal = if next == 1.0 { *options } else { on_the_way };
-        let tried = match set(problem, next) {
-            Ok(()) => {
-                let guess = extrapolate(&best.x, before.as_ref(), next - s);
-                interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch)
-            }
-            Err(error) => Err(error),
-        };
+        let tried = set(problem, next).and_then(|()| {
+            let guess = extrapolate(&best.x, before.as_ref(), next - s);
+            interior_point(problem, &guess, &Options { iterations: goal.iterations.min(MOST), ..goal }, watch)
+        });
         let found = match tried {
             Ok(found) => found,
             Err(error) => {

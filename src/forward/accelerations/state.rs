@@ -68,7 +68,7 @@ impl State {
         if self.newton.evaluation.compliance().is_empty() {
             return None;
         }
-        let mut flexibilities = redundancy::flexibilities(&self.newton, system, at);
+        let mut flexibilities = redundancy::flexibilities(system, at, &redundancy::masses(&self.newton, system));
         let asked = self.right.sigma.clone();
         let left_out: Vec<usize> = {
             let compliance = self.newton.evaluation.compliance().iter();

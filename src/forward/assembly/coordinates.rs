@@ -108,8 +108,8 @@ impl Assembler<'_> {
 
     /// With the masses at a point where the evaluation stands.
     fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
-        let flexibilities = redundancy::flexibilities(self.newton, self.system, at);
         let masses = redundancy::masses(self.newton, self.system);
+        let flexibilities = redundancy::flexibilities(self.system, at, &masses);
         let of_guess = q.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(q, mass)| q.abs() * mass.sqrt());
         Sizes {
             equations: flexibilities.iter().map(|flexibility| flexibility.sqrt()).collect(),

@@ -42,9 +42,12 @@ fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result
             return Err(Error::Parameter { what, value: 2.0, must_be: "1" });
         }
     }
-    // Of constraints that depend on each other not all take a freedom. A start that cannot be assembled is told of when it is evaluated.
-    let freedoms =
-        Mechanics::at_start(system, inputs).map_or(system.n().saturating_sub(system.m()), |at| at.degrees_of_freedom());
+    let fewest = system.n().saturating_sub(system.m());
+    let freedoms = match system.loop_equations() {
+        [] => fewest,
+        // Of constraints that depend on each other not all take a freedom. A start that cannot be assembled is told of when it is evaluated.
+        _ => Mechanics::at_start(system, inputs).map_or(fewest, |at| at.degrees_of_freedom()),
+    };
     if states.len() < freedoms {
         let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
         return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });

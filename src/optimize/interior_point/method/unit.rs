@@ -62,7 +62,8 @@ impl Method {
         let mut moves: Vec<f64> =
             self.barrier.bounds[..n].iter().map(|of| if of.is_equality() { 0.0 } else { 1.0 }).collect();
         for turn in 0..TURNS {
-            if turn > 0 || !held.is_empty() {
+            let is_projected = turn > 0 || !held.is_empty();
+            if is_projected {
                 let jacobian = self.jacobian.columns(0, n).select_rows(&held);
                 let free = DVector::from_iterator(n, self.gradient.iter().zip(&moves).map(|(g, moves)| g * moves));
                 d = Projection::new(&jacobian, &moves).project(&free).data.into();
@@ -71,7 +72,7 @@ impl Method {
             if slope <= LEFT * self.first_slope {
                 break;
             }
-            let step = if turn > 0 || !held.is_empty() { self.parabola(problem, &d)?.0 } else { self.barrier.unit / slope };
+            let step = if is_projected { self.parabola(problem, &d)?.0 } else { self.barrier.unit / slope };
             d.iter_mut().for_each(|d| *d *= -if step > 0.0 { step } else { self.size() / slope });
             let (met, before) = (self.meet(&d, &mut moves, &mut held), way);
             way = before.max(if met > 0.0 { met } else { largest(&d) });
