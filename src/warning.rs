@@ -15,6 +15,16 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// A change of a design variable alone makes constraints that depend on each other contradict: the mechanism can be put together for the present value only,
+    /// and the derivative with respect to it is that of no motion nearby.
+    BrokenDependence {
+        /// The design variables.
+        designs: Vec<String>,
+        /// The equations that take part in the dependency.
+        equations: Vec<String>,
+        /// When, s.
+        time: f64,
+    },
     /// Costs or outputs read σ of constraints that depend on each other: how these share their common reaction follows from the compliance, to about five digits,
     /// and so do these values and their derivatives.
     SharedReaction {
@@ -164,6 +174,14 @@ impl fmt::Display for Warning {
                 "at t = {} s these constraints depend on each other: {}; the motion is determined, the share of each in their \
                  common reaction is not, and was chosen by a small compliance",
                 seconds(*time),
+                equations.join(", ")
+            ),
+            Warning::BrokenDependence { designs, equations, time } => write!(
+                f,
+                "at t = {} s these constraints depend on each other, and any change of `{}` alone makes them contradict: {}; derivatives with respect to it are those \
+                 of no motion: let one design variable set all constants that have to change together, or remove constraints that follow from others",
+                seconds(*time),
+                designs.join("`, `"),
                 equations.join(", ")
             ),
             Warning::SharedReaction { costs, equations } => write!(

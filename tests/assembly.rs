@@ -9,8 +9,8 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Scalar, Scene, Scheme, Settings, Solver,
-    Start, Sum, System, gradient, simulate,
+    Constraint, Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Param, Scalar, Scene, Scheme, Settings,
+    Solver, Start, Sum, System, Warning, gradient, simulate,
 };
 use nalgebra::SVector;
 
@@ -247,12 +247,18 @@ fn the_checks_know_it() {
 
 /// Three cranks of one length, a design variable, carry a coupler, on which one of them would do nothing but for its weight. The bodies stand aside of where
 /// they belong by these numbers.
-fn three_cranks(mut aside: impl FnMut() -> f64) -> (System, Coordinate) {
+fn three_cranks(aside: impl FnMut() -> f64) -> (System, Coordinate) {
+    cranks(aside, 3)
+}
+
+/// So many of the cranks are as long as the design variable says.
+fn cranks(mut aside: impl FnMut() -> f64, bound: usize) -> (System, Coordinate) {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let (length, u) = (scene.design("length", 0.7), scene.control("torque"));
     let coupler = scene.body("coupler", 1.5, 0.2, [0.9, 0.6, 0.0].map(|x| x + aside()));
     let cranks = [0.0, 0.5, 1.0].map(|x| {
+        let length = if x < 0.5 * bound as f64 { Param::from(length) } else { 0.7.into() };
         let crank = scene.body(&format!("crank at {x}"), 0.4, 0.02, [x + 0.2, 0.3, 0.9].map(|x| x + aside()));
         scene.revolute(&format!("foot at {x}"), Body::GROUND.at(x, 0.0), crank.at(length * -0.5, 0.0));
         scene.revolute(&format!("head at {x}"), crank.at(length * 0.5, 0.0), coupler.at(x - 0.5, 0.0));
@@ -289,6 +295,25 @@ fn second_derivatives_pass_through_the_assembly_of_dependent_constraints() {
     for hold in [&[][..], &[angle]] {
         let inputs = inputs(&system, hold, 1.5);
         check::hessian(&system, &inputs, Settings::default()).run().expect("a report").assert_passed();
+    }
+}
+
+#[test]
+fn a_length_that_others_have_to_follow_is_named() {
+    for bound in 1..=3 {
+        let (system, angle) = cranks(|| 0.1, bound);
+        let assembled = inputs(&system, &[angle], 1.5);
+        let mut solver = Solver::new(&system, Settings::default());
+        let mut given = assembled.clone();
+        given.start = solver.assemble(&assembled).expect("a start").start;
+        for inputs in [assembled, given] {
+            solver.simulate(&inputs).expect("a motion");
+            let named = solver.report().warnings.iter().find_map(|warning| match warning {
+                Warning::BrokenDependence { designs, .. } => Some(designs.join(", ")),
+                _ => None,
+            });
+            assert_eq!(named.as_deref(), (bound < 3).then_some("length"), "{bound} cranks");
+        }
     }
 }
 

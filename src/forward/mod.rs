@@ -3,6 +3,7 @@
 mod accelerations;
 mod adapt;
 pub(crate) mod assembly;
+mod breaking;
 mod circuits;
 mod continuation;
 mod cost;

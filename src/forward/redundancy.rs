@@ -13,7 +13,7 @@
 //! positions drift alike; where they do not, see `forward/selection.rs`. Scenes whose constraints are independent have none of this.
 
 use super::rank::{self, Scaled};
-use super::selection;
+use super::{breaking, selection};
 use crate::forward::ForwardSweep;
 use crate::motion::Compliances;
 use crate::node::Newton;
@@ -58,6 +58,12 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     if let Some(chosen) = &chosen {
         let equations = selection::names(system, chosen, &shared);
         warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });
+    }
+    let z: Vec<f64> = (0..system.m()).map(|j| if takes_part(&j) { shares[j] / roots[j] } else { 0.0 }).collect();
+    let breaking = breaking::designs(system, at, &z);
+    if !breaking.is_empty() {
+        let designs = breaking.into_iter().map(|b| system.design_name(b).to_string()).collect();
+        warnings.push(Warning::BrokenDependence { designs, equations: names(&dependent), time: at.t });
     }
     let (costs, read) = system.costs_of_multipliers(&dependent);
     if chosen.is_none() && !costs.is_empty() {
