@@ -262,3 +262,16 @@ fn a_grid_that_was_not_finished_is_no_motion() {
         assert_eq!(solver.inputs().controls.ncols(), solver.inputs().grid.nodes());
     }
 }
+
+/// What was there before belongs to other inputs, whether there is a new grid or not.
+#[test]
+fn no_motion_is_left_behind_where_no_grid_is_made() {
+    let (system, inputs) = four_bar();
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK4));
+    let motion = Inputs { grid: Grid::uniform(1, 0.05), ..inputs.clone() };
+    for tolerance in [1e-3, -1.0] {
+        solver.simulate(&motion).expect("motion");
+        assert_eq!(solver.adapt(&motion, tolerance).is_ok(), tolerance > 0.0);
+        assert_says(&solver.gradient().expect_err("no motion"), &["no motion"]);
+    }
+}

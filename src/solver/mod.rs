@@ -119,7 +119,7 @@ impl<'s> Solver<'s> {
     /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid;
     /// a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has another number on another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
-        self.forget();
+        self.drop_motion();
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
     }
 
