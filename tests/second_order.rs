@@ -608,3 +608,66 @@ fn products_are_there_where_slopes_of_what_is_cut_off_are_infinite() {
         assert!((ours - plain).abs() <= 1e-11 * size, "{ours} and {plain}");
     }
 }
+
+/// Q = u √(1 − t), whose slope by time is infinite where t = 1.
+struct Fading;
+impl Force<1, 1> for Fading {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, _b: &SVector<S, 0>) -> SVector<S, 1> {
+        at.u * (-at.t + 1.0).sqrt()
+    }
+}
+
+/// u², or u² + (q + v)² where there is a coordinate.
+struct Spent;
+impl<const N: usize> Cost<N, 0, 1> for Spent {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, 0, 1>, _b: &SVector<S, 0>) -> S {
+        (0..N).fold(at.u[0].powi(2), |sum, i| sum + (at.q[i] + at.v[i]).powi(2))
+    }
+}
+
+/// Behind the last cost on the state nothing is felt, infinite slopes neither; nor does a gradient that comes after a product feel them.
+#[test]
+fn what_no_cost_feels_may_have_infinite_slopes_before_and_after_a_product() {
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK4] {
+        for rebase_every in [0, 1] {
+            for is_effort in [false, true] {
+                let mut scene = Scene::new();
+                let [q] = scene.coordinates("cart", ["x"]);
+                let (u, mass) = (scene.control("u"), scene.design("mass", 2.0));
+                scene.kinetic_energy("mass", Motor, [q], [mass.into()]);
+                scene.force("fading", Fading, [q], [u], []);
+                scene.cost("seen", Spent, Sum::Node(2), [q], [], [u], []);
+                if is_effort {
+                    scene.cost("effort", Spent, Sum::Plain, [], [], [u], []);
+                }
+                let system = scene.compile().expect("a scene");
+                let mut whole = Inputs::at_rest(&system, Grid::uniform(4, 0.25));
+                whole.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 1.0 + number(i));
+                let settings = Settings { scheme, rebase_every, ..Settings::default() };
+                // The same until t = 0.75 s, where all slopes are finite.
+                let mut part = Inputs { grid: Grid::uniform(3, 0.25), ..whole.clone() };
+                part.controls = whole.controls.columns(0, 4).into_owned();
+                let of = |inputs: &Inputs| {
+                    let mut along = inputs.no_change();
+                    along.controls.iter_mut().enumerate().for_each(|(i, u)| *u = number(i + 3));
+                    along.grid.steps[..3].copy_from_slice(&[0.02, -0.03, 0.01]);
+                    let mut solver = Solver::new(&system, settings);
+                    solver.simulate(inputs).expect("a motion");
+                    let before = solver.gradient().expect("a gradient").clone();
+                    let product = solver.hessian_product(&along).expect("a product").clone();
+                    assert_eq!(*solver.gradient().expect("a gradient after a product"), before);
+                    solver.simulate(inputs).expect("the motion again");
+                    assert_eq!(*solver.gradient().expect("a gradient of the next motion"), before);
+                    product
+                };
+                let (of_whole, of_part) = (of(&whole), of(&part));
+                let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-13 * b.abs().max(1.0), "{a} {b}");
+                of_whole.steps.iter().zip(&of_part.steps).for_each(|(a, b)| close(*a, *b));
+                // The effort counts at a node more.
+                of_whole.controls.iter().zip(&of_part.controls).take(3).for_each(|(a, b)| close(*a, *b));
+                close(of_whole.design[0], of_part.design[0]);
+                assert_eq!(of_whole.steps[3], 0.0);
+            }
+        }
+    }
+}

@@ -135,10 +135,14 @@ impl AdjointSweep {
         with: (f64, Option<&[f64]>, &mut bool),
         at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
-        self.is_idle = self.is_idle && (self.cost_is_zero || self.cost.has_no_state());
+        // Second derivatives may begin where first ones vanish, but not before a cost reads the state.
+        let leaves_nothing = if self.record.is_some() { !self.cost.has_read_state } else { self.cost.has_no_state() };
+        self.is_idle = self.is_idle && (self.cost_is_zero || leaves_nothing);
         if self.is_idle {
-            self.stage = s - 1;
-            self.step[self.stage].clear();
+            self.clear_stage(s);
+            if let Some(record) = &mut self.record {
+                record.store_nothing(motion.block_column(node - motion.first, s));
+            }
             return Ok(());
         }
         self.solve_stage(system, motion, newton, (node, s), with)?;

@@ -18,6 +18,8 @@ pub(super) struct Record {
     /// From the last to the first; behind so many stand those of earlier motions, whose memory is used again.
     crossed: Vec<Crossed>,
     crossings: usize,
+    /// Where stages begin that have nothing: no cost reads the state from there on, and whatever is not finite there is felt by none.
+    end: usize,
 }
 
 /// A restart: the adjoint variables of the motion that was started anew, and (c, e) of the projection.
@@ -31,7 +33,7 @@ pub(super) struct Crossed {
 impl Record {
     /// Makes room for so many stages.
     pub(super) fn fit(&mut self, system: &System, stages: usize) {
-        self.crossings = 0;
+        (self.crossings, self.end) = (0, stages);
         if self.a.shape() == (system.n(), stages) {
             return;
         }
@@ -42,6 +44,7 @@ impl Record {
             c: state(),
             d: state(),
             e: DMatrix::zeros(system.m(), stages),
+            end: stages,
             ..Record::default()
         };
     }
@@ -51,6 +54,18 @@ impl Record {
         for (matrix, x) in [(a, &of.a), (b, &of.b), (c, &of.c), (d, &of.d), (e, &of.e)] {
             column_mut(matrix, stage).copy_from_slice(x);
         }
+    }
+
+    /// Of a stage behind which no cost has read the state.
+    pub(super) fn store_nothing(&mut self, stage: usize) {
+        let Record { a, b, c, d, e, .. } = self;
+        [a, b, c, d, e].into_iter().for_each(|matrix| column_mut(matrix, stage).fill(0.0));
+        self.end = stage;
+    }
+
+    /// Whether a stage is one of these.
+    pub(super) fn has_nothing(&self, stage: usize) -> bool {
+        stage >= self.end
     }
 
     /// Keeps what comes behind the restart of a node.

@@ -125,6 +125,12 @@ impl AdjointSweep {
         self.gradient.check_finite(system)
     }
 
+    /// There is nothing to solve at this stage.
+    pub(super) fn clear_stage(&mut self, s: usize) {
+        self.stage = s - 1;
+        self.step[self.stage].clear();
+    }
+
     /// Takes what a later restart gives to the multipliers of this node.
     pub(super) fn take_sigma_before(&mut self, node: usize) {
         if self.sigma_before_at != Some(node) {
@@ -179,8 +185,7 @@ impl AdjointSweep {
         self.report = Report::default();
         self.time = 0.0;
         self.carried.clear();
-        // Second derivatives may begin where first ones vanish.
-        self.is_idle = self.record.is_none();
+        self.is_idle = true;
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
     }
 

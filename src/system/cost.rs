@@ -40,6 +40,8 @@ pub struct CostRows {
     pub integrand_after: f64,
     /// How many costs were evaluated.
     pub evaluations: usize,
+    /// Whether any of them may read the state: one on controls alone leaves nothing to the equations before it, whatever its derivatives.
+    pub has_read_state: bool,
     /// What is differentiated is their weighted sum.
     pub factors: CostFactors,
     pub memory: CostMemory,
@@ -121,7 +123,7 @@ impl CostRows {
     pub fn clear(&mut self) {
         let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, .. } = self;
         [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design].into_iter().for_each(|list| list.fill(0.0));
-        (self.value, self.time, self.evaluations) = (0.0, 0.0, 0);
+        (self.value, self.time, self.evaluations, self.has_read_state) = (0.0, 0.0, 0, false);
         (self.step_before, self.step_after, self.integrand_before, self.integrand_after) = (0.0, 0.0, 0.0, 0.0);
     }
 }

@@ -37,6 +37,11 @@ impl CostShape {
         self.places.len()
     }
 
+    /// Whether it has arguments beside controls and time.
+    pub fn has_state(&self) -> bool {
+        self.n + self.m > 0
+    }
+
     /// The point whose arguments stand one after the other.
     pub fn point<'a, S: Copy>(&self, x: &'a [S], b: &'a [S]) -> ListPoint<'a, S> {
         let CostShape { n, m, k, .. } = *self;

@@ -176,6 +176,7 @@ impl<C: ListCost> PlacedCost<C> {
     /// Adds h to the derivatives with respect to what its weight is made of.
     fn add_by_steps(&self, value: f64, side: Beside, rows: &mut CostRows) {
         rows.evaluations += 1;
+        rows.has_read_state |= self.shape.has_state();
         let [before, after] = [side.has_before(), side.has_after()].map(|counts| if counts { value } else { 0.0 });
         match self.sum {
             Sum::Rectangle => rows.step_after += after,

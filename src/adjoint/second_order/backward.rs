@@ -52,14 +52,13 @@ impl SecondOrderSweep {
         let sweep = &mut self.sweep;
         sweep.take_sigma_before(node);
         let begins = restart.is_some() || node == 0;
-        self.solve_stage(system, motion, newton, (node, last), (if begins { 0.0 } else { h }, None))?;
-        let sweep = &mut self.sweep;
-        sweep.input_rows(system, newton, || motion.at(node), node)?;
+        let h_here = if begins { 0.0 } else { h };
+        self.solve_stage(system, motion, (newton, first), (node, last), (h_here, None), || motion.at(node))?;
         if let Some(restart) = restart {
             self.cross_back(system, motion, (newton, first), (node, &restart))?;
-            self.solve_stage(system, motion, newton, (node, last), (h, Some(restart.step_blocks)))?;
+            newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
             let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-            self.sweep.input_rows(system, newton, end, node)?;
+            self.solve_stage(system, motion, (newton, first), (node, last), (h, Some(restart.step_blocks)), end)?;
         }
         let sweep = &mut self.sweep;
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
@@ -76,21 +75,26 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// The adjoint equations of a stage, with the factors of the way forth.
-    fn solve_stage(
+    /// The adjoint equations of a stage, with the factors of the way forth, and the derivatives with respect to its inputs.
+    fn solve_stage<'a>(
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        (newton, first): (&mut Newton, &First),
         (node, s): (usize, usize),
         (h, blocks): (f64, Option<&[f64]>),
+        at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
+        if first.record.has_nothing(motion.block_column(node, s)) {
+            self.sweep.clear_stage(s);
+            return Ok(());
+        }
         let place = Place { column: motion.block_column(node, s), is_end: blocks.is_some() };
         let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), motion.at(node).t);
         let mut is_factored = self.kept.lend(system, newton, (place, h)).map_err(singular)?;
         self.sweep.solve_stage(system, motion, newton, (node, s), (h, blocks, &mut is_factored))?;
         self.kept.take_back(newton, place);
-        Ok(())
+        self.sweep.input_rows(system, newton, at, node)
     }
 
     /// Goes back through a stage between a node and the one before it.
@@ -106,8 +110,8 @@ impl SecondOrderSweep {
         carried_part((&scheme, s), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, s));
         self.sources_of_stage(system, motion, (newton, first), (node, s))?;
-        self.solve_stage(system, motion, newton, (node, s), (dt * scheme.a(s, s), None))?;
-        self.sweep.input_rows(system, newton, || motion.at_stage(node, s), node)?;
+        let at = || motion.at_stage(node, s);
+        self.solve_stage(system, motion, (newton, first), (node, s), (dt * scheme.a(s, s), None), at)?;
         self.sweep.add_inner_inputs(node, scheme.c(s));
         self.sweep.time += before;
         Ok(())
@@ -135,7 +139,11 @@ impl SecondOrderSweep {
     fn step_row(&mut self, motion: &Motion, first: &First, node: usize) {
         let (scheme, mut own) = (motion.trajectory.scheme, 0.0);
         for (s, row) in scheme.rows.iter().enumerate() {
-            let [a, b] = first.record.of_step(motion.block_column(node, s + 1));
+            let stage = motion.block_column(node, s + 1);
+            if first.record.has_nothing(stage) {
+                continue;
+            }
+            let [a, b] = first.record.of_step(stage);
             for (j, weight) in row.iter().enumerate() {
                 let ended =
                     self.ended.as_ref().filter(|_| j == scheme.stages()).map(|end| (&end.v[..], &end.p_star_dot[..]));

@@ -162,6 +162,9 @@ impl SecondOrderSweep {
         let (record, programs) = (first.record, &mut self.programs);
         let crossed = record.crossed(node).filter(|_| s == motion.trajectory.last_stage());
         let stage = motion.block_column(node, s);
+        if record.has_nothing(stage) {
+            return;
+        }
         let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
         let (with, step, h_dot) = match crossed {
             Some(Crossed { anew: StageAdjoint { a, b, c, d, e }, .. }) => (Covector { c, d, e }, [&a[..], b], 0.0),
