@@ -4,7 +4,7 @@ mod common;
 #[path = "scenes/varying.rs"]
 mod varying;
 
-use common::{assert_gradient_is_exact_with, assert_says, largest};
+use common::{assert_gradient_is_exact_to, assert_gradient_is_exact_with, assert_says, largest};
 use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
 use hamiltonian_adjoint::scenes::AngleError;
@@ -243,6 +243,30 @@ fn the_checks_know_it() {
     let inputs = inputs(&system, &crank.coordinates[2..], 1.5);
     let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
     assert!(report.passed(), "{report}");
+}
+
+/// Held is x, and the body moves nearly along y: all else is far more in motion than what is held, and rounding with it.
+#[test]
+fn what_is_held_may_hardly_be_free() {
+    for freedom in [1e-1, 1e-2, 1.6e-3, 1e-4] {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let (arm, u) = (scene.design("arm", 0.3), scene.control("torque"));
+        let carriage = scene.body("carriage", 1.9, 0.26, [0.2, 0.73, -0.42]);
+        let pendulum = scene.body("pendulum", 0.7, 0.05, [0.6, 0.9, 0.3]);
+        let axis = std::f64::consts::FRAC_PI_2 - freedom;
+        scene.prismatic("rail", Body::GROUND.at(0.2 - freedom, -0.71), axis, carriage.at(0.0, 0.0), -0.42);
+        scene.revolute("hinge", carriage.at(0.1, 0.0), pendulum.at(arm * -1.0, 0.1));
+        scene.torque_actuator("motor", carriage, pendulum, u);
+        let [x, y, _] = carriage.coordinates;
+        for seen in [y, pendulum.coordinates[2]] {
+            scene.cost(&format!("place {}", seen.index()), AngleError, Sum::Trapezoidal, [seen], [], [], [0.4.into()]);
+        }
+        let system = scene.compile().expect("a scene");
+        let inputs = inputs(&system, &[x], 0.5 * freedom);
+        let within = f64::max(1e-12, 1e-14 / freedom.powi(2));
+        assert_gradient_is_exact_to(within, &format!("{freedom}"), &system, &inputs, Settings::default());
+    }
 }
 
 /// Three cranks of one length, a design variable, carry a coupler, on which one of them would do nothing but for its weight. The bodies stand aside of where

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use crate::forward::redundancy;
 use crate::linear::gmres;
 use crate::node::Newton;
+use crate::number::larger;
 use crate::system::Pair;
 use crate::{Error, System};
 
@@ -13,6 +14,10 @@ const EXACT: f64 = 1e-14;
 const MOST_PRODUCTS: usize = 60;
 /// A coordinate has no freedom left if its mobility is below this part of that without constraints.
 const DETERMINED: f64 = 1e-10;
+/// Corrections that have stopped shrinking are rounding below this part of the largest number, where all coordinates are free …
+const STALLED: f64 = 1e-11;
+/// … and below this one divided by the freedom of what is held.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
 /// K(0) bordered by what is held.
 pub(crate) struct Bordered {
@@ -20,6 +25,8 @@ pub(crate) struct Bordered {
     /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
     columns: Vec<Pair>,
     small: LU<f64, Dyn, Dyn>,
+    /// What is left of the mobility of that held coordinate which is nearest to being determined; 1 without any.
+    freedom: f64,
 }
 
 impl Bordered {
@@ -36,19 +43,29 @@ impl Bordered {
         }));
         let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
         let masses = if held.is_empty() { Vec::new() } else { redundancy::masses(newton, system) };
-        let lost = (0..held.len()).find(|&i| {
+        let freedom = |i: usize| {
             // What is left of its mobility when those before it are held, against what it has without constraints.
             let along = matrix.view((0, i), (i, 1)).into_owned();
             let others = if i == 0 { None } else { matrix.view((0, 0), (i, i)).into_owned().lu().solve(&along) };
             let left = matrix[(i, i)] - others.map_or(0.0, |x| along.dot(&x));
-            // False for a NaN.
-            let is_free = left * masses[held[i]] > DETERMINED;
-            !is_free
-        });
-        match lost {
+            left * masses[held[i]]
+        };
+        let freedoms = Vec::from_iter((0..held.len()).map(freedom));
+        // A comparison is false for a NaN.
+        let is_free = |freedom: &f64| *freedom > DETERMINED;
+        match freedoms.iter().position(|freedom| !is_free(freedom)) {
             Some(i) => Err(Error::Held { coordinate: system.coordinate_name(held[i]).to_string() }),
-            None => Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu() }),
+            None => {
+                let freedom = freedoms.into_iter().fold(1.0, f64::min);
+                Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu(), freedom })
+            }
         }
+    }
+
+    /// A correction below this part of what is corrected is rounding if corrections have stopped shrinking: the less freedom what is held has, the farther the
+    /// rest moves with the rounding of it.
+    pub(super) fn stalled(&self) -> f64 {
+        larger(STALLED, ROUNDED / self.freedom)
     }
 
     /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.

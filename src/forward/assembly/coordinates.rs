@@ -1,9 +1,7 @@
 //! The coordinates of a start: w and ν by Newton's method, with loops that are softer the farther they are from closing.
 
 use super::equations::{Unknowns, sum};
-use super::{
-    Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, ROUNDING, STALLED, Tangent, UNDERFLOW, Which,
-};
+use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, ROUNDING, Tangent, UNDERFLOW, Which};
 use crate::forward::redundancy::{self, COMPLIANCE};
 use crate::number::{larger, largest};
 use crate::system::{Given, NodeView, Pair};
@@ -49,7 +47,7 @@ impl Assembler<'_> {
     ) -> Result<(), Error> {
         let zeros = moved.clone();
         let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
-        let (mut sizes, mut last) = (None, f64::INFINITY);
+        let (mut sizes, mut last, mut stalled) = (None, f64::INFINITY, 0.0);
         for corrections in 1..=MOST_CORRECTIONS_OF_START {
             let q0 = sum(q, &moved.v);
             let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
@@ -58,6 +56,7 @@ impl Assembler<'_> {
             let violation = sizes.violation(&phi);
             let soft = sizes.soft(self.system, violation, softest);
             let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held, &soft)?;
+            stalled = tangent.stalled();
             if corrections == 1 {
                 self.newton.weigh(self.system);
             }
@@ -76,7 +75,7 @@ impl Assembler<'_> {
             moved.v.copy_from_slice(&next);
             moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
             let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
-            let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
+            let is_stalled = correction >= 0.5 * last && correction <= stalled * size;
             last = correction;
             let is_rounding = correction <= larger(ROUNDING * size, UNDERFLOW);
             if corrections >= LEAST_CORRECTIONS_OF_START && (is_rounding || is_stalled) {
@@ -85,7 +84,7 @@ impl Assembler<'_> {
         }
         self.see_that_it_holds(q, &moved.v, given)?;
         let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
-        if last <= STALLED * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
+        if last <= stalled * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
     /// Refuses coordinates that violate a constraint.

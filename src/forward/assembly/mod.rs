@@ -32,10 +32,8 @@ use crate::{Coordinate, Error, Start, System};
 const MOST_CORRECTIONS_OF_START: usize = 50;
 /// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
 const LEAST_CORRECTIONS_OF_START: usize = 3;
-/// A correction below this part of the largest number is rounding …
+/// A correction below this part of the largest number is rounding; if corrections have stopped shrinking, below that of [`Tangent::stalled`].
 const ROUNDING: f64 = 1e-15;
-/// … and below this one if corrections have stopped shrinking.
-const STALLED: f64 = 1e-11;
 /// Corrections below this are nothing but rounding, whatever the size: what they are made of begins to underflow.
 const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
@@ -197,7 +195,7 @@ impl Assembler<'_> {
                 let given = equations.size(k, given);
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
                 let correction = largest(&delta.v);
-                let is_stalled = correction >= 0.5 * *last && correction <= STALLED * size;
+                let is_stalled = correction >= 0.5 * *last && correction <= tangent.stalled() * size;
                 // A real part that other parts come with was solved for before. Of a start at rest it is but their products, which never settle.
                 let is_known = k == 0 && R::PARTS > 1;
                 is_done &= is_known || correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled;

@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use super::bordered::Bordered;
-use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, STALLED, UNDERFLOW};
+use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, UNDERFLOW};
 use crate::forward::redundancy::masses;
 use crate::motion::Compliances;
 use crate::node::Newton;
@@ -126,6 +126,11 @@ impl Tangent {
         self.correct(system, newton, left);
     }
 
+    /// Below which part of what is corrected corrections that have stopped shrinking are rounding.
+    pub(super) fn stalled(&self) -> f64 {
+        self.bordered.stalled()
+    }
+
     /// A⁻¹ r.
     pub(crate) fn solve(&self, system: &System, newton: &mut Newton, right: &Pair) -> Result<Pair, Error> {
         let mut sums = Sums::new(system.n(), system.m());
@@ -171,7 +176,7 @@ impl Tangent {
             product(newton, &x, &mut left);
             left.subtract_from(right);
             let size = larger(given, largest(&x.v));
-            let is_stalled = correction >= 0.5 * last && correction <= STALLED * size;
+            let is_stalled = correction >= 0.5 * last && correction <= self.stalled() * size;
             let is_done = correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled;
             if corrections >= LEAST_CORRECTIONS_OF_START && is_done {
                 return Ok((x, left));
