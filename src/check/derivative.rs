@@ -55,7 +55,13 @@ impl Input {
 
     /// Refuses an input that the motion does not have.
     fn check(self, inputs: &Inputs) -> Result<(), Error> {
-        let exists = Input::all(inputs).contains(&self);
+        let (channels, nodes) = inputs.controls.shape();
+        let exists = match self {
+            Input::Control { channel, node } => channel < channels && node < nodes,
+            Input::Design(p) => p < inputs.design.len(),
+            Input::Coordinate(i) | Input::Rate(i) => i < inputs.start.q().len(),
+            Input::Step(i) => (1..nodes).contains(&i),
+        };
         if exists { Ok(()) } else { Err(Error::NoSuchInput { input: format!("{self:?}") }) }
     }
 

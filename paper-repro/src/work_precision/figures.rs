@@ -90,11 +90,13 @@ fn methods(measured: &Methods) -> Panels {
         legend: Place::UpperRight,
         ..chart("101 derivatives, over step size", curves.chain(levels))
     };
+    let costs = measured.exact.iter().map(|it| it.cost).chain(measured.stepped.iter().map(|it| it.cost));
+    let times = stretch(costs);
     let best = stepped().map(|(it, colour)| named(it.name, colour, Style::Circles, vec![(it.cost, it.best().1)]));
     let points = exact().map(|(it, (colour, _))| named(it.name, colour, Style::Circles, vec![(it.cost, it.error)]));
     let over_cost = Chart {
         title: "101 derivatives, over time".to_owned(),
-        x: Axis { range: Some((0.5, 1e4)), ..Axis::log("time [simulations], error at the best step size", 0.0) },
+        x: Axis { range: Some(times), ..Axis::log("time [simulations], error at the best step size", 0.0) },
         series: best.chain(points).collect(),
         ..over_size.clone()
     };

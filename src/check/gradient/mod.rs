@@ -162,9 +162,9 @@ impl GradientCheck<'_> {
         };
         let trusted = report.verdict() == Verdict::Right;
         for own in &self.own {
-            let row = report.directions.iter().find(|row| row.name == own.part.name());
-            let trusted = trusted && row.is_none_or(|row| row.verdict == Verdict::Right);
-            let raised = row.map_or(1.0, |row| row.raised(self.tolerance));
+            let rows = report.directions.iter().filter(|row| row.name == own.part.name());
+            let trusted = trusted && rows.clone().all(|row| row.verdict == Verdict::Right);
+            let raised = rows.map(|row| row.raised(self.tolerance)).fold(1.0, f64::max);
             let is_known = |input: Input| {
                 let (adjoint, direct) = (input.in_gradient(&gradient), ways.direct(&only(subject.inputs, input, 1.0))?);
                 Ok((adjoint - direct).abs() <= self.tolerance * adjoint.abs())
@@ -178,10 +178,10 @@ impl GradientCheck<'_> {
     /// Every input alone: how many, and the worst.
     fn singles(&self, ways: &mut Ways, sizes: &Inputs, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
         let Subject { system, inputs, .. } = self.subject;
-        let all = Input::all(inputs);
+        let (all, mut sizes) = (Input::all(inputs), sizes.clone());
         let mut rows = Vec::new();
         for input in &all {
-            let direction = only(inputs, *input, *input.of(&mut sizes.clone()));
+            let direction = only(inputs, *input, *input.of(&mut sizes));
             rows.push(ways.compare(input.name(system), &direction, gradient, self.tolerance)?);
         }
         // A derivative that is nearly zero beside its like is no reason for alarm.
