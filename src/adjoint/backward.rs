@@ -136,8 +136,9 @@ impl AdjointSweep {
         at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
         // Second derivatives may begin where first ones vanish, but not before a cost reads the state.
-        let leaves_nothing = if self.record.is_some() { !self.cost.has_read_state } else { self.cost.has_no_state() };
-        self.is_idle = self.is_idle && (self.cost_is_zero || leaves_nothing);
+        let cost = &self.cost;
+        let leaves_nothing = || if self.record.is_some() { !cost.has_read_state } else { cost.has_no_state() };
+        self.is_idle = self.is_idle && (self.cost_is_zero || leaves_nothing());
         if self.is_idle {
             self.clear_stage(s);
             if let Some(record) = &mut self.record {
