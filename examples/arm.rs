@@ -5,7 +5,6 @@
 //!
 //! `cargo run --release --example arm -- --steps 100 --repeat 200`
 
-use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -25,6 +24,8 @@ usage: cargo run --release --example arm -- [--steps N] [--repeat R] [--num-dual
   --repeat R    how often to compute; the times are medians (1)
   --num-dual    differentiate by dual numbers at every point, without programs
   --print       print the programs of the arm instead
+
+exit status: 0; 1 if the simulation fails or its results cannot be printed; 2 if the arguments are wrong
 ";
 
 const LINKS: usize = 7;
@@ -98,32 +99,50 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-fn main() -> ExitCode {
-    match answer(std::env::args_os().skip(1)).and_then(|text| print(&text)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Unlike `eprintln!` this does not panic where nobody listens.
-            let _ = writeln!(io::stderr(), "error: {error}");
-            ExitCode::FAILURE
-        }
+/// What stops the program.
+#[derive(Debug, PartialEq)]
+pub enum Failure {
+    /// Wrong arguments.
+    Usage(String),
+    /// A simulation that did not come to its end, or a result that is lost.
+    Run(String),
+}
+
+impl From<hamiltonian_adjoint::Error> for Failure {
+    fn from(error: hamiltonian_adjoint::Error) -> Self {
+        Self::Run(error.to_string())
     }
 }
 
+fn main() -> ExitCode {
+    let (status, message) = match answer(std::env::args_os().skip(1)).and_then(|text| print(&text)) {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Usage(message)) => (2, format!("{message} (try --help)")),
+        Err(Failure::Run(message)) => (1, message),
+    };
+    // Unlike `eprintln!` this does not panic where nobody listens.
+    let _ = writeln!(io::stderr(), "error: {message}");
+    ExitCode::from(status)
+}
+
 /// Prints to the end, or says that a disk is full or nobody reads.
-fn print(text: &str) -> Result<(), Box<dyn Error>> {
+fn print(text: &str) -> Result<(), Failure> {
     let written = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
-    written.map_err(|error| format!("cannot print the results: {error}").into())
+    written.map_err(|error| Failure::Run(format!("cannot print the results: {error}")))
 }
 
 /// The whole program but for printing its answer.
-pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Box<dyn Error>> {
+pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Failure> {
     let (mut steps, mut repeat, mut with_programs, mut print) = (100, 1, true, false);
+    let mut seen = Vec::new();
     let mut arguments = arguments.map(|argument| argument.to_string_lossy().into_owned());
     while let Some(argument) = arguments.next() {
-        let mut number = || -> Result<usize, Box<dyn Error>> {
-            let text = arguments.next().ok_or_else(|| format!("{argument} needs a value (try --help)"))?;
+        let mut number = || {
+            let text = arguments.next().ok_or_else(|| Failure::Usage(format!("{argument} needs a value")))?;
             let number = text.parse().ok().filter(|n| (1..=1_000_000).contains(n));
-            number.ok_or_else(|| format!("{argument}: `{text}` is not a whole number from 1 to 1000000 (try --help)").into())
+            number.ok_or_else(|| {
+                Failure::Usage(format!("{argument}: `{}` is not a whole number from 1 to 1000000", shown(&text)))
+            })
         };
         match argument.as_str() {
             "--steps" => steps = number()?,
@@ -131,8 +150,15 @@ pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Box<d
             "--num-dual" => with_programs = false,
             "--print" => print = true,
             "--help" | "-h" => return Ok(HELP.into()),
-            _ => return Err(format!("unknown argument `{argument}` (try --help)").into()),
+            _ => return Err(Failure::Usage(format!("unknown argument `{}`", shown(&argument)))),
         }
+        if seen.contains(&argument) {
+            return Err(Failure::Usage(format!("{argument} is given twice")));
+        }
+        seen.push(argument);
+    }
+    if print && !with_programs {
+        return Err(Failure::Usage("give --num-dual or --print, not both: without programs there is none to print".into()));
     }
     let system = system(with_programs)?;
     if print {
@@ -158,4 +184,9 @@ pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Box<d
         "value_and_gradient_s": median(both),
     });
     Ok(format!("{answer}\n"))
+}
+
+/// The beginning of a text, in one line whatever is in it.
+fn shown(text: &str) -> String {
+    text.chars().take(60).flat_map(char::escape_debug).collect()
 }

@@ -137,6 +137,7 @@ fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Options, Failure> {
             "--friction-joint" => options.mechanism.friction_joint = count(flag, text)?,
             "--steps" => options.steps = positive_count(flag, text)?,
             "--dt" => options.dt = number(flag, text)?,
+            "--controls" if text.is_empty() => return usage("--controls needs the name of a file"),
             "--controls" => file = Some(value.into()),
             "--force" => force = Some(number(flag, text)?),
             _ => options.repeat = positive_count(flag, text)?,

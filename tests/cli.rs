@@ -97,6 +97,7 @@ fn wrong_arguments_are_refused_by_name() {
     ] {
         assert_eq!(run(arguments), Err(Failure::Usage(said.into())), "{arguments}");
     }
+    assert_eq!(answer(&["--controls", ""]), Err(Failure::Usage("--controls needs the name of a file".into())));
 }
 
 #[test]
@@ -134,11 +135,28 @@ fn what_is_no_text_or_has_no_end_is_refused_in_one_short_line() {
             assert!(matches!(answer(&arguments), Err(Failure::Usage(message)) if !message.is_empty()), "{flag}");
         }
         for arguments in [vec![wild], vec![OsStr::new("--steps"), wild]] {
-            let refused = arm::answer(arguments.into_iter().map(OsString::from)).expect_err("no argument");
-            assert!(refused.to_string().contains("`\u{fffd}`"), "{refused}");
+            let refused = arm::answer(arguments.into_iter().map(OsString::from));
+            assert!(matches!(&refused, Err(arm::Failure::Usage(said)) if said.contains("`\u{fffd}`")), "{refused:?}");
         }
-        let refused = arm::answer(["--steps".into()].into_iter()).expect_err("no value");
-        assert!(refused.to_string().contains("--steps needs a value"), "{refused}");
+    }
+}
+
+#[test]
+fn wrong_arguments_of_the_arm_are_refused_as_such() {
+    let long = "9".repeat(1_000_000);
+    for (arguments, said) in [
+        ("--steps", "--steps needs a value"),
+        ("--steps 0", "--steps: `0` is not a whole number from 1 to 1000000"),
+        ("--repeat -1", "--repeat: `-1` is not a whole number from 1 to 1000000"),
+        ("--steps NaN", "--steps: `NaN` is not a whole number from 1 to 1000000"),
+        ("--steps 1 --steps 2", "--steps is given twice"),
+        ("--num-dual --num-dual", "--num-dual is given twice"),
+        ("--print --num-dual", "give --num-dual or --print, not both: without programs there is none to print"),
+        ("stray", "unknown argument `stray`"),
+        (long.as_str(), &format!("unknown argument `{}`", "9".repeat(60))),
+    ] {
+        let refused = arm::answer(arguments.split_whitespace().map(Into::into));
+        assert_eq!(refused, Err(arm::Failure::Usage(said.into())));
     }
 }
 
