@@ -205,6 +205,8 @@ mod tests {
         assert!(matches!(parts("paper-repro"), Ok((true, 0))));
         let cli = read("paper-repro --out folder stress").unwrap_or_else(|e| panic!("{e}"));
         assert!(cli.out.is_some() && matches!(cli.command, Some(Command::Stress(_))));
+        let cli = read("paper-repro fig1 --gravity -1e-3").unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((cli.parts.len(), cli.settings.gravity), (1, -1e-3));
         for line in ["paper-repro --links 2 stress", "paper-repro fig1 --out folder stress", "paper-repro fig1 stress"] {
             assert!(read(line).is_err(), "{line}");
         }

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Grid, Inputs, System};
 
 use crate::error::Error;
-use crate::flags::{finite, positive};
+use crate::flags::{finite, positive, shown};
 use crate::steepest_descent::LineSearch;
 use crate::table::{Row, Verdict};
 
@@ -19,14 +19,15 @@ const FORCE: f64 = 10.0;
 /// The example, with everything the paper does not state marked as assumed.
 #[derive(Parser, Clone, Debug, PartialEq)]
 pub struct Settings {
+    // What takes a real number takes whatever begins with a hyphen, since to clap -1e-3 is no negative number.
     /// Links of the pendulum
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50), allow_negative_numbers = true)]
     pub links: u16,
     /// Length of a link in m [assumed: the paper does not state it]
-    #[arg(long, value_name = "M", default_value_t = CartPendulum::default().link_length, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", default_value_t = CartPendulum::default().link_length, value_parser = positive, allow_hyphen_values = true)]
     pub length: f64,
     /// Acceleration of gravity in m/s² (assumed)
-    #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_hyphen_values = true)]
     pub gravity: f64,
     /// Hinge that has the friction c_rot, 0 being that of the cart and the first link (assumed)
     #[arg(long, value_name = "HINGE", default_value_t = 0, allow_negative_numbers = true)]
@@ -69,13 +70,14 @@ impl Settings {
     /// What the paper leaves open, and our choice.
     pub fn assumptions(&self) -> Vec<Row> {
         let LineSearch { first, armijo, shorten } = self.search;
+        let (first, armijo, shorten) = (shown(first), shown(armijo), shown(shorten));
         let joint = match self.friction_joint {
             0 => "that of the cart and link 1".to_owned(),
             joint => format!("that of links {joint} and {}", joint + 1),
         };
         let rows = [
-            ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", self.length)),
-            ("acceleration of gravity", format!("{} m/s²", self.gravity)),
+            ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", shown(self.length))),
+            ("acceleration of gravity", format!("{} m/s²", shown(self.gravity))),
             ("hinge with friction", joint),
             ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds")),
         ];

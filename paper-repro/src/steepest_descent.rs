@@ -10,13 +10,13 @@ use crate::statistics::largest;
 #[derive(clap::Args, Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {
     /// First step length α that each line search tries (assumed)
-    #[arg(long = "alpha", value_name = "ALPHA", default_value_t = Self::USUAL.first, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long = "alpha", value_name = "ALPHA", default_value_t = Self::USUAL.first, value_parser = positive, allow_hyphen_values = true)]
     pub first: f64,
     /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
-    #[arg(long, value_name = "SHARE", default_value_t = Self::USUAL.armijo, value_parser = share, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = Self::USUAL.armijo, value_parser = share, allow_hyphen_values = true)]
     pub armijo: f64,
     /// Factor by which a refused step is shortened, at most 0.99 (assumed)
-    #[arg(long = "backtrack", value_name = "FACTOR", default_value_t = Self::USUAL.shorten, value_parser = shortening, allow_negative_numbers = true)]
+    #[arg(long = "backtrack", value_name = "FACTOR", default_value_t = Self::USUAL.shorten, value_parser = shortening, allow_hyphen_values = true)]
     pub shorten: f64,
 }
 

@@ -33,7 +33,7 @@ fn assert_fails(output: &Output, status: i32, words: &[&str]) {
 
 #[test]
 fn wrong_arguments_are_refused_in_one_line_with_what_is_allowed() {
-    let cases: [(&[&str], &str); 23] = [
+    let cases: [(&[&str], &str); 25] = [
         (&["--linkz", "3"], "--linkz"),
         (&["--links", "1000000000"], "1..=50"),
         (&["--links", "51"], "1..=50"),
@@ -45,7 +45,9 @@ fn wrong_arguments_are_refused_in_one_line_with_what_is_allowed() {
         (&["--iterations", "0"], "1..=100000"),
         (&["--length", "NaN"], "finite"),
         (&["--length", "0"], "positive"),
+        (&["--length", "-1e-3"], "positive"),
         (&["--gravity", "inf"], "finite"),
+        (&["--gravity", "--links"], "not a number"),
         (&["--alpha", "-1"], "positive"),
         (&["--armijo", "1"], "between 0 and 1"),
         (&["--backtrack", "0.999999999999"], "at most 0.99"),
@@ -103,6 +105,17 @@ fn files_are_whole_and_nothing_is_left_beside_them() {
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(out.join("summary.json")).expect("read")).expect("JSON");
     assert_eq!(summary["warnings"], serde_json::json!([]));
+    fs::remove_dir_all(out).expect("removed");
+}
+
+#[test]
+fn a_descent_that_ends_early_says_why() {
+    let out = folder("early");
+    // Shortened to where it is given up, the first step is still far too long.
+    let output = program(&["fig3", "--alpha", "1e300", "--iterations", "2", "--out"]).arg(&out).output().expect("runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = fs::read_to_string(out.join("summary.json")).expect("read");
+    assert!(summary.contains("after 0 iterations, after which no step of the line search lowers J"), "{summary}");
     fs::remove_dir_all(out).expect("removed");
 }
 

@@ -8,6 +8,7 @@ use hamiltonian_adjoint::scenes::CartPendulum;
 use super::{CART, arc, cart, hinge, line, trail};
 use crate::error::Error;
 use crate::experiment::Experiment;
+use crate::flags::shown;
 use crate::plot::{Axis, Chart, Colour, Panels, Point, Series, Side, Style, colour};
 use crate::table::{Row, Verdict};
 
@@ -76,7 +77,7 @@ fn dimension(hinge: Point, tip: Point, length: f64) -> [Series; 2] {
     const AWAY: f64 = 0.14;
     let (across, up) = (AWAY * (tip.1 - hinge.1), -AWAY * (tip.0 - hinge.0));
     let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
-    let words = format!("link length {length} m (assumed)");
+    let words = format!("link length {} m (assumed)", shown(length));
     let below = (0.5 * (from.0 + to.0) - 0.6, 0.5 * (from.1 + to.1) - 0.16);
     [Series::shape("dimension", vec![from, to], colour::BLACK, Style::Arrow(2), 0.75), text(below, &words)]
 }
@@ -110,7 +111,7 @@ fn notes(experiment: &Experiment) -> Vec<Series> {
         format!("friction in hinge {} (assumed): {} N m s/rad", example.friction_joint + 1, example.hinge_friction),
     ];
     let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
-    let gravity = format!("g = {} m/s² (assumed)", example.gravity);
+    let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));
     let (from, to) = ((0.85, 0.7), (0.85, 0.25));
     let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
     (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
