@@ -1,7 +1,8 @@
 //! The augmented Lagrangian of Powell, Hestenes and Rockafellar, minimised by L-BFGS (Nocedal and Wright, Algorithm 17.4; Birgin and Martínez 2014).
 //!
-//! With multipliers w and a penalty ρ: f + Σ ½ρ (t_j − P(t_j))², t = c + w/ρ, P the nearest value that is allowed. It serves equalities and
-//! inequalities alike, and its gradient is that of f + Σ ρ (t_j − P(t_j)) c_j: one backward sweep.
+//! With multipliers w and penalties ρ_j: f + Σ ½ρ_j (t_j − P(t_j))², t_j = c_j + w_j/ρ_j, P the nearest value that is allowed. It serves equalities and
+//! inequalities alike, and its gradient is that of f + Σ ρ_j (t_j − P(t_j)) c_j: one backward sweep. ρ_j = ρ/|∇c_j|² where constraints are violated first,
+//! so that their units are no matter.
 
 use super::counted::Counted;
 use super::lbfgs::{Descent, Merit};
@@ -23,18 +24,25 @@ const CLOSER: f64 = 0.9;
 
 struct Augmented {
     w: Vec<f64>,
-    /// None until constraints are violated somewhere: where they hold, without multipliers, it is no matter.
+    /// ρ; none until constraints are violated somewhere: where they hold, without multipliers, it is no matter.
     penalty: Option<f64>,
-    /// |∇f|, the largest so far, and |∇ ½ Σ v²| of the first violations v.
+    /// ρ_j/ρ.
+    shares: Vec<f64>,
+    /// |∇f|, the largest so far, and |∇ ½ Σ ρ_j/ρ v_j²| of the first violations v.
     steepness: [f64; 2],
     /// f at the point of the last value.
     cost: f64,
 }
 
 impl Augmented {
-    /// ρ (t − P(t)): the multiplier that belongs to a value of a constraint.
+    /// ρ_j.
+    fn penalty(&self, j: usize) -> Option<f64> {
+        self.penalty.map(|penalty| penalty * self.shares[j])
+    }
+
+    /// ρ_j (t_j − P(t_j)): the multiplier that belongs to a value of a constraint.
     fn multiplier(&self, j: usize, c: f64, of: &Interval) -> f64 {
-        self.penalty.map_or(0.0, |penalty| {
+        self.penalty(j).map_or(0.0, |penalty| {
             let t = c + self.w[j] / penalty;
             penalty * (t - of.nearest(t))
         })
@@ -47,14 +55,15 @@ impl Augmented {
     /// The largest change of a multiplier, in the unit of its constraint: an equality's violation; of an inequality also how far from its bound it is while
     /// it has a multiplier, which would be as large as that is.
     fn change(&self, next: &[f64]) -> f64 {
-        let largest = self.w.iter().zip(next).fold(0.0, |most: f64, (w, next)| most.max((next - w).abs()));
-        self.penalty.map_or(0.0, |penalty| largest / penalty)
+        let changes = self.w.iter().zip(next).enumerate();
+        changes.filter_map(|(j, (w, next))| Some((next - w).abs() / self.penalty(j)?)).fold(0.0, f64::max)
     }
 
     /// The augmented Lagrangian at the point that was evaluated last.
     fn of<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
-        let of_penalty = |penalty| self.multipliers(problem).iter().map(|w| 0.5 * w * w / penalty).sum::<f64>();
-        self.cost + self.penalty.map_or(0.0, of_penalty)
+        let multipliers = self.multipliers(problem);
+        let of_penalty = multipliers.iter().enumerate().filter_map(|(j, w)| Some(0.5 * w * w / self.penalty(j)?));
+        self.cost + of_penalty.sum::<f64>()
     }
 
     /// Takes note of f at the point that was evaluated last.
@@ -73,10 +82,12 @@ impl Augmented {
     /// Takes the first penalty where constraints are violated first: f and what they add to it begin alike.
     fn weigh<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
         let violations: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)).collect();
-        let squares = dot(&violations, &violations);
-        if self.penalty.is_none() && squares > 0.0 {
+        if self.penalty.is_none() && violations.iter().any(|violation| *violation != 0.0) {
             self.note(problem)?;
-            self.steepness[1] = length_of_gradient(problem, 0.0, &violations)?;
+            self.shares = shares(problem)?;
+            let weighted = Vec::from_iter(violations.iter().zip(&self.shares).map(|(violation, share)| violation * share));
+            let squares = dot(&violations, &weighted);
+            self.steepness[1] = length_of_gradient(problem, 0.0, &weighted)?;
             let [least, most] = FIRST_PENALTY.map(|penalty| penalty * self.unit());
             let alike = 2.0 * self.cost.abs() / squares;
             self.penalty = Some(if self.cost == 0.0 { self.unit() } else { alike.clamp(least, most) });
@@ -101,13 +112,22 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
     }
 }
 
+/// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them.
+fn shares<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
+    let all = Vec::from_iter(0..problem.c.len());
+    let slopes = Vec::from_iter(problem.jacobian(&all)?.row_iter().map(|row| norm(&Vec::from_iter(row.iter().copied()))));
+    let share = |slope: f64| Some(slope.powi(-2)).filter(|share| share.is_normal());
+    let least = slopes.iter().filter_map(|slope| share(*slope)).reduce(f64::min).unwrap_or(1.0);
+    Ok(slopes.into_iter().map(|slope| share(slope).unwrap_or(least)).collect())
+}
+
 fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(of_cost, of_c, &mut gradient)?;
     Ok(norm(&gradient))
 }
 
-/// Minimises f(x) subject to constraints and bounds.
+/// Minimises f(x) subject to constraints and bounds. Where constraints are violated first their Jacobian is taken once, for their units.
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()).
@@ -119,7 +139,8 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
 ) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
     let cost = counted.evaluate_start(&x)?;
-    let mut merit = Augmented { w: vec![0.0; counted.c.len()], penalty: None, steepness: [0.0; 2], cost };
+    let m = counted.c.len();
+    let mut merit = Augmented { w: vec![0.0; m], penalty: None, shares: vec![1.0; m], steepness: [0.0; 2], cost };
     merit.note(&mut counted)?;
     merit.weigh(&mut counted)?;
     let value = merit.of(&counted);
@@ -174,7 +195,8 @@ fn rounds<P: Problem + ?Sized>(
                 let (x, reach, comes_closer) = (&descent.at.x, descent.reach(), now < CLOSER * violation);
                 // Beside points without a value it may be any way on.
                 let far = if problem.failures == 0 { reach.max(largest(x)) } else { f64::INFINITY };
-                let may_hold = comes_closer || problem.leads_on(x, far)? || problem.holds_to_rounding(x, reach)?;
+                let may_hold =
+                    comes_closer || problem.leads_on(x, far, &merit.shares)? || problem.holds_to_rounding(x, reach)?;
                 return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);

@@ -233,18 +233,21 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// # Errors
     /// Those of a Jacobian.
     pub(super) fn is_least_violated(&mut self, x: &[f64]) -> Result<bool, Error> {
-        Ok(self.failures == 0 || !self.leads_on(x, f64::INFINITY)?)
+        Ok(self.failures == 0 || !self.leads_on(x, f64::INFINITY, &vec![1.0; self.c.len()])?)
     }
 
-    /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last.
+    /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last: the sum
+    /// of their squares with these shares.
     ///
     /// # Errors
     /// Those of a Jacobian.
-    pub(super) fn leads_on(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
+    pub(super) fn leads_on(&mut self, x: &[f64], reach: f64, shares: &[f64]) -> Result<bool, Error> {
         let excess: Vec<f64> = self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect();
         let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
-        let jacobian = self.jacobian(&violated)?;
-        let excess = DVector::from_iterator(violated.len(), violated.iter().map(|&j| excess[j]));
+        let mut jacobian = self.jacobian(&violated)?;
+        let roots = || violated.iter().map(|&j| shares[j].sqrt());
+        jacobian.row_iter_mut().zip(roots()).for_each(|(mut row, root)| row *= root);
+        let excess = DVector::from_iterator(violated.len(), violated.iter().zip(roots()).map(|(&j, root)| root * excess[j]));
         let leads_on = |i: usize| {
             let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
             // A method that keeps inside of bounds never is at one.

@@ -1,5 +1,6 @@
 //! What methods are told, and what they answer.
 
+use std::fmt;
 use std::ops::ControlFlow;
 
 use super::Problem;
@@ -98,6 +99,22 @@ impl Reason {
     /// Whether what was asked for is reached.
     pub fn is_converged(self) -> bool {
         matches!(self, Reason::Target | Reason::Stationary)
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Reason::Target => "the target was reached",
+            Reason::Stationary => "the gradient is as small as was asked for, or as rounding lets it be seen",
+            Reason::NoLowerValue => "there is no lower value within rounding in the direction of search",
+            Reason::Infeasible => "constraints get no closer to what they must be",
+            Reason::Unbounded => "the value falls without end",
+            Reason::NoWay => "the last problem of the homotopy was not reached",
+            Reason::Iterations => "all iterations were made",
+            Reason::Asked => "it was told to stop",
+            Reason::NoDerivative => "a derivative could not be computed",
+        })
     }
 }
 
