@@ -15,8 +15,8 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
-    /// A change of a design variable alone makes constraints that depend on each other contradict: the mechanism can be put together for the present value only,
-    /// and the derivative with respect to it is that of no motion nearby.
+    /// A change of a design variable alone makes constraints that depend on each other contradict: the mechanism can be put together, or moves, for the present value
+    /// only, and the derivative with respect to it is that of no motion nearby.
     BrokenDependence {
         /// The design variables.
         designs: Vec<String>,

@@ -6,7 +6,7 @@ mod varying;
 
 use common::{assert_gradient_is_exact_to, assert_gradient_is_exact_with, assert_says, largest};
 use hamiltonian_adjoint::check;
-use hamiltonian_adjoint::planar::{Body, ConstantSpeed};
+use hamiltonian_adjoint::planar::{Body, ConstantSpeed, Harmonic};
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
     Constraint, Coordinate, Design, Error, Grid, Inputs, KineticEnergy, LongSolver, Param, Scalar, Scene, Scheme, Settings,
@@ -338,6 +338,102 @@ fn a_length_that_others_have_to_follow_is_named() {
             });
             assert_eq!(named.as_deref(), (bound < 3).then_some("length"), "{bound} cranks");
         }
+    }
+}
+
+/// The design variables that are named as breaking a dependence.
+fn breaking(scene: Scene, held: &[Coordinate]) -> Vec<String> {
+    let system = scene.compile().expect("a scene");
+    let inputs = inputs(&system, held, 1.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let dependent = |warning: &Warning| matches!(warning, Warning::DependentConstraints { .. });
+    assert!(solver.report().warnings.iter().any(dependent), "nothing depends on anything");
+    let designs = |warning: &Warning| match warning {
+        Warning::BrokenDependence { designs, .. } => Some(designs.clone()),
+        _ => None,
+    };
+    solver.report().warnings.iter().find_map(designs).unwrap_or_default()
+}
+
+/// Two motors of one bar agree at the start whatever their speeds are, and one of two rails may be turned about the point where the slider starts.
+#[test]
+fn what_breaks_a_dependence_in_motion_alone_is_named() {
+    for bound in 1..=2 {
+        let value = |k: usize, design: Design, value: f64| if k < bound { Param::from(design) } else { value.into() };
+        let named = |name: &str| if bound < 2 { vec![name.to_string()] } else { Vec::new() };
+
+        let mut scene = Scene::new();
+        let speed = scene.design("speed", 1.3);
+        let bar = scene.body("bar", 1.0, 0.1, [0.5, 0.0, 0.0]);
+        scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), bar.at(-0.5, 0.0));
+        for k in 0..2 {
+            let motion = [0.0.into(), value(k, speed, 1.3)];
+            scene.driven_angle(&format!("motor {k}"), Body::GROUND, bar, ConstantSpeed, motion);
+        }
+        assert_eq!(breaking(scene, &[]), named("speed"));
+
+        // Two cranks of a parallelogram, both driven.
+        let mut scene = Scene::new();
+        let frequency = scene.design("frequency", 3.0);
+        let coupler = scene.body("coupler", 1.5, 0.2, [0.7, 0.6, 0.0]);
+        for k in 0..2 {
+            let x = 0.5 * k as f64;
+            let crank = scene.body(&format!("crank {k}"), 0.4, 0.02, [x + 0.2, 0.3, 0.9]);
+            scene.revolute(&format!("foot {k}"), Body::GROUND.at(x, 0.0), crank.at(-0.35, 0.0));
+            scene.revolute(&format!("head {k}"), crank.at(0.35, 0.0), coupler.at(x - 0.5, 0.0));
+            let motion = [0.9.into(), 0.3.into(), value(k, frequency, 3.0), 0.0.into()];
+            scene.driven_angle(&format!("motor {k}"), Body::GROUND, crank, Harmonic, motion);
+        }
+        assert_eq!(breaking(scene, &[]), named("frequency"));
+
+        let mut scene = Scene::new();
+        let direction = scene.design("direction", 0.4);
+        let slider = scene.body("slider", 1.0, 0.1, [0.0, 0.0, 0.4]);
+        for k in 0..2 {
+            let axis = value(k, direction, 0.4);
+            scene.prismatic(&format!("rail {k}"), Body::GROUND.at(0.0, 0.0), axis, slider.at(0.0, 0.0), 0.4);
+        }
+        assert_eq!(breaking(scene, &slider.coordinates[..1]), named("direction"));
+    }
+}
+
+/// A bar is welded to a coupler twice, and where it is welded it is the same on both sides: what one side adds the other one takes away, but for rounding.
+#[test]
+fn rounding_breaks_no_dependence() {
+    for mass in [1.0, 3.0, 10.0, 100.0, 1000.0] {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let (length, place) = (scene.design("length", 0.7), scene.design("place", 0.3));
+        let coupler = scene.body("coupler", 1.5, 0.2, [0.9, 0.6, 0.0]);
+        let angles = [0.0, 0.5, 1.0].map(|x| {
+            let crank = scene.body(&format!("crank at {x}"), 0.4 * mass, 0.02 * mass, [x + 0.2, 0.3, 0.9]);
+            scene.revolute(&format!("foot at {x}"), Body::GROUND.at(x, 0.0), crank.at(length * -0.5, 0.0));
+            scene.revolute(&format!("head at {x}"), crank.at(length * 0.5, 0.0), coupler.at(x - 0.5, 0.0));
+            crank.coordinates[2]
+        });
+        let bar = scene.body("bar", 1.0, 0.1, [0.9, 1.6, 0.0]);
+        scene.weld("weld", coupler.at(place, 1.0), bar.at(place, 0.0), 0.0);
+        scene.weld("weld again", coupler.at(-0.3, 1.0), bar.at(-0.3, 0.0), 0.0);
+        assert_eq!(breaking(scene, &angles[2..]), Vec::<String>::new(), "{mass}");
+    }
+}
+
+/// Half the length of the cranks is an expression of two design variables.
+#[test]
+fn expressions_break_a_dependence_by_the_variables_in_them() {
+    for bound in 1..=3 {
+        let mut scene = Scene::new();
+        let (length, share) = (scene.design("length", 0.7), scene.design("share", 0.5));
+        let coupler = scene.body("coupler", 1.5, 0.2, [0.9, 0.6, 0.0]);
+        for (k, x) in [0.0, 0.5, 1.0].into_iter().enumerate() {
+            let half = || if k < bound { length * share } else { 0.35.into() };
+            let crank = scene.body(&format!("crank at {x}"), 0.4, 0.02, [x + 0.2, 0.3, 0.9]);
+            scene.revolute(&format!("foot at {x}"), Body::GROUND.at(x, 0.0), crank.at(half() * -1.0, 0.0));
+            scene.revolute(&format!("head at {x}"), crank.at(half(), 0.0), coupler.at(x - 0.5, 0.0));
+        }
+        let both = vec!["length".to_string(), "share".to_string()];
+        assert_eq!(breaking(scene, &[]), if bound < 3 { both } else { Vec::new() }, "{bound} cranks");
     }
 }
 

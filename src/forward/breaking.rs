@@ -1,27 +1,102 @@
-//! Design variables b that break a dependence of constraints.
+//! Design variables b that break a dependence of constraints, zᵀ Φ_q = 0.
 //!
 //! ```text
-//!   zᵀ Φ_q = 0:     Φ(q + δq, b + δb) = 0 for some δq only if zᵀ ∂Φ/∂b δb = 0
+//!   positions:     Φ(q + δq, b + δb) = 0               for some δq only if zᵀ ∂Φ/∂b δb = 0
+//!   velocities:    dΦ/dt(q + δq, v + δv, b + δb) = 0   for some δv only if (zᵀ ∂(dΦ/dt)/∂b − yᵀ ∂Φ/∂b) δb = 0,   Φ_qᵀ y = (dΦ/dt)_qᵀ z
 //! ```
+//!
+//! Two motors at one angle agree where they start and not in their speed, and two rails through one point not in their direction: both are seen by velocities alone.
 
 use crate::System;
-use crate::system::{InputRows, NodeView};
+use crate::motion::Report;
+use crate::node::Newton;
+use crate::number::largest;
+use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 
-/// What is left of zᵀ ∂Φ/∂b below this part of its terms is rounding, and that of z.
+/// What is left of a sum below this part of its terms is rounding, and that of z.
 const ROUNDING: f64 = 1e-4;
 
-/// The design variables of which zᵀ ∂Φ/∂b does not vanish, for a z with zᵀ Φ_q = 0.
-pub(super) fn designs(system: &System, at: &NodeView<f64>, z: &[f64]) -> Vec<usize> {
-    // The same terms with other weights, so that they do not cancel.
-    let weighted: Vec<f64> = z.iter().enumerate().map(|(j, z)| z * (1.0 + 0.9 * (j as f64 + 0.5).sin())).collect();
-    let [sums, terms] = [z, &weighted].map(|z| by_designs(system, at, z));
-    (0..system.designs()).filter(|&b| sums[b].abs() > ROUNDING * terms[b].abs()).collect()
+/// What is summed: zᵀ ∂Φ/∂b, or with other equations for velocities.
+struct Combination {
+    z: Vec<f64>,
+    /// With v; none for positions.
+    y: Option<Vec<f64>>,
 }
 
-/// zᵀ ∂Φ/∂b.
-fn by_designs(system: &System, at: &NodeView<f64>, z: &[f64]) -> Vec<f64> {
-    let (mut u, mut design, mut time, mut evaluations) = (vec![0.0; system.k()], vec![0.0; system.designs()], 0.0, 0);
-    let mut rows = InputRows { u: &mut u, design: &mut design, time: &mut time, evaluations: &mut evaluations };
-    system.placed().for_each(|item| item.pull_back_phi(at, z, &mut rows));
-    design
+/// The design variables that break the dependence z: `newton` has factors of K(0) there with the compliances of all loops.
+pub(super) fn designs(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Vec<usize> {
+    let of_positions = Combination { z: z.to_vec(), y: None };
+    let mut breaks = of_positions.breaking(system, newton, at);
+    if let Some((v, y)) = moving(system, newton, at, z) {
+        let of_velocities = Combination { z: z.to_vec(), y: Some(y) };
+        let by_velocities = of_velocities.breaking(system, newton, &NodeView { v: &v, ..*at });
+        breaks.iter_mut().zip(by_velocities).for_each(|(breaks, by_velocity)| *breaks |= by_velocity);
+    }
+    (0..breaks.len()).filter(|&b| breaks[b]).collect()
+}
+
+/// Some v that the constraints allow, in any of their motions, and y; None if that motion itself ends the dependence.
+fn moving(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let (n, m) = (system.n(), system.m());
+    let masses = super::redundancy::masses(newton, system);
+    let (at_rest, none) = (vec![0.0; n], vec![0.0; m]);
+    let mut pair = Pair::new(n, m);
+    let still = NodeView { v: &at_rest, sigma: &none, ..*at };
+    newton.l_v_and_phi_dot(system, &still, &mut pair, &mut Report::default());
+    pair.sigma.iter_mut().for_each(|phi_t| *phi_t = -*phi_t);
+    pair.v.iter_mut().enumerate().for_each(|(i, p)| *p = masses[i] * (1.0 + 0.3 * (i as f64).sin()));
+    newton.solve(system, &mut pair);
+    let v = pair.v.clone();
+    let moved = NodeView { v: &v, ..still };
+    newton.l_v_and_phi_dot(system, &moved, &mut pair, &mut Report::default());
+    let mut rows = StateRows::new(n, m);
+    let mut by_q = |z: &[f64]| {
+        let evaluation = &newton.evaluation;
+        evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &at_rest, d: &at_rest, e: z }, &mut rows);
+        rows.q.clone()
+    };
+    let (right, terms) = (by_q(z), by_q(&weighted(z)));
+    let mobility = |i: usize, x: f64| if masses[i] > 0.0 { x / masses[i] } else { 0.0 };
+    let most = (0..n).fold(0.0f64, |most, i| most.max(mobility(i, right[i]).abs()).max(mobility(i, terms[i]).abs()));
+    (pair.v, pair.sigma) = (right, none);
+    newton.solve(system, &mut pair);
+    (largest(&pair.v) <= ROUNDING * most).then_some((v, pair.sigma))
+}
+
+impl Combination {
+    /// Which design variables it does not vanish for.
+    fn breaking(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>) -> Vec<bool> {
+        // The same terms with other weights, and elsewhere, so that they do not cancel: neither those of several equations nor those of one.
+        let aside = |x: &[f64]| Vec::from_iter(x.iter().enumerate().map(|(i, x)| x + 0.5 + 0.3 * (i as f64).sin()));
+        let [q, v] = [at.q, at.v].map(aside);
+        let weighted = Combination { z: weighted(&self.z), y: self.y.as_deref().map(weighted) };
+        let sums = self.sums(system, newton, at);
+        let terms = [*at, NodeView { q: &q, v: &v, ..*at }].map(|at| weighted.sums(system, newton, &at));
+        // Elsewhere there may be no number, which the larger of two is not.
+        let size = |b: usize| terms[0][b].abs().max(terms[1][b].abs());
+        (0..sums.len()).map(|b| sums[b].abs() > ROUNDING * size(b)).collect()
+    }
+
+    /// By design variables.
+    fn sums(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>) -> Vec<f64> {
+        let (mut time, mut evaluations) = (0.0, 0);
+        let (mut u, mut by_parameters) = (vec![0.0; system.k()], vec![0.0; system.parameters().len()]);
+        let rows = &mut InputRows { u: &mut u, design: &mut by_parameters, time: &mut time, evaluations: &mut evaluations };
+        match &self.y {
+            None => system.placed().for_each(|item| item.pull_back_phi(at, &self.z, rows)),
+            Some(y) => {
+                let (none, minus): (Vec<f64>, Vec<f64>) = (vec![0.0; system.n()], y.iter().map(|y| -y).collect());
+                newton.evaluation.pull_back_inputs(system, at, &Covector { c: &none, d: &none, e: &self.z }, rows);
+                system.placed().for_each(|item| item.pull_back_phi(at, &minus, rows));
+            }
+        }
+        let mut by_designs = vec![0.0; system.designs()];
+        system.parameters().pull_back(&at.design[..system.designs()], &by_parameters, &mut by_designs);
+        by_designs
+    }
+}
+
+/// The same terms, which do not cancel.
+fn weighted(z: &[f64]) -> Vec<f64> {
+    z.iter().enumerate().map(|(j, z)| z * (1.0 + 0.9 * (j as f64 + 0.5).sin())).collect()
 }

@@ -60,7 +60,10 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
         warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });
     }
     let z: Vec<f64> = (0..system.m()).map(|j| if takes_part(&j) { shares[j] / roots[j] } else { 0.0 }).collect();
-    let breaking = breaking::designs(system, at, &z);
+    // With the factors that the choice above may have left behind made again.
+    forward.stepper.newton.evaluation.set_compliance(&shared);
+    let factored = forward.factor_start(system);
+    let breaking = if factored.is_ok() { breaking::designs(system, &mut forward.stepper.newton, at, &z) } else { Vec::new() };
     if !breaking.is_empty() {
         let designs = breaking.into_iter().map(|b| system.design_name(b).to_string()).collect();
         warnings.push(Warning::BrokenDependence { designs, equations: names(&dependent), time: at.t });
