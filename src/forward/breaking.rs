@@ -15,28 +15,30 @@ use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 
 /// What is left of a sum below this part of its terms is rounding, and that of z.
 const ROUNDING: f64 = 1e-4;
+/// And below this part of what it would be if every equation had the largest share: where all terms are rounding, so is their sum.
+const NOTHING: f64 = 1e-8;
 
-/// What is summed: zᵀ ∂Φ/∂b, or with other equations for velocities.
+/// What is summed: zᵀ ∂Φ/∂b, or with y for velocities.
 struct Combination {
     z: Vec<f64>,
-    /// With v; none for positions.
     y: Option<Vec<f64>>,
 }
 
 /// The design variables that break the dependence z: `newton` has factors of K(0) there with the compliances of all loops.
 pub(super) fn designs(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Vec<usize> {
-    let of_positions = Combination { z: z.to_vec(), y: None };
-    let mut breaks = of_positions.breaking(system, newton, at);
-    if let Some((v, y)) = moving(system, newton, at, z) {
+    let [of_positions, terms] = [z.to_vec(), weighted(z)].map(|z| Combination { z, y: None });
+    let mut breaks = of_positions.breaking(system, newton, at, &terms);
+    if let Some((v, [y, y_of_terms])) = moving(system, newton, at, z) {
         let of_velocities = Combination { z: z.to_vec(), y: Some(y) };
-        let by_velocities = of_velocities.breaking(system, newton, &NodeView { v: &v, ..*at });
+        let terms = Combination { z: weighted(z), y: Some(y_of_terms) };
+        let by_velocities = of_velocities.breaking(system, newton, &NodeView { v: &v, ..*at }, &terms);
         breaks.iter_mut().zip(by_velocities).for_each(|(breaks, by_velocity)| *breaks |= by_velocity);
     }
     (0..breaks.len()).filter(|&b| breaks[b]).collect()
 }
 
-/// Some v that the constraints allow, in any of their motions, and y; None if that motion itself ends the dependence.
-fn moving(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+/// Some v that the constraints allow, in any of their motions, y, and what y would be if its terms did not cancel; None if that motion itself ends the dependence.
+fn moving(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
     let (n, m) = (system.n(), system.m());
     let masses = super::redundancy::masses(newton, system);
     let (at_rest, none) = (vec![0.0; n], vec![0.0; m]);
@@ -58,23 +60,27 @@ fn moving(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -
     let (right, terms) = (by_q(z), by_q(&weighted(z)));
     let mobility = |i: usize, x: f64| if masses[i] > 0.0 { x / masses[i] } else { 0.0 };
     let most = (0..n).fold(0.0f64, |most, i| most.max(mobility(i, right[i]).abs()).max(mobility(i, terms[i]).abs()));
-    (pair.v, pair.sigma) = (right, none);
-    newton.solve(system, &mut pair);
-    (largest(&pair.v) <= ROUNDING * most).then_some((v, pair.sigma))
+    let [y, y_of_terms] = [right, terms].map(|right| {
+        let mut y = Pair { v: right, sigma: none.clone() };
+        newton.solve(system, &mut y);
+        y
+    });
+    (largest(&y.v) <= ROUNDING * most).then_some((v, [y.sigma, y_of_terms.sigma]))
 }
 
 impl Combination {
-    /// Which design variables it does not vanish for.
-    fn breaking(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>) -> Vec<bool> {
-        // The same terms with other weights, and elsewhere, so that they do not cancel: neither those of several equations nor those of one.
+    /// Which design variables it does not vanish for, against the same terms with other weights.
+    fn breaking(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>, terms: &Combination) -> Vec<bool> {
+        // And elsewhere: those of several equations do not cancel, nor do those of one.
         let aside = |x: &[f64]| Vec::from_iter(x.iter().enumerate().map(|(i, x)| x + 0.5 + 0.3 * (i as f64).sin()));
         let [q, v] = [at.q, at.v].map(aside);
-        let weighted = Combination { z: weighted(&self.z), y: self.y.as_deref().map(weighted) };
         let sums = self.sums(system, newton, at);
-        let terms = [*at, NodeView { q: &q, v: &v, ..*at }].map(|at| weighted.sums(system, newton, &at));
+        let elsewhere = NodeView { q: &q, v: &v, ..*at };
+        let most = Combination { z: evenly(&self.z), y: terms.y.as_deref().map(evenly) }.sums(system, newton, &elsewhere);
+        let terms = [*at, elsewhere].map(|at| terms.sums(system, newton, &at));
         // Elsewhere there may be no number, which the larger of two is not.
-        let size = |b: usize| terms[0][b].abs().max(terms[1][b].abs());
-        (0..sums.len()).map(|b| sums[b].abs() > ROUNDING * size(b)).collect()
+        let size = |b: usize| (ROUNDING * terms[0][b].abs().max(terms[1][b].abs())).max(NOTHING * most[b].abs());
+        (0..sums.len()).map(|b| sums[b].abs() > size(b)).collect()
     }
 
     /// By design variables.
@@ -99,4 +105,9 @@ impl Combination {
 /// The same terms, which do not cancel.
 fn weighted(z: &[f64]) -> Vec<f64> {
     z.iter().enumerate().map(|(j, z)| z * (1.0 + 0.9 * (j as f64 + 0.5).sin())).collect()
+}
+
+/// As large as the largest everywhere, with other weights.
+fn evenly(z: &[f64]) -> Vec<f64> {
+    weighted(&vec![largest(z); z.len()])
 }

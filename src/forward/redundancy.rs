@@ -63,7 +63,8 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     // With the factors that the choice above may have left behind made again.
     forward.stepper.newton.evaluation.set_compliance(&shared);
     let factored = forward.factor_start(system);
-    let breaking = if factored.is_ok() { breaking::designs(system, &mut forward.stepper.newton, at, &z) } else { Vec::new() };
+    let breaking =
+        if factored.is_ok() { breaking::designs(system, &mut forward.stepper.newton, at, &z) } else { Vec::new() };
     if !breaking.is_empty() {
         let designs = breaking.into_iter().map(|b| system.design_name(b).to_string()).collect();
         warnings.push(Warning::BrokenDependence { designs, equations: names(&dependent), time: at.t });
