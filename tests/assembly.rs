@@ -25,12 +25,17 @@ struct FourBar {
 ///
 /// The bodies stand roughly where they belong.
 fn four_bar(cranks: usize) -> FourBar {
+    four_bar_with(cranks, 1.0)
+}
+
+/// With a coupler of so many times its mass and inertia.
+fn four_bar_with(cranks: usize, heavy: f64) -> FourBar {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let lengths @ [a, b, c, d] =
         [("crank", 0.4), ("coupler", 1.1), ("rocker", 0.9), ("ground", 1.2)].map(|(name, value)| scene.design(name, value));
     let crank = scene.body("crank", 0.5, a * a * 0.04, [0.1, 0.2, 1.2]);
-    let coupler = scene.body("coupler", b * 0.8, 0.1, [0.6, 0.6, 0.4]);
+    let coupler = scene.body("coupler", b * (0.8 * heavy), 0.1 * heavy, [0.6, 0.6, 0.4]);
     let rocker = scene.body("rocker", 0.7, 0.05, [1.1, 0.5, 1.9]);
     scene.revolute("pivot of the crank", Body::GROUND.at(0.0, 0.0), crank.at(a * -0.5, 0.0));
     scene.revolute("pivot of the rocker", Body::GROUND.at(d, 0.0), rocker.at(c * -0.5, 0.0));
@@ -243,6 +248,23 @@ fn the_checks_know_it() {
     let inputs = inputs(&system, &crank.coordinates[2..], 1.5);
     let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
     assert!(report.passed(), "{report}");
+}
+
+/// The compliance of dependent constraints leaves some mobility to what they determine, more beside a light body: starts were assembled that violate them.
+#[test]
+fn what_dependent_constraints_determine_cannot_be_held() {
+    for heavy in [1.0, 1e-2, 1e-4] {
+        let FourBar { scene, crank, rocker, .. } = four_bar_with(2, heavy);
+        let system = scene.compile().expect("a scene");
+        let angles = [crank, rocker].map(|body| body.coordinates[2]);
+        let mut solver = Solver::new(&system, Settings::default());
+        let closed = solver.assemble(&inputs(&system, &angles[..1], 1.5)).expect("a start").start;
+        // Where the loop closes, and with rates that it does not allow.
+        let mut inputs = inputs(&system, &angles, 1.5);
+        inputs.start.q_mut().copy_from(closed.q());
+        let error = solver.assemble(&inputs).expect_err("a start that violates constraints");
+        assert_says(&error, &["cannot be held", "φ"]);
+    }
 }
 
 /// Held is x, and the body moves nearly along y: all else is far more in motion than what is held, and rounding with it.

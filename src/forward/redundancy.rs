@@ -60,11 +60,14 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
         warnings.push(Warning::LeftOut { equations, step: 0, time: at.t });
     }
     let z: Vec<f64> = (0..system.m()).map(|j| if takes_part(&j) { shares[j] / roots[j] } else { 0.0 }).collect();
-    // With the factors that the choice above may have left behind made again.
-    forward.stepper.newton.evaluation.set_compliance(&shared);
-    let factored = forward.factor_start(system);
-    let breaking =
-        if factored.is_ok() { breaking::designs(system, &mut forward.stepper.newton, at, &z) } else { Vec::new() };
+    let breaking = if system.designs() > 0 {
+        // With factors anew, since the choice above leaves others behind.
+        forward.stepper.newton.evaluation.set_compliance(&shared);
+        let factored = forward.factor_start(system);
+        factored.map(|()| breaking::designs(system, &mut forward.stepper.newton, at, &z)).unwrap_or_default()
+    } else {
+        Vec::new()
+    };
     if !breaking.is_empty() {
         let designs = breaking.into_iter().map(|b| system.design_name(b).to_string()).collect();
         warnings.push(Warning::BrokenDependence { designs, equations: names(&dependent), time: at.t });

@@ -25,8 +25,8 @@ pub(crate) struct Bordered {
     /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
     columns: Vec<Pair>,
     small: LU<f64, Dyn, Dyn>,
-    /// What is left of the mobility of that held coordinate which is nearest to being determined; 1 without any.
-    freedom: f64,
+    /// The held coordinate that is nearest to being determined, and what is left of its mobility.
+    least_free: Option<(usize, f64)>,
 }
 
 impl Bordered {
@@ -56,8 +56,8 @@ impl Bordered {
         match freedoms.iter().position(|freedom| !is_free(freedom)) {
             Some(i) => Err(Error::Held { coordinate: system.coordinate_name(held[i]).to_string() }),
             None => {
-                let freedom = freedoms.into_iter().fold(1.0, f64::min);
-                Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu(), freedom })
+                let least_free = held.iter().copied().zip(freedoms).min_by(|a, b| a.1.total_cmp(&b.1));
+                Ok(Bordered { held: held.to_vec(), columns, small: matrix.lu(), least_free })
             }
         }
     }
@@ -65,7 +65,12 @@ impl Bordered {
     /// A correction below this part of what is corrected is rounding if corrections have stopped shrinking: the less freedom what is held has, the farther the
     /// rest moves with the rounding of it.
     pub(super) fn stalled(&self) -> f64 {
-        larger(STALLED, ROUNDED / self.freedom)
+        self.least_free.map_or(STALLED, |(_, freedom)| larger(STALLED, ROUNDED / freedom))
+    }
+
+    /// What is held and has the least freedom.
+    pub(super) fn least_free(&self) -> Option<usize> {
+        self.least_free.map(|(coordinate, _)| coordinate)
     }
 
     /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.

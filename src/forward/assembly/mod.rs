@@ -104,9 +104,26 @@ impl Assembler<'_> {
         self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given, |this, at, left| {
             this.residual((Which::Velocities, &from), &given.at(&q0, &at.x, &at.multipliers), left);
         })?;
+        self.see_that_it_is_free(&tangent, (&q0, &velocity.x), given)?;
         let start = Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_column_slice(&velocity.x) };
         let velocity = Pair { v: velocity.x, sigma: velocity.multipliers };
         Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
+    }
+
+    /// Refuses what is held if velocities violate a constraint: where constraints have a compliance, what they determine is still moved a little.
+    fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
+        let Some(held) = tangent.least_free().filter(|_| !self.newton.evaluation.compliance().is_empty()) else {
+            return Ok(());
+        };
+        let mut left = Pair::new(self.system.n(), self.system.m());
+        let none = left.sigma.clone();
+        let at = given.at(q0, v, &none);
+        self.newton.l_v_and_phi_dot(self.system, &at, &mut left, self.report);
+        self.system.take_rounding(&at, v, &mut left.sigma);
+        if largest(&left.sigma) > self.tolerance {
+            return Err(Error::Held { coordinate: self.system.coordinate_name(held).to_string() });
+        }
+        Ok(())
     }
 
     /// The same on other numbers, near a start that was assembled, by the plain formulas.

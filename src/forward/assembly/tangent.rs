@@ -131,6 +131,11 @@ impl Tangent {
         self.bordered.stalled()
     }
 
+    /// What is held and has the least freedom.
+    pub(super) fn least_free(&self) -> Option<usize> {
+        self.bordered.least_free()
+    }
+
     /// A⁻¹ r.
     pub(crate) fn solve(&self, system: &System, newton: &mut Newton, right: &Pair) -> Result<Pair, Error> {
         let mut sums = Sums::new(system.n(), system.m());
