@@ -24,11 +24,16 @@ struct Combination {
     y: Option<Vec<f64>>,
 }
 
-/// The design variables that break the dependence z: `newton` has factors of K(0) there with the compliances of all loops.
-pub(super) fn designs(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Vec<usize> {
+/// The design variables that break the dependence z, with M's diagonal: `newton` has factors of K(0) there with the compliances of all loops.
+pub(super) fn designs(
+    system: &System,
+    newton: &mut Newton,
+    at: &NodeView<f64>,
+    (z, masses): (&[f64], &[f64]),
+) -> Vec<usize> {
     let [of_positions, terms] = [z.to_vec(), weighted(z)].map(|z| Combination { z, y: None });
     let mut breaks = of_positions.breaking(system, newton, at, &terms);
-    if let Some((v, [y, y_of_terms])) = moving(system, newton, at, z) {
+    if let Some((v, [y, y_of_terms])) = moving(system, newton, at, (z, masses)) {
         let of_velocities = Combination { z: z.to_vec(), y: Some(y) };
         let terms = Combination { z: weighted(z), y: Some(y_of_terms) };
         let by_velocities = of_velocities.breaking(system, newton, &NodeView { v: &v, ..*at }, &terms);
@@ -38,9 +43,13 @@ pub(super) fn designs(system: &System, newton: &mut Newton, at: &NodeView<f64>, 
 }
 
 /// Some v that the constraints allow, in any of their motions, y, and what y would be if its terms did not cancel; None if that motion itself ends the dependence.
-fn moving(system: &System, newton: &mut Newton, at: &NodeView<f64>, z: &[f64]) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
+fn moving(
+    system: &System,
+    newton: &mut Newton,
+    at: &NodeView<f64>,
+    (z, masses): (&[f64], &[f64]),
+) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
     let (n, m) = (system.n(), system.m());
-    let masses = super::redundancy::masses(newton, system);
     let (at_rest, none) = (vec![0.0; n], vec![0.0; m]);
     let mut pair = Pair::new(n, m);
     let still = NodeView { v: &at_rest, sigma: &none, ..*at };

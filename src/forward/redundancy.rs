@@ -38,7 +38,8 @@ const SHARE: f64 = 1e-5;
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
-    let flexibility = flexibilities(system, at, &masses(&forward.stepper.newton, system));
+    let masses = masses(&forward.stepper.newton, system);
+    let flexibility = flexibilities(system, at, &masses);
     let shared = of_loops(system, &flexibility);
     if shared.is_empty() {
         return false;
@@ -64,7 +65,7 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
         // With factors anew, since the choice above leaves others behind.
         forward.stepper.newton.evaluation.set_compliance(&shared);
         let factored = forward.factor_start(system);
-        factored.map(|()| breaking::designs(system, &mut forward.stepper.newton, at, &z)).unwrap_or_default()
+        factored.map(|()| breaking::designs(system, &mut forward.stepper.newton, at, (&z, &masses))).unwrap_or_default()
     } else {
         Vec::new()
     };
