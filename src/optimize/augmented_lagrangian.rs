@@ -112,13 +112,16 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
     }
 }
 
-/// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them.
+/// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them; 1 where any value is allowed.
 fn shares<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
-    let all = Vec::from_iter(0..problem.c.len());
-    let slopes = Vec::from_iter(problem.jacobian(&all)?.row_iter().map(|row| norm(&Vec::from_iter(row.iter().copied()))));
-    let share = |slope: f64| Some(slope.powi(-2)).filter(|share| share.is_normal());
-    let least = slopes.iter().filter_map(|slope| share(*slope)).reduce(f64::min).unwrap_or(1.0);
-    Ok(slopes.into_iter().map(|slope| share(slope).unwrap_or(least)).collect())
+    let asked = Vec::from_iter((0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE));
+    let jacobian = problem.jacobian(&asked)?;
+    let share = |row: usize| norm(&Vec::from_iter(jacobian.row(row).iter().copied())).powi(-2);
+    let found = Vec::from_iter((0..asked.len()).map(|row| Some(share(row)).filter(|share| share.is_normal())));
+    let least = found.iter().copied().flatten().reduce(f64::min).unwrap_or(1.0);
+    let mut shares = vec![1.0; problem.c.len()];
+    asked.iter().zip(found).for_each(|(&j, share)| shares[j] = share.unwrap_or(least));
+    Ok(shares)
 }
 
 fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {

@@ -165,6 +165,32 @@ fn constraints_that_contradict_each_other_are_called_infeasible_in_any_units() {
     }
 }
 
+/// x² where x is to be 1, beside a value that nothing is asked of and that has no derivative.
+struct LookedAt(f64);
+impl Problem for LookedAt {
+    fn variables(&self) -> usize {
+        1
+    }
+    fn constraints(&self) -> Vec<Interval> {
+        vec![Interval::equal(1.0), Interval::FREE]
+    }
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.0 = x[0];
+        c.copy_from_slice(&[x[0], x[0].abs().sqrt()]);
+        Ok(x[0] * x[0])
+    }
+    fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        gradient[0] = if c[1] == 0.0 { 2.0 * f * self.0 + c[0] } else { f64::NAN };
+        Ok(())
+    }
+}
+
+#[test]
+fn values_that_nothing_is_asked_of_need_no_derivative() {
+    let outcome = augmented_lagrangian(&mut LookedAt(0.0), &[0.0], &Options::default(), &mut silent).expect("fits");
+    assert!(outcome.reason == Reason::Stationary && (outcome.x[0] - 1.0).abs() < 1e-8, "{outcome:?}");
+}
+
 #[test]
 fn solutions_are_found_however_straight_the_objective_is() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
