@@ -354,16 +354,21 @@ fn a_length_that_others_have_to_follow_is_named() {
         given.start = solver.assemble(&assembled).expect("a start").start;
         for inputs in [assembled, given] {
             solver.simulate(&inputs).expect("a motion");
-            let named = solver.report().warnings.iter().find_map(|warning| match warning {
-                Warning::BrokenDependence { designs, .. } => Some(designs.join(", ")),
-                _ => None,
-            });
-            assert_eq!(named.as_deref(), (bound < 3).then_some("length"), "{bound} cranks");
+            assert_eq!(named(&solver).join(", "), if bound < 3 { "length" } else { "" }, "{bound} cranks");
         }
     }
 }
 
 /// The design variables that are named as breaking a dependence.
+fn named(solver: &Solver) -> Vec<String> {
+    let designs = |warning: &Warning| match warning {
+        Warning::BrokenDependence { designs, .. } => Some(designs.clone()),
+        _ => None,
+    };
+    solver.report().warnings.iter().find_map(designs).unwrap_or_default()
+}
+
+/// Those of a scene where constraints depend on each other.
 fn breaking(scene: Scene, held: &[Coordinate]) -> Vec<String> {
     let system = scene.compile().expect("a scene");
     let inputs = inputs(&system, held, 1.0);
@@ -371,11 +376,7 @@ fn breaking(scene: Scene, held: &[Coordinate]) -> Vec<String> {
     solver.simulate(&inputs).expect("a motion");
     let dependent = |warning: &Warning| matches!(warning, Warning::DependentConstraints { .. });
     assert!(solver.report().warnings.iter().any(dependent), "nothing depends on anything");
-    let designs = |warning: &Warning| match warning {
-        Warning::BrokenDependence { designs, .. } => Some(designs.clone()),
-        _ => None,
-    };
-    solver.report().warnings.iter().find_map(designs).unwrap_or_default()
+    named(&solver)
 }
 
 /// Two motors of one bar agree at the start whatever their speeds are, and one of two rails may be turned about the point where the slider starts.

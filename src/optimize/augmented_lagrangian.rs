@@ -81,17 +81,21 @@ impl Augmented {
 
     /// Takes the first penalty where constraints are violated first: f and what they add to it begin alike.
     fn weigh<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
-        let violations: Vec<f64> = problem.c.iter().zip(&problem.intervals).map(|(c, of)| of.excess(*c)).collect();
-        if self.penalty.is_none() && violations.iter().any(|violation| *violation != 0.0) {
-            self.note(problem)?;
-            self.shares = shares(problem)?;
-            let weighted = Vec::from_iter(violations.iter().zip(&self.shares).map(|(violation, share)| violation * share));
-            let squares = dot(&violations, &weighted);
-            self.steepness[1] = length_of_gradient(problem, 0.0, &weighted)?;
-            let [least, most] = FIRST_PENALTY.map(|penalty| penalty * self.unit());
-            let alike = 2.0 * self.cost.abs() / squares;
-            self.penalty = Some(if self.cost == 0.0 { self.unit() } else { alike.clamp(least, most) });
+        if self.penalty.is_some() {
+            return Ok(());
         }
+        let violations = problem.excess();
+        if violations.iter().all(|violation| *violation == 0.0) {
+            return Ok(());
+        }
+        self.note(problem)?;
+        self.shares = shares(problem)?;
+        let weighted = Vec::from_iter(violations.iter().zip(&self.shares).map(|(violation, share)| violation * share));
+        let squares = dot(&violations, &weighted);
+        self.steepness[1] = length_of_gradient(problem, 0.0, &weighted)?;
+        let [least, most] = FIRST_PENALTY.map(|penalty| penalty * self.unit());
+        let alike = 2.0 * self.cost.abs() / squares;
+        self.penalty = Some(if self.cost == 0.0 { self.unit() } else { alike.clamp(least, most) });
         Ok(())
     }
 }
@@ -114,7 +118,7 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
 
 /// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them; 1 where any value is allowed.
 fn shares<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
-    let asked = Vec::from_iter((0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE));
+    let asked = Vec::from_iter(problem.asked());
     let jacobian = problem.jacobian(&asked)?;
     let share = |row: usize| norm(&Vec::from_iter(jacobian.row(row).iter().copied())).powi(-2);
     let found = Vec::from_iter((0..asked.len()).map(|row| Some(share(row)).filter(|share| share.is_normal())));

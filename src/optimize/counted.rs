@@ -192,6 +192,16 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         Ok(true)
     }
 
+    /// The constraints that are not looked at alone.
+    pub(super) fn asked(&self) -> impl Iterator<Item = usize> {
+        (0..self.c.len()).filter(|&j| self.intervals[j] != Interval::FREE)
+    }
+
+    /// What all constraints are violated by, with signs, at the point that was evaluated last.
+    pub(super) fn excess(&self) -> Vec<f64> {
+        self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect()
+    }
+
     pub(super) fn violation(&self) -> f64 {
         self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
     }
@@ -244,7 +254,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// # Errors
     /// Those of a Jacobian.
     pub(super) fn leads_on(&mut self, x: &[f64], reach: f64, shares: &[f64]) -> Result<bool, Error> {
-        let excess: Vec<f64> = self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect();
+        let excess = self.excess();
         let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
         let mut jacobian = self.jacobian(&violated)?;
         let roots = || violated.iter().map(|&j| shares[j].sqrt());

@@ -6,7 +6,6 @@ use super::counted::Counted;
 use super::line_search::{Point, search};
 use super::norm::{magnitude, norm};
 use super::outcome::largest_change;
-use super::problem::Interval;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use crate::number::{dot, largest};
@@ -46,7 +45,7 @@ impl<P: Problem + ?Sized> Merit<P> for Cost {
     }
 }
 
-/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
+/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`](super::Interval::FREE)).
 ///
 /// # Errors
 /// Sizes, bounds or options that do not fit, a start without a value or without a gradient, constraints, which
@@ -75,7 +74,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
 /// Constraints that are not free, by name.
 fn refuse_constraints<P: Problem + ?Sized>(problem: &Counted<P>) -> Result<(), Error> {
     const NAMED: usize = 3;
-    let bounded: Vec<usize> = (0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
+    let bounded: Vec<usize> = problem.asked().collect();
     if bounded.is_empty() {
         return Ok(());
     }

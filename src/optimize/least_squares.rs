@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use super::counted::Counted;
 use super::norm::norm;
 use super::outcome::largest_change;
-use super::{Fit, Interval, Iterate, Options, Problem, Reason, Watcher};
+use super::{Fit, Iterate, Options, Problem, Reason, Watcher};
 use crate::Error;
 
 /// Differences of a residual below this share of the terms that it is made of are rounding.
@@ -28,7 +28,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     watch: &mut Watcher,
 ) -> Result<Fit, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
-    if asked(&counted).next().is_none() {
+    if counted.asked().next().is_none() {
         let must_be = "at least 1, a constraint each; f is not asked for: `lbfgs` and `interior_point` minimise it";
         return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
     }
@@ -96,7 +96,7 @@ pub fn levenberg_marquardt<P: Problem + ?Sized>(
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&at.x);
     let mut multipliers = vec![0.0; counted.c.len()];
-    asked(&counted).zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
+    counted.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
     let outcome = counted.outcome(at.x, value, multipliers, history, reason);
     Ok(Fit { outcome, jacobian: at.jacobian })
 }
@@ -105,13 +105,8 @@ fn half_square(r: &DVector<f64>) -> f64 {
     0.5 * r.norm_squared()
 }
 
-/// The residuals that are not looked at alone.
-fn asked<P: Problem + ?Sized>(problem: &Counted<P>) -> impl Iterator<Item = usize> {
-    (0..problem.c.len()).filter(|&j| problem.intervals[j] != Interval::FREE)
-}
-
 fn residuals<P: Problem + ?Sized>(problem: &Counted<P>) -> DVector<f64> {
-    let all = asked(problem).map(|j| problem.intervals[j].excess(problem.c[j])).collect::<Vec<f64>>();
+    let all = problem.asked().map(|j| problem.intervals[j].excess(problem.c[j])).collect::<Vec<f64>>();
     DVector::from_vec(all)
 }
 
@@ -127,7 +122,7 @@ impl State {
     /// # Errors
     /// Those of a Jacobian; sums of squares beyond the range of numbers.
     fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
-        let rows: Vec<usize> = asked(problem).collect();
+        let rows: Vec<usize> = problem.asked().collect();
         let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
         for (k, of) in rows.iter().map(|&j| &problem.intervals[j]).enumerate() {
             // A residual that is within what it may be is zero around here.
