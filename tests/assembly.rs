@@ -288,6 +288,14 @@ fn what_is_held_may_hardly_be_free() {
         let inputs = inputs(&system, &[x], 0.5 * freedom);
         let within = f64::max(1e-12, 1e-14 / freedom.powi(2));
         assert_gradient_is_exact_to(within, &format!("{freedom}"), &system, &inputs, Settings::default());
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let named = solver
+            .report()
+            .warnings
+            .iter()
+            .any(|warning| matches!(warning, Warning::LostDigits { unknown, .. } if unknown == "carriage.x"));
+        assert_eq!(named, freedom.powi(2) <= Warning::LOST_DIGITS, "{freedom}: {:?}", solver.report().warnings);
     }
 }
 

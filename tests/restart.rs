@@ -79,6 +79,19 @@ fn a_projected_motion_satisfies_its_constraints_at_every_node() {
     }
 }
 
+/// Restarted at every node, and projected at one where the drift is at the bound: where the inputs are moved, mostly at none or at another.
+#[test]
+fn differences_between_motions_that_are_projected_elsewhere_say_nothing() {
+    let system = four_bar();
+    let inputs = lively(&system, 40, 0.02);
+    let rebased = Settings { rebase_every: 1, ..plain() };
+    let motion = simulate(&system, &inputs, rebased).expect("motion");
+    let drift = largest(motion.phi(&system, &inputs).expect("motion").as_slice());
+    let settings = Settings { drift_bound: drift * (1.0 - 1e-9), ..rebased };
+    check::gradient(&system, &inputs, settings).run().expect("motion").assert_passed();
+    check::hessian(&system, &inputs, settings).run().expect("motion").assert_passed();
+}
+
 /// A pendulum that falls by some 20° in its first step: corrections of its positions hardly halve.
 #[test]
 fn a_projection_that_converges_slowly_converges() {

@@ -71,17 +71,21 @@ impl Settings {
     pub fn assumptions(&self) -> Vec<Row> {
         let LineSearch { first, armijo, shorten } = self.search;
         let (first, armijo, shorten) = (shown(first), shown(armijo), shown(shorten));
-        let joint = match self.friction_joint {
-            0 => "that of the cart and link 1".to_owned(),
-            joint => format!("that of links {joint} and {}", joint + 1),
-        };
         let rows = [
             ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", shown(self.length))),
             ("acceleration of gravity", format!("{} m/s²", shown(self.gravity))),
-            ("hinge with friction", joint),
+            ("hinge with friction", format!("that of {}", self.joined_with_friction())),
             ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds")),
         ];
         rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
+    }
+
+    /// What the hinge with friction joins.
+    pub fn joined_with_friction(&self) -> String {
+        match self.friction_joint {
+            0 => "the cart and link 1".to_owned(),
+            joint => format!("links {joint} and {}", joint + 1),
+        }
     }
 
     /// Refuses flags that do not go together.

@@ -65,6 +65,18 @@ impl Motion {
         self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
     }
 
+    /// Whether both take the same steps, are restarted in the same way at the same nodes and leave out the same equations: only then is what is read from
+    /// them one function of the inputs.
+    pub(crate) fn is_like(&self, other: &Motion) -> bool {
+        let left_out = |motion: &Motion| -> Vec<(usize, Vec<usize>)> {
+            let parts = motion.trajectory.compliance.iter();
+            parts.map(|part| (part.from, part.equations.iter().map(|&(j, _)| j).collect())).collect()
+        };
+        self.trajectory.inserted == other.trajectory.inserted
+            && self.restarts.are_alike(&other.restarts)
+            && left_out(self) == left_out(other)
+    }
+
     /// Takes these compliances from a node on.
     pub(crate) fn set_compliance(&mut self, from: usize, equations: Vec<(usize, f64)>) {
         let parts = &mut self.trajectory.compliance;

@@ -104,6 +104,11 @@ impl Restarts {
         lists.into_iter().chain(blocks).for_each(Vec::clear);
     }
 
+    /// Whether both are at the same nodes, of one kind each.
+    pub(super) fn are_alike(&self, other: &Restarts) -> bool {
+        self.nodes == other.nodes && self.projected == other.projected && self.weights == other.weights
+    }
+
     /// The restart at a node.
     pub(crate) fn at(&self, node: usize) -> Option<Restart<'_>> {
         let which = self.nodes.binary_search(&node).ok()?;

@@ -325,6 +325,11 @@ impl<'s> Solver<'s> {
         &self.sweep.report
     }
 
+    /// Whether both motions take the same steps and are restarted alike.
+    pub(crate) fn moves_like(&self, other: &Solver) -> bool {
+        self.forward.motion.is_like(&other.forward.motion)
+    }
+
     pub(crate) fn refinement(&self) -> Refinement {
         self.forward.motion.refinement()
     }

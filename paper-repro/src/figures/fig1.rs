@@ -103,12 +103,12 @@ fn link(j: usize, at: Point, tip: Point, angle: f64) -> Vec<Series> {
 
 /// Gravity; masses and friction in words.
 fn notes(experiment: &Experiment) -> Vec<Series> {
-    let example = experiment.settings.example();
+    let (example, joined) = (experiment.settings.example(), experiment.settings.joined_with_friction());
     let lines = [
         format!("cart: {} kg, {} kg m²", example.cart_mass, example.cart_inertia),
         format!("each link: {} kg, {} kg m²", example.link_mass, example.link_inertia),
         format!("friction on the rail: {} N s/m", example.rail_friction),
-        format!("friction in hinge {} (assumed): {} N m s/rad", example.friction_joint + 1, example.hinge_friction),
+        format!("friction between {joined} (assumed): {} N m s/rad", example.hinge_friction),
     ];
     let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
     let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));

@@ -28,9 +28,10 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     Ok(claims(experiment, optimum))
 }
 
-/// Nodes from the right-most position on, evenly spaced, the last before the end.
+/// Nodes from the right-most position on, evenly spaced, the last before the end; from the start on where the cart is right-most at the end.
 fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
-    let (first, end) = (optimum.cart_rightmost(), optimum.motion.computed.saturating_sub(1));
+    let (rightmost, end) = (optimum.cart_rightmost(), optimum.motion.computed.saturating_sub(1));
+    let first = if rightmost + FRAMES > end { 0 } else { rightmost };
     (0..FRAMES).map(move |frame| first + frame * (end - first) / FRAMES)
 }
 

@@ -53,16 +53,11 @@ impl<'a, R: Real> Way<'a, R> {
         self.solver.value_of(self.subject.which)
     }
 
-    /// What is read from the motion at x + s d; NaN where there is none that takes the same steps as the one at x and starts anew where that does: J is another
-    /// function there.
+    /// What is read from the motion at x + s d; NaN where there is none that takes the same steps as the one at x and is restarted as that is: J is another function there.
     fn beside(&self, direction: &Inputs, s: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> f64 {
-        let (mut solver, here) = (self.beside.borrow_mut(), self.solver.real().trajectory());
-        let moved = solver.simulate(&self.subject.inputs.along(direction, |x, d| x + s * d));
-        if moved.is_ok_and(|motion| motion.inserted == here.inserted && motion.restarted == here.restarted) {
-            read(&mut solver).unwrap_or(f64::NAN)
-        } else {
-            f64::NAN
-        }
+        let mut solver = self.beside.borrow_mut();
+        let moves = solver.simulate(&self.subject.inputs.along(direction, |x, d| x + s * d)).is_ok();
+        if moves && solver.moves_like(self.solver.real()) { read(&mut solver).unwrap_or(f64::NAN) } else { f64::NAN }
     }
 
     /// Ridders' differences of what is read, with their error estimate; a step without a motion is left out.

@@ -68,9 +68,9 @@ impl Bordered {
         self.least_free.map_or(STALLED, |(_, freedom)| larger(STALLED, ROUNDED / freedom))
     }
 
-    /// What is held and has the least freedom.
-    pub(super) fn least_free(&self) -> Option<usize> {
-        self.least_free.map(|(coordinate, _)| coordinate)
+    /// What is held and has the least freedom, and how much.
+    pub(super) fn least_free(&self) -> Option<(usize, f64)> {
+        self.least_free
     }
 
     /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
