@@ -108,9 +108,10 @@ fn notes(experiment: &Experiment) -> Vec<Series> {
         format!("cart: {} kg, {} kg m²", example.cart_mass, example.cart_inertia),
         format!("each link: {} kg, {} kg m²", example.link_mass, example.link_inertia),
         format!("friction on the rail: {} N s/m", example.rail_friction),
-        format!("friction between {joined} (assumed): {} N m s/rad", example.hinge_friction),
+        format!("friction in the hinge of {joined} (assumed):"),
+        format!("{} N m s/rad", example.hinge_friction),
     ];
-    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * f64::from(3 - row)), line);
+    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * (3.0 - f64::from(row))), line);
     let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));
     let (from, to) = ((0.85, 0.7), (0.85, 0.25));
     let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
