@@ -138,7 +138,7 @@ pub enum Warning {
         /// How many there are.
         steps: usize,
     },
-    /// Steps had no solution and were divided.
+    /// No solution was found for steps, and they were divided.
     HalvedSteps {
         /// The first of them, counted from 1.
         step: usize,
@@ -255,7 +255,7 @@ impl fmt::Display for Warning {
             ),
             Warning::HalvedSteps { step, time, inserted, shortest } => write!(
                 f,
-                "steps had no solution and were halved, the first of them step {step} (t = {} s; nodes inserted: {inserted}): the shortest part \
+                "no solution was found for steps, and they were halved, the first of them step {step} (t = {} s; nodes inserted: {inserted}): the shortest part \
                  is {shortest:.3e} s long; the gradient is that of the motion on this grid",
                 seconds(*time)
             ),

@@ -13,8 +13,8 @@ use common::{assert_gradient_is_exact, assert_says, relative_error};
 use hamiltonian_adjoint::check::{self, Input, complex_step};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Error, Force, ForcePoint, Grid, Inputs, LongSolver, Scalar, Scene, Settings, Solver, Start, Sum, System, Warning,
-    gradient,
+    Error, Force, ForcePoint, Grid, Inputs, LongSolver, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
+    Warning, gradient,
     scenes::{AngleError, CartPendulum},
 };
 use nalgebra::{DMatrix, SVector};
@@ -326,4 +326,31 @@ fn a_check_says_what_was_left_to_rounding() {
     let soft = rod_on_a_spring(1e3);
     let report = check::gradient(&soft, &inputs, Settings::default()).run().expect("a motion");
     assert!(report.passed() && report.rounding < 1e-12 && !report.to_string().contains("to rounding"), "{report}");
+}
+
+/// I dω/dt = u − M tanh(ω/ω_s): whatever the step, each stage has exactly one solution, on the other side of two bends.
+#[test]
+fn dry_friction_halves_no_step() {
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::TR_BDF2, Scheme::ESDIRK3, Scheme::ESDIRK5] {
+        for (torque, slip) in [(50.0, 0.01), (50.0, 0.3), (800.0, 0.01), (800.0, 1.0)] {
+            let mut scene = Scene::new();
+            let wheel = scene.body("wheel", 20.0, 0.8, [0.0; 3]);
+            scene.revolute("axle", Body::GROUND.at(0.0, 0.0), wheel.at(0.0, 0.0));
+            scene.coulomb_friction("brake", Body::GROUND, wheel, torque, slip);
+            let motor = scene.control("motor");
+            scene.torque_actuator("motor", Body::GROUND, wheel, motor);
+            let angle = wheel.coordinates[2];
+            scene.cost("angle", AngleError, Sum::Terminal, [angle], [], [], [0.3.into()]);
+            let system = scene.compile().expect("scene");
+            let mut solver = Solver::new(&system, Settings { scheme, ..Settings::default() });
+            for (rate, motor, dt) in [(1.0, 0.0, 0.02), (1.0, 30.0, 0.055), (5.0, 0.0, 0.055), (20.0, -180.0, 0.055)] {
+                let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, dt));
+                inputs.start.set_rate(angle, rate);
+                inputs.controls.fill(motor);
+                let motion = solver.simulate(&inputs).expect("motion");
+                let what = format!("{}, {torque} N m, {slip} rad/s from {rate} rad/s under {motor} N m", scheme.name);
+                assert!(motion.inserted.is_empty(), "{what}: {:?}", motion.inserted);
+            }
+        }
+    }
 }

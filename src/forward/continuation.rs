@@ -158,7 +158,10 @@ impl ForwardSweep {
                 1 => self.store_level(k),
                 _ => self.guess_level(k),
             }
-            self.solve_at_hand(system, node, dt, settings)?;
+            // A failure leaves the guess as it was.
+            if let Err(failure) = self.solve_at_hand(system, node, dt, settings) {
+                self.solve_at_hand_damped(system, node, dt, settings).map_err(|_| failure)?;
+            }
         }
         Ok(())
     }

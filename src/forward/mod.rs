@@ -259,7 +259,19 @@ impl ForwardSweep {
         settings: &Settings,
     ) -> Result<(), StepFailure> {
         let h = self.stepper.half_step(&self.motion.trajectory.scheme, dt);
-        self.solve(system, node, h, settings)
+        self.solve::<false>(system, node, h, settings)
+    }
+
+    /// The same with corrections that are shortened until they pay.
+    pub(crate) fn solve_at_hand_damped(
+        &mut self,
+        system: &System,
+        node: usize,
+        dt: f64,
+        settings: &Settings,
+    ) -> Result<(), StepFailure> {
+        let h = self.stepper.half_step(&self.motion.trajectory.scheme, dt);
+        self.solve::<true>(system, node, h, settings)
     }
 
     /// Solves for (v, σ) of a node, with q = start_q + h v.
@@ -271,22 +283,35 @@ impl ForwardSweep {
         settings: &Settings,
     ) -> Result<(), StepFailure> {
         self.stepper.stage = self.motion.trajectory.last_stage();
-        self.solve(system, node, h, settings)
+        self.solve::<false>(system, node, h, settings)
     }
 
     /// Solves the node problem of the stage at hand from the values in its columns.
-    fn solve(&mut self, system: &System, node: usize, h: f64, settings: &Settings) -> Result<(), StepFailure> {
+    fn solve<const DAMPED: bool>(
+        &mut self,
+        system: &System,
+        node: usize,
+        h: f64,
+        settings: &Settings,
+    ) -> Result<(), StepFailure> {
         let (k, s) = (node - self.motion.first, self.stepper.stage);
         let from =
             KnownPart { h, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
         let design = self.motion.design.as_slice();
         let is_node = s == self.motion.trajectory.last_stage();
+        let v_before = || column(&self.motion.trajectory.v, k - 1).iter().copied();
+        let size_before = if DAMPED { self.stepper.newton.weights.of_velocities(v_before()) } else { 0.0 };
         let columns = self.motion.trajectory.stage_mut(k, s);
         let u = if is_node { column(&self.motion.inputs.controls, node) } else { columns.u };
         let given = Given { u, t: *columns.time, design };
         let mut unknowns = Unknowns { q: columns.q, v: columns.v, sigma: columns.sigma, p_star_dot: columns.p_star_dot };
         let worst = self.monitor.report.worst_pivot;
-        self.stepper.newton.solve_step(system, &from, given, &mut unknowns, settings, &mut self.monitor.report)?;
+        let (newton, report) = (&mut self.stepper.newton, &mut self.monitor.report);
+        if DAMPED {
+            newton.solve_step_damped(system, &from, given, &mut unknowns, (settings, size_before), report)?;
+        } else {
+            newton.solve_step(system, &from, given, &mut unknowns, settings, report)?;
+        }
         for ((p_star, start), rate) in columns.p_star.iter_mut().zip(&self.stepper.start_p).zip(unknowns.p_star_dot.iter()) {
             *p_star = start + h * rate;
         }

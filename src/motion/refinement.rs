@@ -1,4 +1,4 @@
-//! The grid that was taken: the given one, with steps halved where they had no solution.
+//! The grid that was taken: the given one, with steps halved where no solution was found.
 //!
 //! Between given nodes A and B the controls are linear, u = (1 − θ) u_A + θ u_B, and every part is a fixed share of the given
 //! step, Δt_k = s_k Δt. So a motion on the grid taken is a function of the given inputs, and with the derivatives on the grid taken

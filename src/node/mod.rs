@@ -1,6 +1,7 @@
 //! The node problem: the velocities and multipliers of one node, from what a scheme knows of it beforehand.
 
 mod convergence;
+mod damped;
 mod evaluation;
 mod factors;
 mod linear_part;

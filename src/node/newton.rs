@@ -57,21 +57,21 @@ pub(crate) struct Miss {
 pub(crate) struct Newton<F = BlockLu> {
     pub(crate) evaluation: Evaluation,
     pub(super) matrix: Matrix<F>,
-    condensed: usize,
+    pub(super) condensed: usize,
     /// The relative residual below which there is nothing but rounding.
-    rounding: f64,
+    pub(super) rounding: f64,
     /// (v, σ) of the iterate; condensed unknowns are found at the end.
     pub(super) x: Vec<f64>,
     /// −k, reduced, for the condensed unknowns and ℓ for the others.
-    linear: Vec<f64>,
+    pub(super) linear: Vec<f64>,
     /// −r, then a correction.
     pub(super) delta: Vec<f64>,
     pub(super) transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
-    size: Sizes,
+    pub(super) size: Sizes,
     /// What counts as small for them.
-    floor: f64,
+    pub(super) floor: f64,
     /// Of the last step.
     pub(crate) miss: Miss,
 }
@@ -152,26 +152,41 @@ impl<F: Factorization> Newton<F> {
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            if scale == 0.0 {
-                // From rest, without forces: what there is of momentum comes from driven joints.
-                let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
-                scale = linear.max(self.weights.of_residual(&self.linear).v);
-            }
-            // Momentum equations against their terms, velocity constraints against the velocities.
-            let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
+            let terms = self.terms(&mut scale);
             if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
-                let jump = if iteration > DIRECT { self.distance(system, y.v) / larger(self.size.v, scale) } else { 0.0 };
-                if jump > FAR {
-                    return Err(self.diverged(system, iteration, convergence.residual, Some(jump)));
-                }
+                let size = larger(self.size.v, scale);
+                self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
                 return self.finish(system, from, given, y, report);
             }
         }
         Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
+    /// What residuals are compared with: momentum equations with their terms, velocity constraints with the velocities.
+    #[inline]
+    pub(super) fn terms(&self, scale: &mut f64) -> Sizes {
+        if *scale == 0.0 {
+            // From rest, without forces: what there is of momentum comes from driven joints.
+            let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
+            *scale = linear.max(self.weights.of_residual(&self.linear).v);
+        }
+        Sizes { v: *scale, sigma: larger(self.size.v, self.floor) }
+    }
+
+    /// Refuses a solution that is far from the guess of its velocities, in parts of a size.
+    #[inline]
+    pub(super) fn see_that_it_is_near(
+        &self,
+        system: &System,
+        (guess, size): (&[f64], f64),
+        (iteration, residual): (usize, f64),
+    ) -> Result<(), StepFailure> {
+        let jump = if iteration > DIRECT { self.distance(system, guess) / size } else { 0.0 };
+        if jump > FAR { Err(self.diverged(system, iteration, residual, Some(jump))) } else { Ok(()) }
+    }
+
     /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
-    fn begin(
+    pub(super) fn begin(
         &mut self,
         system: &System,
         from: &KnownPart,
@@ -201,7 +216,7 @@ impl<F: Factorization> Newton<F> {
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns the size of its velocities, and its relative size.
     ///
     /// K is that of the present point, or, if its factors will do, of the point before.
-    fn correct(
+    pub(super) fn correct(
         &mut self,
         system: &System,
         h: f64,
@@ -230,14 +245,14 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// −r = ℓ − N(x).
-    fn residual(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) {
+    pub(super) fn residual(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) {
         let free = self.condensed..;
         self.delta[free.clone()].copy_from_slice(&self.linear[free]);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
     }
 
     /// The second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
-    fn finish(
+    pub(super) fn finish(
         &mut self,
         system: &System,
         from: &KnownPart,
@@ -267,7 +282,7 @@ impl<F: Factorization> Newton<F> {
         self.weights.of_velocities(differences)
     }
 
-    fn diverged(&self, system: &System, iterations: usize, residual: f64, jump: Option<f64>) -> StepFailure {
+    pub(super) fn diverged(&self, system: &System, iterations: usize, residual: f64, jump: Option<f64>) -> StepFailure {
         let size = |position: &usize| self.delta[*position].abs() * self.weights.of_any_equation(*position);
         let free = self.condensed..self.delta.len();
         let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);

@@ -68,13 +68,15 @@ impl Bordered {
         self.least_free.map_or(STALLED, |(_, freedom)| larger(STALLED, ROUNDED / freedom))
     }
 
-    /// What is held and has the least freedom, and how much.
-    pub(super) fn least_free(&self) -> Option<(usize, f64)> {
-        self.least_free
+    /// What is held and has the least freedom.
+    pub(super) fn least_free(&self) -> Option<usize> {
+        self.least_free.map(|(coordinate, _)| coordinate)
     }
 
     /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
     pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
+        // In the rows of what is held there is κ alone: what stands there would cancel, and take digits of the rest with it.
+        self.held.iter().for_each(|&i| x.v[i] = 0.0);
         newton.solve(system, x);
         if self.held.is_empty() {
             return;

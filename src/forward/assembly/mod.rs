@@ -27,7 +27,7 @@ use crate::motion::{Compliances, Held, Report};
 use crate::node::Newton;
 use crate::number::{Real, larger, largest};
 use crate::system::{Given, KnownPart, NodeView, Pair};
-use crate::{Coordinate, Error, Start, System, Warning};
+use crate::{Coordinate, Error, Start, System};
 
 const MOST_CORRECTIONS_OF_START: usize = 50;
 /// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
@@ -110,25 +110,18 @@ impl Assembler<'_> {
         Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
     }
 
-    /// Warns where what is held hardly leaves the rest free to follow, and refuses it if velocities violate a constraint: where constraints have a compliance, what they
-    /// determine is still moved a little.
+    /// Refuses what is held if velocities violate a constraint: where constraints have a compliance, what they determine is still moved a little.
     fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
-        let Some((held, freedom)) = tangent.least_free() else { return Ok(()) };
-        let unknown = self.system.coordinate_name(held).to_string();
-        if self.newton.evaluation.compliance().is_empty() {
-            if freedom < Warning::LOST_DIGITS.min(self.report.worst_pivot) {
-                self.report.worst_pivot = freedom;
-                self.report.replace(Warning::LostDigits { step: 0, time: given.t, unknown, pivot: freedom });
-            }
+        let Some(held) = tangent.least_free().filter(|_| !self.newton.evaluation.compliance().is_empty()) else {
             return Ok(());
-        }
+        };
         let mut left = Pair::new(self.system.n(), self.system.m());
         let none = left.sigma.clone();
         let at = given.at(q0, v, &none);
         self.newton.l_v_and_phi_dot(self.system, &at, &mut left, self.report);
         self.system.take_rounding(&at, v, &mut left.sigma);
         if largest(&left.sigma) > self.tolerance {
-            return Err(Error::Held { coordinate: unknown });
+            return Err(Error::Held { coordinate: self.system.coordinate_name(held).to_string() });
         }
         Ok(())
     }

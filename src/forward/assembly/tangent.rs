@@ -131,8 +131,8 @@ impl Tangent {
         self.bordered.stalled()
     }
 
-    /// What is held and has the least freedom, and how much.
-    pub(super) fn least_free(&self) -> Option<(usize, f64)> {
+    /// What is held and has the least freedom.
+    pub(super) fn least_free(&self) -> Option<usize> {
         self.bordered.least_free()
     }
 
