@@ -10,7 +10,7 @@
 //! in the weighted maximum norm. It takes more evaluations than whole corrections where these converge, and is for steps in which they do not.
 
 use super::convergence::Convergence;
-use super::newton::Newton;
+use super::newton::{DIRECT, Newton};
 use super::sizes::Sizes;
 use super::step::{StepFailure, Unknowns};
 use crate::linear::Factorization;
@@ -26,6 +26,7 @@ const SHORTEST: f64 = 1e-9;
 
 impl<F: Factorization> Newton<F> {
     /// Solves a step as [`solve_step`](Self::solve_step) does, from guesses that are farther away, with the size of the velocities before it.
+    #[cold]
     pub(crate) fn solve_step_damped(
         &mut self,
         system: &System,
@@ -40,25 +41,33 @@ impl<F: Factorization> Newton<F> {
         let mut convergence = Convergence::new(settings.tolerance, self.rounding, before);
         for iteration in 1..=settings.max_iterations {
             let (_, correction) = self.correct(system, from.h, false, report)?;
-            let direction = self.delta.clone();
+            self.direction.copy_from_slice(&self.delta);
             self.residual(system, from, given, report);
-            let (terms, mut part) = (self.terms(&mut scale), 1.0);
+            if scale == 0.0 {
+                scale = self.scale_at_rest();
+            }
+            let (terms, mut part) = (Sizes { v: scale, sigma: larger(self.size.v, self.floor) }, 1.0);
             // NaN is no descent.
             let pays = |now: Sizes, part: f64| now.relative_to(terms) <= (1.0 - ENOUGH * part) * before.relative_to(terms);
             let mut now = self.weights.of_residual(&self.delta);
             let mut is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
             while !is_reached && !pays(now, part) && part > SHORTEST {
                 part *= 0.5;
-                self.step_back(&direction, part);
+                self.step_back(part);
                 self.residual(system, from, given, report);
                 now = self.weights.of_residual(&self.delta);
                 is_reached = false;
             }
+            if part <= SHORTEST {
+                break;
+            }
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
             if is_reached {
-                let size = larger(larger(self.size.v, scale), size_before);
-                self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                if iteration > DIRECT {
+                    let size = larger(larger(self.size.v, scale), size_before);
+                    self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                }
                 return self.finish(system, from, given, y, report);
             }
             before = now;
@@ -67,8 +76,8 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// Takes so much of a correction back.
-    fn step_back(&mut self, direction: &[f64], part: f64) {
-        self.delta.iter_mut().zip(direction).for_each(|(delta, whole)| *delta = -part * whole);
+    fn step_back(&mut self, part: f64) {
+        self.delta.iter_mut().zip(&self.direction).for_each(|(delta, whole)| *delta = -part * whole);
         let free = self.condensed..;
         add(&mut self.x[free.clone()], &self.delta[free]);
         self.matrix.subtract_constant_product(&self.delta, &mut self.linear);

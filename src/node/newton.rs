@@ -45,7 +45,7 @@ pub(crate) const STILL: f64 = 1e-10;
 /// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
 const FAR: f64 = 10.0;
 /// … if it took more iterations than this to find it.
-const DIRECT: usize = 3;
+pub(super) const DIRECT: usize = 3;
 
 /// By how much the first correction of a step changed the velocities of its guess, and how large those were; infinite for a guess at rest.
 pub(crate) struct Miss {
@@ -66,6 +66,8 @@ pub(crate) struct Newton<F = BlockLu> {
     pub(super) linear: Vec<f64>,
     /// −r, then a correction.
     pub(super) delta: Vec<f64>,
+    /// A whole correction, of which a part is taken.
+    pub(super) direction: Vec<f64>,
     pub(super) transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
@@ -88,6 +90,7 @@ impl<F: Factorization> Newton<F> {
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
+            direction: zeros(),
             transposed: TransposedProduct::new(system),
             weights: UnitWeights::new((system.n(), system.m()), condensed),
             size: Sizes::default(),
@@ -152,40 +155,45 @@ impl<F: Factorization> Newton<F> {
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
-            let terms = self.terms(&mut scale);
+            if scale == 0.0 {
+                scale = self.scale_at_rest();
+            }
+            // Momentum equations against their terms, velocity constraints against the velocities.
+            let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
             if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
-                let size = larger(self.size.v, scale);
-                self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                if iteration > DIRECT {
+                    let size = larger(self.size.v, scale);
+                    self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                }
                 return self.finish(system, from, given, y, report);
             }
         }
         Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
-    /// What residuals are compared with: momentum equations with their terms, velocity constraints with the velocities.
-    #[inline]
-    pub(super) fn terms(&self, scale: &mut f64) -> Sizes {
-        if *scale == 0.0 {
-            // From rest, without forces: what there is of momentum comes from driven joints.
-            let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
-            *scale = linear.max(self.weights.of_residual(&self.linear).v);
-        }
-        Sizes { v: *scale, sigma: larger(self.size.v, self.floor) }
+    /// The size of the terms of momentum equations that begin at rest without forces: what there is of momentum comes from driven joints.
+    #[cold]
+    pub(super) fn scale_at_rest(&self) -> f64 {
+        let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
+        linear.max(self.weights.of_residual(&self.linear).v)
     }
 
-    /// Refuses a solution that is far from the guess of its velocities, in parts of a size.
-    #[inline]
+    /// Refuses a solution whose velocities are far from their guess, in parts of a size.
+    #[cold]
     pub(super) fn see_that_it_is_near(
         &self,
         system: &System,
         (guess, size): (&[f64], f64),
         (iteration, residual): (usize, f64),
     ) -> Result<(), StepFailure> {
-        let jump = if iteration > DIRECT { self.distance(system, guess) / size } else { 0.0 };
+        let jump = self.distance(system, guess) / size;
         if jump > FAR { Err(self.diverged(system, iteration, residual, Some(jump))) } else { Ok(()) }
     }
 
+    // What follows is part of the loop above, which the hot path runs; damped steps call it, too.
+
     /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
+    #[inline(always)]
     pub(super) fn begin(
         &mut self,
         system: &System,
@@ -216,6 +224,7 @@ impl<F: Factorization> Newton<F> {
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns the size of its velocities, and its relative size.
     ///
     /// K is that of the present point, or, if its factors will do, of the point before.
+    #[inline(always)]
     pub(super) fn correct(
         &mut self,
         system: &System,
@@ -245,6 +254,7 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// −r = ℓ − N(x).
+    #[inline(always)]
     pub(super) fn residual(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) {
         let free = self.condensed..;
         self.delta[free.clone()].copy_from_slice(&self.linear[free]);
@@ -252,6 +262,7 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// The second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
+    #[inline(always)]
     pub(super) fn finish(
         &mut self,
         system: &System,
