@@ -179,6 +179,62 @@ fn what_no_grid_can_be_made_of_is_refused() {
     assert!(solver.simulate(&inputs).is_ok() || solver.simulate(&resolved::uniform(&inputs, 100)).is_ok());
 }
 
+/// A rod on a hinge that begins to fall.
+fn pendulum(duration: f64) -> (System, Inputs) {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let rod = scene.body("rod", 2.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(1, duration));
+    (system, inputs)
+}
+
+/// Where no estimate would ever tell: with embedded weights it is rounding times the length of the step, however short that is.
+#[test]
+fn tolerances_below_the_rounding_of_coordinates_are_refused_soon() {
+    let (system, inputs) = pendulum(1.0);
+    for scheme in Scheme::ALL {
+        let mut solver = Solver::new(&system, with(scheme));
+        for tolerance in [1e-17, 1e-19, 1e-22, 1e-26, 1e-40] {
+            let mut calls = 0;
+            solver.watch(move |_| {
+                calls += 1;
+                if calls > 1000 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            let error = solver.adapt(&inputs, tolerance).map(drop).expect_err("too small");
+            println!("{}, {tolerance:e}: {error}", scheme.name);
+            assert_says(&error, &["the tolerance cannot be met at t = ", "larger tolerance"]);
+        }
+    }
+    // What rounding leaves room for is met.
+    let (system, inputs) = pendulum(0.05);
+    for scheme in Scheme::ALL {
+        let adapted = Solver::new(&system, with(scheme)).adapt(&inputs, 1e-13).expect("grid");
+        assert!(adapted.grid.steps.len() < 10_000, "{}", scheme.name);
+    }
+    // So is it of small coordinates beside a large one that does not move.
+    let mut scene = Scene::new();
+    let block = scene.body("block", 1.0, 0.1, [1e-6, 3.0, 0.0]);
+    scene.spring_damper("spring", Body::GROUND.at(-1.0, 3.0), block.at(0.0, 0.0), 4.0, 1.0, 0.0);
+    let system = scene.compile().expect("scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.1));
+    let mut solver = Solver::new(&system, with(Scheme::ESDIRK5));
+    assert!(solver.adapt(&inputs, 1e-19).expect("grid").grid.steps.len() < 1000);
+}
+
+#[test]
+fn what_watches_a_grid_in_the_making_can_stop_it_soon() {
+    // Steps of some 1e-4 s, as many as 1e7 in all.
+    let (system, inputs) = pendulum(1000.0);
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK3] {
+        let mut solver = Solver::new(&system, with(scheme));
+        solver.watch(|progress| if progress.done > 10 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) });
+        let error = solver.adapt(&inputs, 1e-11).map(drop).expect_err("stopped");
+        assert!(matches!(error, Error::Interrupted { done: ..=200, of: 10_000.. }), "{}: {error}", scheme.name);
+    }
+}
+
 /// Two masses on a stiff spring, or a stiff damper, of which the first hangs on a soft spring.
 struct Masses;
 impl KineticEnergy<2> for Masses {

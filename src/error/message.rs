@@ -219,6 +219,13 @@ impl fmt::Display for Error {
                  larger tolerance, or look for a formula that jumps there",
                 seconds(*time)
             ),
+            Error::Rounding { time, coordinate, rounding, tolerance } => write!(
+                f,
+                "the tolerance cannot be met at t = {} s: `{coordinate}` is rounded by {rounding:.1e} in a step, and the tolerance is {tolerance:.1e}; \
+                 ask for a larger tolerance: above {:.1e} none is below rounding",
+                seconds(*time),
+                0.5 * f64::EPSILON
+            ),
             Error::Scheme { found } => write!(
                 f,
                 "the paper's equations are those of the trapezoidal rule, and the motion was computed with {found}; simulate with \

@@ -315,6 +315,17 @@ pub enum Error {
         /// Its estimated error in parts of the tolerance.
         error: f64,
     },
+    /// The tolerance of steps is below what rounding makes of a coordinate in one.
+    Rounding {
+        /// Where such a step ends, s.
+        time: f64,
+        /// The coordinate.
+        coordinate: String,
+        /// What it is rounded by, m or rad, or relative to it if it is larger than 1.
+        rounding: f64,
+        /// The tolerance.
+        tolerance: f64,
+    },
     /// The paper's equations were asked for of a motion by another scheme than the trapezoidal rule.
     Scheme {
         /// The scheme of the motion.

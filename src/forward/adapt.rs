@@ -21,6 +21,9 @@
 //!
 //! δq and δp* are the scheme's estimates (`scheme/estimate.rs`), of order k. With K(h) the errors of momenta become those of velocities, without
 //! what is in the directions of the reactions, and what is so stiff that it has no part in the motion is damped.
+//!
+//! By themselves they never tell of a tolerance below rounding: with embedded weights what rounding leaves of δq is about Δt ε |v|, which any tolerance
+//! has steps for. But the sum q + Δq is rounded by ½ ε |q|, unless q hardly moves: above the tolerance shorter steps make the motion worse.
 
 use nalgebra::DMatrix;
 
@@ -188,6 +191,7 @@ impl ForwardSweep {
                     // The first step is not taken as long as one of five times its length would do.
                     may_lengthen = may_lengthen && error <= 1.0 && factor == RANGE.1 && length == dt;
                     if error <= 1.0 && !may_lengthen {
+                        self.refuse_rounding(system, node, tolerance)?;
                         self.check_compliant(system, node, settings)?;
                         self.watch_dependent(system, node);
                         self.monitor.watch_reach(&self.motion, node);
@@ -201,7 +205,7 @@ impl ForwardSweep {
                         // As many nodes as it will be if steps go on like this.
                         let share = (begin + length) / duration;
                         let nodes = 1 + ((node - 1) as f64 / share).round() as usize;
-                        self.watch.tell(Task::Simulation, node, nodes)?;
+                        self.watch.tell_of_guess(Task::Simulation, node, nodes)?;
                     }
                     factor
                 }
@@ -226,6 +230,20 @@ impl ForwardSweep {
     ) -> Result<(), Error> {
         let is_hopeless = is_too_short || self.model_fault(system, node, &failure);
         if is_hopeless { Err(self.explain(system, node, failure)) } else { Ok(()) }
+    }
+
+    /// Refuses a tolerance below what the step into a node rounds a coordinate by.
+    fn refuse_rounding(&self, system: &System, node: usize, tolerance: f64) -> Result<(), Error> {
+        let (k, dt) = (node - self.motion.first, self.motion.inputs.grid.steps[node - 1]);
+        let [q, v] = [&self.motion.trajectory.q, &self.motion.trajectory.v].map(|x| column(x, k));
+        let rounding = |i: usize| (0.5 * f64::EPSILON * q[i].abs()).min((dt * v[i]).abs()) / q[i].abs().max(1.0);
+        match (0..q.len()).find(|&i| rounding(i) > tolerance) {
+            Some(i) => {
+                let (coordinate, rounding) = (system.coordinate_name(i).to_string(), rounding(i));
+                Err(Error::Rounding { time: self.motion.time(node), coordinate, rounding, tolerance })
+            }
+            None => Ok(()),
+        }
     }
 
     /// Makes the grid end with this step, whatever was there behind it.

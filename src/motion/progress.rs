@@ -26,6 +26,8 @@ pub enum Task {
 
 /// About so many times a task is told of.
 const TIMES: usize = 100;
+/// Where the number of all nodes is a guess, at most so many are between two times.
+const MOST_BETWEEN: usize = 100;
 
 /// Who is told, if anybody.
 #[derive(Default)]
@@ -56,14 +58,25 @@ impl Watch {
     /// If the answer is to stop.
     #[inline]
     pub(crate) fn tell(&mut self, task: Task, done: usize, of: usize) -> Result<(), Error> {
+        self.tell_every(of.div_ceil(TIMES), task, done, of)
+    }
+
+    /// The same where the number of all nodes is a guess, which may grow faster than what is done.
+    ///
+    /// # Errors
+    /// As [`tell`](Self::tell).
+    pub(crate) fn tell_of_guess(&mut self, task: Task, done: usize, of: usize) -> Result<(), Error> {
+        self.tell_every(of.div_ceil(TIMES).min(MOST_BETWEEN), task, done, of)
+    }
+
+    #[inline]
+    fn tell_every(&mut self, nodes: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
         match &mut self.callback {
             Some(_) if self.is_back && task == Task::Simulation => Ok(()),
-            Some(callback) if done == of || done.is_multiple_of(of.div_ceil(TIMES)) => {
-                match callback(Progress { task, done, of }) {
-                    ControlFlow::Continue(()) => Ok(()),
-                    ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
-                }
-            }
+            Some(callback) if done == of || done.is_multiple_of(nodes) => match callback(Progress { task, done, of }) {
+                ControlFlow::Continue(()) => Ok(()),
+                ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
+            },
             _ => Ok(()),
         }
     }

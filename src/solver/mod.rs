@@ -116,7 +116,7 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate); a tolerance that is not positive, or that no step meets; steps forth and back, or a composed grid;
+    /// As [`simulate`](Self::simulate); a tolerance that is not positive, that no step meets, or that is below what coordinates are rounded by; steps forth and back, or a composed grid;
     /// a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has another number on another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
         self.drop_motion();
@@ -153,7 +153,7 @@ impl<'s> Solver<'s> {
 
     /// Tells of the progress of every motion and gradient from now on, some hundred times each; what answers `Break` stops it with
     /// [`Error::Interrupted`], and the nodes before remain in [`trajectory`](Self::trajectory). Of [`adapt`](Self::adapt) the number of all nodes is
-    /// what it will be if steps go on like those before.
+    /// what it will be if steps go on like those before, and every hundredth step is told of at least.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Progress, Settings, Solver, Task, scenes::CartPendulum};
