@@ -330,6 +330,41 @@ fn costs_that_read_a_shared_reaction_are_named_and_the_check_says_so() {
     }
 }
 
+/// |λ|² of the sum of so many hinges at one place.
+struct SquareOfSum;
+impl<const M: usize> Cost<0, M> for SquareOfSum {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, M, 0>, _b: &SVector<S, 0>) -> S {
+        (0..2).map(|j| (j..M).step_by(2).map(|k| at.lambda[k]).sum::<S>().powi(2)).sum()
+    }
+}
+
+/// A rod at rest leaves all of its weight to one of two hinges, and the λ of the other are zero.
+#[test]
+fn a_cost_on_a_share_is_refused_where_its_derivative_happens_to_be_zero_and_one_on_the_sum_is_not() {
+    let of = |hinges: usize, on: &[usize]| {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let mass = scene.design("mass", 2.0);
+        let rod = scene.body("rod", mass, 0.1, [0.5, 0.0, 0.0]);
+        let all: Vec<[Multiplier; 2]> = (0..hinges)
+            .map(|k| scene.revolute(&format!("hinge {k}"), Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0)))
+            .collect();
+        match *on {
+            [hinge] => scene.cost("load", SquareOfSum, Sum::Integral, [], all[hinge], [], []),
+            _ => scene.cost("load", SquareOfSum, Sum::Integral, [], [all[0][0], all[0][1], all[1][0], all[1][1]], [], []),
+        }
+        let system = scene.compile().expect("a scene");
+        hamiltonian_adjoint::gradient(&system, &Inputs::at_rest(&system, Grid::uniform(10, 0.005)), Settings::default())
+    };
+    for hinge in [0, 1] {
+        let error = of(2, &[hinge]).map(|found| found.value).expect_err("a share of a reaction");
+        assert_says(&error, &["λ", "hinge", "take its force over"]);
+    }
+    let (one, both) = (of(1, &[0]).expect("a gradient"), of(2, &[0, 1]).expect("a gradient"));
+    assert!(one.value > 0.1 && (one.value - both.value).abs() < 1e-7 * one.value, "{} {}", one.value, both.value);
+    assert!((one.design[0] - both.design[0]).abs() < 1e-7 * one.design[0].abs());
+}
+
 #[test]
 fn the_adjoint_variables_of_shared_reactions_are_those_of_the_paper_system() {
     let mut mechanism = Mechanism::new();

@@ -143,12 +143,14 @@ pub(super) struct CostNode {
     accelerations: AccelerationsOfCosts,
     /// Empty if no cost needs it.
     u_dot: Vec<f64>,
+    /// Derivatives at another λ, made where constraints depend on each other.
+    aside: Option<Box<CostRows>>,
 }
 
 impl CostNode {
     pub(super) fn new(system: &System) -> Self {
         let u_dot = vec![0.0; if system.has_control_rates() { system.k() } else { 0 }];
-        CostNode { accelerations: AccelerationsOfCosts::default(), u_dot }
+        CostNode { accelerations: AccelerationsOfCosts::default(), u_dot, aside: None }
     }
 
     /// Another motion begins.
@@ -176,9 +178,35 @@ impl CostNode {
         }
         let here = self.view(at);
         system.costs().iter().for_each(|costs| costs.gradient(&here, weights, rows));
+        if uses > Depends::Never && self.accelerations.missing.is_none() {
+            self.check_aside(system, at, weights, rows)?;
+        }
         match &mut self.accelerations.own {
             Some(accelerations) => accelerations.pull_back(system, at, rows),
             None => Ok(()),
         }
+    }
+
+    /// Refuses costs on reactions that are not determined, also where their derivatives happen to be zero.
+    fn check_aside(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        weights: &Weights<f64>,
+        rows: &mut CostRows,
+    ) -> Result<(), Error> {
+        let CostNode { accelerations, u_dot, aside } = self;
+        let Some(accelerations) = accelerations.own.as_mut().filter(|own| own.is_compliant()) else { return Ok(()) };
+        let sizes = (system.n(), system.m(), system.k());
+        let aside = aside.get_or_insert_with(|| Box::new(CostRows::new(sizes, system.parameters().len(), system.outputs())));
+        aside.factors.copy_from(&rows.factors);
+        // What programs need is made for the rows at hand.
+        std::mem::swap(&mut aside.memory, &mut rows.memory);
+        let at = NodeView { u_dot, ..*at };
+        let checked = accelerations.check_aside(system, &at, aside, |there, aside| {
+            system.costs().iter().for_each(|costs| costs.gradient(there, weights, aside));
+        });
+        std::mem::swap(&mut aside.memory, &mut rows.memory);
+        checked
     }
 }

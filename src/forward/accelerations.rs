@@ -120,16 +120,52 @@ impl Accelerations {
         if rows.v_dot.iter().chain(&rows.lambda).all(|x| *x == 0.0) {
             return Ok(());
         }
+        self.find_adjoint(system, at, rows)?;
         let Accelerations { state, equations, x, adjoint, .. } = self;
-        state.right.v.copy_from_slice(&rows.v_dot);
-        state.right.sigma.copy_from_slice(&rows.lambda);
-        state.solve(system, adjoint);
-        if let Some(equation) = state.find_undetermined(system, at) {
-            return Err(Error::UndeterminedReaction { equation: system.equation_name(equation).to_string(), time: at.t });
-        }
         let at = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
         equations.pull_back(system, &at, adjoint, rows);
         Ok(())
+    }
+
+    /// c and e of a cost, unless it asks for a reaction that other constraints may take over.
+    fn find_adjoint(&mut self, system: &System, at: &NodeView<f64>, rows: &CostRows) -> Result<(), Error> {
+        let Accelerations { state, adjoint, .. } = self;
+        state.right.v.copy_from_slice(&rows.v_dot);
+        state.right.sigma.copy_from_slice(&rows.lambda);
+        state.solve(system, adjoint);
+        match state.find_undetermined(system, at) {
+            Some(equation) => {
+                Err(Error::UndeterminedReaction { equation: system.equation_name(equation).to_string(), time: at.t })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses costs that ask for a reaction that other constraints may take over, at a λ aside from that of the last state: at its own their
+    /// derivatives may happen to be zero, and what is determined in sum is so at any. `gradient` adds what they are at a λ to rows.
+    ///
+    /// # Errors
+    /// A reaction that other constraints may take over.
+    pub(crate) fn check_aside(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        rows: &mut CostRows,
+        gradient: impl FnOnce(&NodeView<f64>, &mut CostRows),
+    ) -> Result<(), Error> {
+        let aside = |(j, lambda): (usize, &f64)| lambda + 0.5 + 0.3 * (j as f64).sin();
+        let lambda: Vec<f64> = self.x.sigma.iter().enumerate().map(aside).collect();
+        rows.clear();
+        gradient(&NodeView { lambda: &lambda, ..self.with(*at) }, rows);
+        rows.v_dot.fill(0.0);
+        // There a formula may have no number, which says nothing of it here.
+        let is_asked = all_finite(&rows.lambda) && rows.lambda.iter().any(|x| *x != 0.0);
+        if is_asked { self.find_adjoint(system, at, rows) } else { Ok(()) }
+    }
+
+    /// Whether constraints depend on each other where it stands, so that reactions may not be determined.
+    pub(crate) fn is_compliant(&self) -> bool {
+        !self.state.newton.evaluation.compliance().is_empty()
     }
 
     /// v̇ and λ of the last state, which is `at`, and what they change by along a direction.
