@@ -221,6 +221,21 @@ fn what_cannot_be_assembled_is_named() {
 }
 
 #[test]
+fn what_is_held_belongs_to_the_scene() {
+    let FourBar { scene, crank, .. } = four_bar(1);
+    let (system, other) = (scene.compile().expect("scene"), four_bar(1).crank.coordinates[2]);
+    let mut given = inputs(&system, &crank.coordinates[2..], 0.0);
+    assert!(simulate(&system, &given, Settings::default()).is_ok());
+    given.start = Start::assembled(&system).hold(&[other]);
+    let error = Solver::new(&system, Settings::default()).assemble(&given).map(drop).expect_err("another's coordinate");
+    assert_says(&error, &["held coordinate 2", "another scene"]);
+    if let Start::Assembled { held, .. } = &mut given.start {
+        held.coordinates.clear();
+    }
+    assert_says(&gradient(&system, &given, Settings::default()).map(drop).expect_err("held velocity"), &["another scene"]);
+}
+
+#[test]
 fn driven_joints_and_grids_by_tolerance_go_together_with_it() {
     let FourBar { mut scene, crank, rocker, lengths: [a, _, c, _] } = four_bar(1);
     // A bob that the motion of the others does not determine, with a motor.

@@ -69,7 +69,7 @@ impl<R: Real> Start<R> {
         }
     }
 
-    /// Sets one coordinate.
+    /// Sets one coordinate. A start is of no scene: a handle of another one sets what has its number.
     ///
     /// # Panics
     /// If the system has no such coordinate.
@@ -77,7 +77,7 @@ impl<R: Real> Start<R> {
         self.q_mut()[coordinate.index()] = value;
     }
 
-    /// Sets one velocity, or one momentum where momenta are given.
+    /// Sets one velocity, or one momentum where momenta are given, as [`set_coordinate`](Self::set_coordinate) does.
     ///
     /// # Panics
     /// If the system has no such coordinate.
@@ -184,7 +184,8 @@ impl Inputs {
         }
     }
 
-    /// Sets a control at all nodes to a function of time: a measured or wanted signal, u(t).
+    /// Sets a control at all nodes to a function of time: a measured or wanted signal, u(t). Inputs are of no scene: a handle of another one sets what
+    /// has its number.
     ///
     /// # Panics
     /// If the system has no such control.
@@ -296,9 +297,9 @@ impl Inputs {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
         }
         if let Start::Assembled { held: Held { coordinates, velocities }, .. } = &self.start
-            && let Some(beyond) = coordinates.iter().chain(velocities).find(|q| q.index() >= n)
+            && let Some(other) = coordinates.iter().chain(velocities).find(|q| q.index() >= n || !system.owns(q.0))
         {
-            return Err(Error::NoSuchInput { input: format!("held coordinate {}", beyond.index()) });
+            return Err(Error::NoSuchInput { input: format!("held coordinate {}", other.index()) });
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;
