@@ -215,7 +215,11 @@ fn what_cannot_be_assembled_is_named() {
     open.design[ground.index()] = 4.0;
     let error = fails(&open);
     assert!(matches!(error, Error::Assembly { violation, .. } if violation > 0.1), "{error}");
-    assert_says(&error, &["cannot be assembled", "violated"]);
+    assert_says(&error, &["cannot be assembled", "violated", "better guess"]);
+    assert!(!error.to_string().contains("hold fewer"), "nothing is held: {error}");
+    let mut open = inputs(&system, &crank.coordinates[2..], 0.0);
+    open.design[ground.index()] = 4.0;
+    assert_says(&fails(&open), &["cannot be assembled", "hold fewer coordinates"]);
     let error = fails(&inputs(&system, &[crank.coordinates[2], crank.coordinates[0]], 0.0));
     assert_says(&error, &["crank.x", "cannot be held"]);
 }

@@ -71,10 +71,11 @@ impl fmt::Display for Error {
                 "the initial velocities violate the rate of {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
                  correct v0, let `Start::Assembled` do it, or raise `Settings::velocity_tolerance`"
             ),
-            Error::Assembly { equation, violation, tolerance } => write!(
+            Error::Assembly { equation, violation, tolerance, holds } => write!(
                 f,
                 "the start cannot be assembled: {equation} is left violated by {violation:.3e} (tolerance {tolerance:.1e}); see whether these \
-                 lengths can close, hold fewer coordinates, or begin from a better guess, with links that lie in one line bent a little"
+                 lengths can close, {}or begin from a better guess, with links that lie in one line bent a little",
+                if *holds { "hold fewer coordinates, " } else { "" }
             ),
             Error::AssemblyStalled { correction } => write!(
                 f,
@@ -85,6 +86,11 @@ impl fmt::Display for Error {
                 f,
                 "`{coordinate}` cannot be held at the start: the constraints and what else is held determine it; hold at most one \
                  coordinate for each degree of freedom"
+            ),
+            Error::NotFree { quantity, equation } => write!(
+                f,
+                "`{quantity}` cannot be free by itself: {equation} holds it, and would be violated by any other value; begin with \
+                 `Start::assembled` and hold the coordinate (`Start::hold`), so that the others follow"
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,

@@ -116,6 +116,8 @@ pub enum Error {
         violation: f64,
         /// How much is accepted.
         tolerance: f64,
+        /// Whether any coordinate is held.
+        holds: bool,
     },
     /// The assembly of a start, or its derivative, does not converge.
     AssemblyStalled {
@@ -126,6 +128,13 @@ pub enum Error {
     Held {
         /// The coordinate.
         coordinate: String,
+    },
+    /// What is free of a start that is given, though a constraint holds it and nothing that is free beside it follows.
+    NotFree {
+        /// The initial coordinate, or its rate.
+        quantity: String,
+        /// The constraint that holds it.
+        equation: String,
     },
     /// Φ_q has less than full row rank: some constraints follow from (or contradict) others.
     DependentConstraints {

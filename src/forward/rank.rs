@@ -10,7 +10,7 @@ use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, System};
 
 /// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
-const RANK: f64 = 1e-7;
+pub(crate) const RANK: f64 = 1e-7;
 /// Eigenvalues of M̂ below this are negative, and not rounding.
 const NEGATIVE: f64 = -1e-10;
 /// Close to a singular configuration the smallest singular value is below this.
@@ -224,7 +224,7 @@ pub(crate) fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
 }
 
 /// An orthonormal basis of the null space, by columns.
-fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
+pub(crate) fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
     let columns = matrix.ncols();
     // Squared up with zero rows, so that the decomposition holds all right singular vectors.
     let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);

@@ -34,6 +34,7 @@ mod augmented_lagrangian;
 mod counted;
 mod fit;
 mod free;
+mod held;
 mod homotopy;
 mod interior_point;
 mod lbfgs;

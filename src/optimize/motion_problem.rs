@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
@@ -40,10 +41,12 @@ impl<'s> MotionProblem<'s> {
     /// With these inputs, of which the variables are free.
     ///
     /// # Errors
-    /// Inputs that do not fit the system, variables that were made for another system or another number of nodes.
+    /// Inputs that do not fit the system, variables that were made for another system or another number of nodes; a free coordinate or velocity of a start that
+    /// is not assembled, where constraints hold it and nothing else that is free goes with it ([`Error::NotFree`]).
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
+        held::check(system, &settings, &inputs, variables.free())?;
         let constraints = default_constraints(system);
         let (x, solver, direction) = (variables.take(&inputs)?, Solver::new(system, settings), inputs.no_change());
         let gradient = vec![0.0; x.len()];

@@ -145,6 +145,11 @@ impl Variables {
         self.parts().flat_map(|(free, range)| range.map(move |_| of(free))).collect()
     }
 
+    /// What is free, in order.
+    pub(super) fn free(&self) -> &[Free] {
+        &self.free
+    }
+
     fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
         self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
     }

@@ -3,11 +3,12 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push, shooting};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Trials, Variables, lbfgs, levenberg_marquardt, silent,
+    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Trials, Variables, lbfgs,
+    levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings};
-use nalgebra::DMatrix;
+use hamiltonian_adjoint::{Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Start};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Every method of a problem, with one entry too few or too many of each argument.
 fn assert_refuses_lengths(problem: &mut dyn Problem, x: &[f64]) {
@@ -203,6 +204,61 @@ fn handles_of_another_scene_are_refused() {
     }));
     let message = constrain.expect_err("another's output");
     assert!(message.downcast_ref::<String>().is_some_and(|message| message.contains("another scene")));
+}
+
+#[test]
+fn what_constraints_hold_is_not_free_by_itself() {
+    let mut scene = Scene::new();
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let system = scene.compile().expect("a scene");
+    let of = |start: Start, free: &[Quantity], settings: Settings| {
+        let inputs = Inputs { start, ..Inputs::at_rest(&system, Grid::uniform(10, 0.02)) };
+        let free = free.iter().map(|of| Free::new(of.clone())).collect();
+        let variables = Variables::new(&system, &inputs, free)?;
+        MotionProblem::new(&system, settings, inputs, variables).map(drop)
+    };
+    let [_, _, phi] = rod.coordinates;
+    let (q, zeros) = (system.initial_coordinates(), DVector::zeros(system.n()));
+    let velocity = || Start::Velocity { q: q.clone(), v: zeros.clone() };
+    let momentum = || Start::Momentum { q: q.clone(), p_star: zeros.clone() };
+    let (angle, rate, plain) = (Quantity::Coordinate(phi), Quantity::Rate(phi), Settings::default());
+    for start in [velocity(), momentum()] {
+        let error = of(start, std::slice::from_ref(&angle), plain).expect_err("an angle alone");
+        assert_says(&error, &["`initial rod.φ`", "`hinge`", "`Start::assembled`", "hold"]);
+    }
+    let error = of(velocity(), std::slice::from_ref(&rate), plain).expect_err("a rate alone");
+    assert_says(&error, &["`initial rate of rod.φ`", "the rate of `hinge`", "`Start::assembled`"]);
+    // Momenta are projected, assembled starts follow, and what tolerances let pass is nobody's business.
+    of(momentum(), std::slice::from_ref(&rate), plain).expect("a momentum");
+    of(Start::assembled(&system).hold(&[phi]), &[angle.clone(), rate.clone()], plain).expect("a start that follows");
+    let (position_tolerance, velocity_tolerance) = (f64::INFINITY, f64::INFINITY);
+    let loose = Settings { position_tolerance, velocity_tolerance, ..plain };
+    of(velocity(), &[angle.clone(), rate.clone()], loose).expect("any start passes");
+    of(velocity(), &[angle], Settings { position_tolerance: 0.5, ..loose }).expect("a small change passes");
+    // What moves together may be free together: x and the place of the wall that it stands at.
+    let mut scene = Scene::new();
+    let wall = scene.design("wall", 0.5);
+    let block = scene.body("block", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    let [x, y, _] = block.coordinates;
+    scene.constraint("at the wall", At, [x], [wall.into()]);
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.02));
+    let of = |free: Vec<Free>| {
+        let variables = Variables::new(&system, &inputs, free).expect("free");
+        MotionProblem::new(&system, Settings::default(), inputs.clone(), variables).map(drop)
+    };
+    let [x, y] = [x, y].map(|q| Free::new(Quantity::Coordinate(q)));
+    assert_says(&of(vec![x.clone(), y.clone()]).expect_err("x alone"), &["initial block.x", "`at the wall`"]);
+    of(vec![y, Free::design(wall), x]).expect("both");
+}
+
+/// x = b.
+struct At;
+impl Constraint<1, 1, 1> for At {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 1>, _t: S) -> SVector<S, 1> {
+        SVector::from([q[0] - b[0]])
+    }
 }
 
 #[test]

@@ -82,13 +82,13 @@ impl Assembler<'_> {
                 break;
             }
         }
-        self.see_that_it_holds(q, &moved.v, given)?;
+        self.see_that_it_closes((q, held), &moved.v, given)?;
         let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
         if last <= stalled * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
     /// Refuses coordinates that violate a constraint.
-    fn see_that_it_holds(&self, q: &[f64], w: &[f64], given: Given) -> Result<(), Error> {
+    fn see_that_it_closes(&self, (q, held): (&[f64], &[usize]), w: &[f64], given: Given) -> Result<(), Error> {
         let (q0, mut phi, zeros) = (sum(q, w), self.phi(q, w, given), Pair::new(self.system.n(), self.system.m()));
         let at = given.at(&q0, &zeros.v, &zeros.sigma);
         if largest_of(&phi).1 > self.tolerance {
@@ -99,8 +99,8 @@ impl Assembler<'_> {
             return Err(self.system.constraint_not_finite(&at, equation));
         }
         if violation > self.tolerance {
-            let equation = self.system.equation_name(equation).to_string();
-            return Err(Error::Assembly { equation, violation, tolerance: self.tolerance });
+            let (equation, holds) = (self.system.equation_name(equation).to_string(), !held.is_empty());
+            return Err(Error::Assembly { equation, violation, tolerance: self.tolerance, holds });
         }
         Ok(())
     }

@@ -1,0 +1,103 @@
+//! What is free of a start that is given, and what constraints hold of it.
+//!
+//! ```text
+//!   A = ∂(Φ, dΦ/dt)/∂x    of the free coordinates, velocities and design variables x at the start
+//! ```
+//!
+//! x_i is held if every z with A z = 0 has z_i = 0: then any other value of it violates a constraint, whatever the others do.
+
+use nalgebra::DMatrix;
+use num_dual::Dual64;
+
+use super::free::{Free, Quantity};
+use crate::forward::rank::{RANK, null_space};
+use crate::system::{NodeValues, NodeView, Sums};
+use crate::{Error, Inputs, Settings, Start, System};
+
+/// The part of a variable's unit, or of the room between its bounds, that tolerances do not let pass where it is held.
+const SMALL: f64 = 1e-2;
+/// What is left of a part in motions that constraints allow is rounding below this.
+const ROUNDING: f64 = 1e-6;
+
+/// Refuses what is free of a start that is not assembled and that constraints hold.
+///
+/// # Errors
+/// Such a coordinate or velocity, with the constraint that it would violate most.
+pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free: &[Free]) -> Result<(), Error> {
+    let is_given = matches!(inputs.start, Start::Velocity { .. });
+    let of_start = |free: &&Free| match free.quantity {
+        Quantity::Coordinate(_) => true,
+        // Momenta are no velocities: v₀ follows from them and the constraints.
+        Quantity::Rate(_) => is_given,
+        _ => false,
+    };
+    let is_asked = !matches!(inputs.start, Start::Assembled { .. }) && free.iter().any(|free| of_start(&free));
+    if system.m() == 0 || !is_asked {
+        return Ok(());
+    }
+    let moves: Vec<&Free> =
+        free.iter().filter(|free| of_start(free) || matches!(free.quantity, Quantity::Design(_))).collect();
+    let violations = violations(system, settings, inputs, &moves);
+    // Whoever simulates will be told of what is not finite.
+    if violations.iter().any(|x| !x.is_finite()) {
+        return Ok(());
+    }
+    let mut columns = violations.clone();
+    columns.column_iter_mut().filter(|column| column.amax() > 0.0).for_each(|mut column| column /= column.amax());
+    let allowed = null_space(&columns, RANK);
+    for (k, free) in moves.iter().enumerate().filter(|(_, free)| of_start(free)) {
+        let (row, violation) = violations.column(k).abs().argmax();
+        if violation > 1.0 && allowed.row(k).norm() <= ROUNDING {
+            let name = system.equation_name(row % system.m());
+            let equation = if row < system.m() { name.to_string() } else { format!("the rate of {name}") };
+            let quantity = free.quantity.name(system, inputs.grid.steps.len())?;
+            return Err(Error::NotFree { quantity, equation });
+        }
+    }
+    Ok(())
+}
+
+/// Changes of Φ and dΦ/dt, in units of their tolerances, by a small change of each variable; none of dΦ/dt where momenta are given.
+fn violations(system: &System, settings: &Settings, inputs: &Inputs, moves: &[&Free]) -> DMatrix<f64> {
+    let m = system.m();
+    let (q, zeros) = (inputs.start.q().as_slice(), vec![0.0; system.n().max(m)]);
+    let (v, velocity_tolerance) = match &inputs.start {
+        Start::Velocity { v, .. } => (v.as_slice(), settings.velocity_tolerance),
+        _ => (&zeros[..system.n()], f64::INFINITY),
+    };
+    let design = system.parameters().values(inputs.design.as_slice());
+    let at = NodeView::of_equations([q, v, &zeros[..m]], (inputs.controls_at(0), inputs.grid.start, &design));
+    let (mut phi, mut sums) = (vec![Dual64::from_re(0.0); m], Sums::new(system.n(), m));
+    let mut violations = DMatrix::zeros(2 * m, moves.len());
+    for (free, mut column) in moves.iter().zip(violations.column_iter_mut()) {
+        let mut there = NodeValues::of_equations(&at, Dual64::from_re);
+        move_along(system, inputs, free, &mut there);
+        system.phi(&there.view(), &mut phi);
+        system.plain_sums(&there.view(), &mut sums);
+        let of_phi = phi.iter().map(|phi| (phi.eps, settings.position_tolerance));
+        let of_rate = sums.phi_dot().iter().map(|rate| (rate.eps, velocity_tolerance));
+        column.iter_mut().zip(of_phi.chain(of_rate)).for_each(|(x, (change, tolerance))| {
+            *x = if change == 0.0 { 0.0 } else { change / tolerance };
+        });
+    }
+    violations
+}
+
+/// Gives the arguments a small change along a variable.
+fn move_along(system: &System, inputs: &Inputs, free: &Free, there: &mut NodeValues<Dual64>) {
+    let small = |value: f64| {
+        let unit = free.slope(free.to_variable(value)).abs();
+        SMALL * unit.min(free.bounds.most - free.bounds.least)
+    };
+    match free.quantity {
+        Quantity::Coordinate(q) => there.q[q.index()].eps = small(inputs.start.q()[q.index()]),
+        Quantity::Rate(q) => there.v[q.index()].eps = small(inputs.start.rate()[q.index()]),
+        Quantity::Design(design) => {
+            let mut direction = vec![0.0; inputs.design.len()];
+            direction[design.index()] = small(inputs.design[design.index()]);
+            let changes = system.parameters().along(inputs.design.as_slice(), &direction);
+            there.design.iter_mut().zip(changes).for_each(|(value, change)| value.eps = change);
+        }
+        _ => {}
+    }
+}
