@@ -2,9 +2,11 @@
 //!
 //! What is read may come from anybody: sizes are bounded by that of the text, and what does not fit is named with its place.
 
+mod fields;
 mod gradient;
 mod inputs;
 mod names;
+mod ready_costs;
 mod report;
 mod scene;
 mod study;

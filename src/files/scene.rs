@@ -2,10 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
+use super::fields::{Fields, wrong};
 use super::names::Unique;
+use super::ready_costs::{EFFORT, END_STATE, READING, TIME};
 use crate::model::{Frame, Owner, Param, Point};
 use crate::planar::{Body, KINDS, MOTIONS};
-use crate::scene::ready::{Added, Kind, Part};
+use crate::scene::ready::{Added, Kind, Part, ReadyCost};
 use crate::{Error, Scene};
 
 const FORMAT: &str = "hamiltonian-adjoint scene";
@@ -15,8 +17,8 @@ const VERSION: u64 = 1;
 pub struct SceneFile {
     /// The scene with its ready parts; handles are found by name.
     pub scene: Scene,
-    /// Names of elements, costs and outputs that were the writer's own, and of parts whose parameters no text can say, with all that is joined to
-    /// such bodies: without them it is another mechanism.
+    /// Names of elements, costs and outputs that were the writer's own, and of parts and costs whose parameters no text can say, with all that such
+    /// bodies have or are joined by: without them it is another mechanism, or another J.
     pub left_out: Vec<String>,
 }
 
@@ -64,7 +66,7 @@ impl SceneFile {
 }
 
 impl Scene {
-    /// As JSON: coordinates, controls, design variables, bodies and all ready parts; elements, costs and outputs of your own by their names.
+    /// As JSON: coordinates, controls, design variables, bodies, all ready parts, costs and outputs; elements, costs and outputs of your own by their names.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Scene, SceneFile, planar::Body};
@@ -88,7 +90,7 @@ impl Scene {
         if let Some(problem) = self.problem() {
             return Err(problem.clone());
         }
-        let mut left_out: Vec<String> = self.own().map(str::to_string).collect();
+        let mut left_out: Vec<String> = self.own().to_vec();
         let mut parts = Vec::new();
         let designs = self.design_names();
         let mut missing: Vec<Frame> = Vec::new();
@@ -99,8 +101,11 @@ impl Scene {
                     if let Added::Body(..) | Added::Particle(..) = added {
                         missing.extend(self.frame_named(name));
                     }
-                    let name = if let Added::Place(of, _) = added { self.coordinate_name(*of) } else { name };
-                    left_out.push(name.to_string());
+                    left_out.push(match added {
+                        Added::Place(of, _) => self.coordinate_name(*of).to_string(),
+                        Added::Cost(ReadyCost::EndState { .. }) => format!("end state of {name}"),
+                        _ => name.to_string(),
+                    });
                 }
             }
         }
@@ -118,6 +123,7 @@ impl Scene {
             None => param.text(designs).map(Value::String),
         };
         Some(match added {
+            Added::Cost(cost) => self.write_cost(name, cost, param)?,
             Added::Control => json!({ "kind": "control", "name": name }),
             Added::Design(value) => json!({ "kind": "design variable", "name": name, "value": value }),
             Added::Coordinates(names) => json!({ "kind": "coordinates", "name": name, "coordinates": names }),
@@ -161,72 +167,7 @@ impl Scene {
     }
 }
 
-/// The fields of an entry, and which of them were asked for.
-struct Fields<'a> {
-    place: String,
-    all: &'a Map<String, Value>,
-    asked: Vec<String>,
-}
-
-impl<'a> Fields<'a> {
-    fn of(place: &str, value: &'a Value) -> Result<Self, Error> {
-        let all = value.as_object().ok_or_else(|| wrong(place, "an object { … } is expected"))?;
-        Ok(Fields { place: place.to_string(), all, asked: Vec::new() })
-    }
-
-    fn wrong(&self, problem: &str) -> Error {
-        wrong(&self.place, problem)
-    }
-
-    fn get(&mut self, name: &str) -> Result<&'a Value, Error> {
-        self.asked.push(name.to_string());
-        self.all.get(name).ok_or_else(|| self.wrong(&format!("`{name}` is missing")))
-    }
-
-    fn text(&mut self, name: &str) -> Result<&'a str, Error> {
-        self.get(name)?.as_str().ok_or_else(|| self.wrong(&format!("`{name}` must be a text")))
-    }
-
-    fn list(&mut self, name: &str) -> Result<&'a [Value], Error> {
-        let list = self.get(name)?.as_array().ok_or_else(|| self.wrong(&format!("`{name}` must be a list")))?;
-        Ok(list)
-    }
-
-    fn number(&mut self, name: &str) -> Result<f64, Error> {
-        self.get(name)?.as_f64().ok_or_else(|| self.wrong(&format!("`{name}` must be a number")))
-    }
-
-    fn numbers<const N: usize>(&mut self, name: &str) -> Result<[f64; N], Error> {
-        let numbers: Option<Vec<f64>> = self.list(name)?.iter().map(Value::as_f64).collect();
-        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
-        numbers.ok_or_else(|| self.wrong(&format!("`{name}` must have {N} numbers")))
-    }
-
-    fn nothing_more(&self) -> Result<(), Error> {
-        match self.all.keys().find(|name| !self.asked.contains(name)) {
-            Some(name) => Err(self.wrong(&format!("`{name}` is none of its fields"))),
-            None => Ok(()),
-        }
-    }
-
-    fn params(&mut self, name: &str, scene: &Scene) -> Result<Vec<Param>, Error> {
-        self.list(name)?.iter().map(|value| self.as_param(name, value, scene)).collect()
-    }
-
-    fn param(&mut self, name: &str, scene: &Scene) -> Result<Param, Error> {
-        let value = self.get(name)?;
-        self.as_param(name, value, scene)
-    }
-
-    fn as_param(&self, name: &str, value: &Value, scene: &Scene) -> Result<Param, Error> {
-        match value {
-            Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("too large a number")),
-            Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from))
-                .map_err(|(column, problem)| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}"))),
-            _ => Err(self.wrong(&format!("`{name}` must be a number or a formula in quotes"))),
-        }
-    }
-
+impl Fields<'_> {
     /// Adds what the entry says.
     fn add(&mut self, kind: &str, name: &str, scene: &mut Scene) -> Result<(), Error> {
         match kind {
@@ -238,8 +179,7 @@ impl<'a> Fields<'a> {
             }
             "initial value" => {
                 let value = self.number("value")?;
-                let at = scene.coordinate_named(name);
-                scene.place(at.ok_or_else(|| self.wrong("there is no such coordinate before it"))?, value);
+                scene.place(self.coordinate(name, scene)?, value);
             }
             "gravity" => {
                 let [x, y] = [self.param("x", scene)?, self.param("y", scene)?];
@@ -253,6 +193,7 @@ impl<'a> Fields<'a> {
                 let mass = self.param("mass", scene)?;
                 scene.particle(name, mass, self.numbers("place")?);
             }
+            EFFORT | TIME | END_STATE | READING => self.add_cost(kind, name, scene)?,
             _ => {
                 let known = || KINDS.map(|kind| kind.name).join(", ");
                 let kind = KINDS.into_iter().find(|known| known.name == kind);
@@ -267,14 +208,7 @@ impl<'a> Fields<'a> {
     fn part(&mut self, kind: &'static Kind, scene: &Scene) -> Result<Part, Error> {
         let points = kind.places.iter().map(|place| self.point(place, kind, scene)).collect::<Result<_, _>>()?;
         let numbers = kind.numbers.iter().map(|what| self.param(what, scene)).collect::<Result<_, _>>()?;
-        let control = match kind.control {
-            Some(what) => {
-                let name = self.text(what)?;
-                let control = scene.control_named(name);
-                Some(control.ok_or_else(|| self.wrong(&format!("there is no control `{name}` before it")))?)
-            }
-            None => None,
-        };
+        let control = kind.control.map(|what| self.control(what, scene)).transpose()?;
         let motion = if kind.moves { Some(self.motion(scene)?) } else { None };
         Ok(Part { kind, points, numbers, control, motion })
     }
@@ -322,11 +256,14 @@ impl Scene {
 /// Whether one of these bodies has it, or is joined by it.
 fn is_joined(added: &Added, bodies: &[Frame]) -> bool {
     match added {
-        Added::Place(of, _) => bodies.iter().any(|body| match body.owner() {
-            Owner::Ground => false,
-            Owner::Body(q) => q.contains(of),
-            Owner::Particle(q) => q.contains(of),
-        }),
+        Added::Place(of, _)
+        | Added::Cost(ReadyCost::EndState { coordinate: of } | ReadyCost::Reading { coordinate: of, .. }) => {
+            bodies.iter().any(|body| match body.owner() {
+                Owner::Ground => false,
+                Owner::Body(q) => q.contains(of),
+                Owner::Particle(q) => q.contains(of),
+            })
+        }
         Added::Part(part) => part.points.iter().any(|point| bodies.contains(&point.frame)),
         _ => false,
     }
@@ -339,8 +276,4 @@ fn has_null(part: &Value) -> bool {
         Value::Object(fields) => fields.values().any(has_null),
         Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
     }
-}
-
-fn wrong(place: &str, problem: &str) -> Error {
-    Error::File { kind: "scene", place: place.to_string(), problem: problem.to_string() }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::ready::{Added, ReadyCost};
 use super::{Scene, as_mut};
 use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
@@ -76,6 +77,7 @@ impl Scene {
 
     /// Adds an output: a number that is computed of a motion beside J, the sum of its terms ([`term`](Self::term)).
     pub fn output(&mut self, name: &str) -> Output {
+        self.recipe.note_own(name);
         self.parts.outputs.push(name.to_string());
         Output(self.tag.handle(self.parts.outputs.len() - 1))
     }
@@ -135,32 +137,47 @@ impl Scene {
 
     /// Adds the effort w ∫ u² dt of a control to J.
     pub fn effort(&mut self, name: &str, control: Control, weight: impl Into<Param>) {
-        self.cost(name, Effort, Sum::Integral, [], [], [control], [weight.into()]);
+        let weight = weight.into();
+        self.ready_cost(name, ReadyCost::Effort { control, weight }, |scene| {
+            scene.cost(name, Effort, Sum::Integral, [], [], [control], [weight]);
+        });
     }
 
     /// Adds the duration of the motion, times a weight, to J.
     pub fn time(&mut self, name: &str, weight: impl Into<Param>) {
-        self.cost(name, Time, Sum::Integral, [], [], [], [weight.into()]);
+        let weight = weight.into();
+        self.ready_cost(name, ReadyCost::Time { weight }, |scene| {
+            scene.cost(name, Time, Sum::Integral, [], [], [], [weight]);
+        });
     }
 
     /// Adds outputs for where a coordinate is at the end of a motion and how fast it goes; nothing is asked of them unless
     /// [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain) says it.
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
-        let of = self.parts.coordinates.get(coordinate.index()).map_or("?", String::as_str);
-        let names = ["value", "rate"].map(|what| format!("{what} of {of} at the end"));
-        let [position, rate] = names.map(|name| (self.output(&name), name));
-        self.parts.looked_at.extend([position.0.index(), rate.0.index()]);
-        self.term(position.0, &position.1, Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
-        self.term(rate.0, &rate.1, Rate, Sum::Terminal, [coordinate], [], [], []);
-        EndState { coordinate, position: position.0, rate: rate.0 }
+        let of = self.parts.coordinates.get(coordinate.index()).cloned().unwrap_or_else(|| "?".into());
+        self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
+            let names = ["value", "rate"].map(|what| format!("{what} of {of} at the end"));
+            let [position, rate] = names.each_ref().map(|name| scene.output(name));
+            scene.parts.looked_at.extend([position.index(), rate.index()]);
+            scene.term(position, &names[0], Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
+            scene.term(rate, &names[1], Rate, Sum::Terminal, [coordinate], [], [], []);
+            EndState { coordinate, position, rate }
+        })
     }
 
     /// Adds a residual as an output: w (q_i − q̃) of a coordinate that was read at node i, q̃, with the weight w, such as the reading's inverse standard
     /// deviation.
     pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
-        let output = self.output(name);
-        self.term(output, name, Position, Sum::Node(node), [coordinate], [], [], [value.into(), weight.into()]);
-        output
+        self.ready_cost(name, ReadyCost::Reading { coordinate, node, value, weight }, |scene| {
+            let output = scene.output(name);
+            scene.term(output, name, Position, Sum::Node(node), [coordinate], [], [], [value.into(), weight.into()]);
+            output
+        })
+    }
+
+    /// Notes a ready cost or output, and adds what it is made of.
+    fn ready_cost<R>(&mut self, name: &str, cost: ReadyCost, add: impl FnOnce(&mut Self) -> R) -> R {
+        self.noted(name, Added::Cost(cost), |scene, _| add(scene))
     }
 
     /// Adds a cost on lists, of lengths that are known at run time ([`ListCost`]).
@@ -207,6 +224,10 @@ impl Scene {
             & self.check(name, "multiplier", sigma.iter().map(|s| s.0))
             & self.check(name, "control", u.iter().map(|u| u.0))
             & self.check_params(name, b);
+        // An output says it all with its own name.
+        if output.checked_sub(1).is_none_or(|output| self.parts.outputs[output] != name) {
+            self.recipe.note_own(name);
+        }
         self.costs_named.push(name.to_string());
         if !known {
             return;

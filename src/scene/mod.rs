@@ -282,7 +282,7 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        self.recipe.note_element(name);
+        self.recipe.note_own(name);
         self.elements.push(name.to_string());
         let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
             & self.check(name, "control", u.iter().map(|u| u.0))

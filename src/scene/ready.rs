@@ -3,7 +3,7 @@
 use crate::model::{Control, Coordinate, Design, Frame, Param, Point};
 use crate::{Multiplier, Scene};
 
-/// What was added to a scene, besides elements and costs of the user's own.
+/// What was added to a scene, besides elements, costs and outputs of the user's own.
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
 pub(crate) enum Added {
@@ -20,6 +20,17 @@ pub(crate) enum Added {
     /// Mass; x, y.
     Particle(Param, [f64; 2]),
     Part(Part),
+    Cost(ReadyCost),
+}
+
+/// A ready cost or output.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+pub(crate) enum ReadyCost {
+    Effort { control: Control, weight: Param },
+    Time { weight: Param },
+    EndState { coordinate: Coordinate },
+    Reading { coordinate: Coordinate, node: usize, value: f64, weight: f64 },
 }
 
 /// A part between two frames.
@@ -117,7 +128,7 @@ impl Kind {
 pub(super) struct Recipe {
     /// With their names.
     pub(super) added: Vec<(String, Added)>,
-    /// Names of the user's own elements.
+    /// Names of the user's own elements, costs and outputs.
     pub(super) own: Vec<String>,
     within: bool,
 }
@@ -129,7 +140,7 @@ impl Recipe {
         }
     }
 
-    pub(super) fn note_element(&mut self, name: &str) {
+    pub(super) fn note_own(&mut self, name: &str) {
         if !self.within {
             self.own.push(name.to_string());
         }
@@ -224,8 +235,8 @@ impl Scene {
     }
 
     /// Names of elements, costs and outputs that are the user's own.
-    pub(crate) fn own(&self) -> impl Iterator<Item = &str> {
-        [&self.recipe.own, &self.costs_named, &self.parts.outputs].into_iter().flatten().map(String::as_str)
+    pub(crate) fn own(&self) -> &[String] {
+        &self.recipe.own
     }
 }
 

@@ -11,6 +11,8 @@ mod files;
 mod pipe;
 mod progress;
 #[cfg(feature = "files")]
+mod ready_costs;
+#[cfg(feature = "files")]
 mod scenes;
 #[cfg(feature = "files")]
 mod study;

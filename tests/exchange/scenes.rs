@@ -69,6 +69,10 @@ fn everything() -> Scene {
     let arm = scene.body("arm", 1.0, 0.1, [8.0, 0.0, 0.0]);
     scene.revolute("arm axle", ground(8.0, 0.0), arm.at(0.0, 0.0));
     scene.driven_distance("jack", ground(8.0, -1.0), arm.at(0.5, 0.0), Harmonic, swing(1.25f64.sqrt()));
+    scene.effort("effort of the motor", motor, m * 0.1 + 0.3);
+    scene.time("hurry", l.powi(2) / 3.0);
+    scene.end_state(cart.coordinates[0]);
+    scene.reading("seen at 3", bob.coordinates[1], 3, -0.1, 7.0);
     scene
 }
 
@@ -86,8 +90,8 @@ fn every_part_comes_back_as_it_was() {
     let kinds: BTreeSet<&str> = file["parts"].as_array().expect("parts").iter().filter_map(|p| p["kind"].as_str()).collect();
     assert_eq!(
         kinds.len(),
-        22 + 6,
-        "22 kinds of parts, and controls, design variables, gravity, bodies, particles, values: {kinds:?}"
+        22 + 6 + 4,
+        "22 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings: {kinds:?}"
     );
     let read = SceneFile::from_json(&json).expect("a scene").complete().expect("whole");
     assert_eq!(read.to_json().expect("a file"), json, "written again it is the same");
@@ -183,11 +187,11 @@ fn what_a_file_cannot_hold_is_named() {
     let [flow] = cart.scene.coordinates("tank", ["flow"]);
     cart.scene.kinetic_energy("water", Own, [flow], []);
     let file = SceneFile::from_json(&cart.scene.to_json().expect("a file")).expect("a scene");
-    assert_eq!(file.left_out, ["water", "aim"]);
+    assert_eq!(file.left_out, ["aim", "water"]);
     assert!(file.scene.coordinate_named("tank.flow").is_some());
     assert!(file.scene.frame_named("link 1").is_some() && file.scene.control_named("force on the cart").is_some());
     let Err(error) = file.complete() else { panic!("it is not whole") };
-    assert_says(&error, &["left_out", "`water`", "no ready part"]);
+    assert_says(&error, &["left_out", "`aim`", "no ready part"]);
     let mut bad = Scene::new();
     bad.body("rod", f64::INFINITY, 0.1, [0.0; 3]);
     assert_says(&bad.to_json().expect_err("no number"), &["rod"]);
@@ -258,6 +262,14 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
         &change("\"damping\": 0.3", "\"damping\": 0.3, \"colour\": 1"),
         &["`spring`", "`colour` is none of its fields"],
     );
+    assert_says(&change("\"control\": \"motor\"", "\"control\": \"mtor\""), &["effort", "no control `mtor`"]);
+    assert_says(
+        &change("\"coordinate\": \"bob.y\"", "\"coordinate\": \"bob.z\""),
+        &["`seen at 3`", "no coordinate `bob.z`"],
+    );
+    for node in ["-1", "1.5", "1e300", "\"3\""] {
+        assert_says(&change("\"node\": 3", &format!("\"node\": {node}")), &["`seen at 3`", "`node` must be"]);
+    }
     let deep = format!("\"stiffness\": \"{}1{}\"", "(".repeat(10_000), ")".repeat(10_000));
     assert_says(&change("\"stiffness\": 90.0", &deep), &["parentheses within each other"]);
 }

@@ -1,0 +1,93 @@
+//! [`Fields`]: an entry of a scene's file, read by its names.
+
+use serde_json::{Map, Value};
+
+use crate::model::{Control, Coordinate, Param};
+use crate::{Error, Scene};
+
+/// The fields of an entry, and which of them were asked for.
+pub(super) struct Fields<'a> {
+    pub(super) place: String,
+    pub(super) all: &'a Map<String, Value>,
+    asked: Vec<String>,
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn of(place: &str, value: &'a Value) -> Result<Self, Error> {
+        let all = value.as_object().ok_or_else(|| wrong(place, "an object { … } is expected"))?;
+        Ok(Fields { place: place.to_string(), all, asked: Vec::new() })
+    }
+
+    pub(super) fn wrong(&self, problem: &str) -> Error {
+        wrong(&self.place, problem)
+    }
+
+    pub(super) fn get(&mut self, name: &str) -> Result<&'a Value, Error> {
+        self.asked.push(name.to_string());
+        self.all.get(name).ok_or_else(|| self.wrong(&format!("`{name}` is missing")))
+    }
+
+    pub(super) fn text(&mut self, name: &str) -> Result<&'a str, Error> {
+        self.get(name)?.as_str().ok_or_else(|| self.wrong(&format!("`{name}` must be a text")))
+    }
+
+    pub(super) fn list(&mut self, name: &str) -> Result<&'a [Value], Error> {
+        let list = self.get(name)?.as_array().ok_or_else(|| self.wrong(&format!("`{name}` must be a list")))?;
+        Ok(list)
+    }
+
+    pub(super) fn number(&mut self, name: &str) -> Result<f64, Error> {
+        self.get(name)?.as_f64().ok_or_else(|| self.wrong(&format!("`{name}` must be a number")))
+    }
+
+    pub(super) fn numbers<const N: usize>(&mut self, name: &str) -> Result<[f64; N], Error> {
+        let numbers: Option<Vec<f64>> = self.list(name)?.iter().map(Value::as_f64).collect();
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.ok_or_else(|| self.wrong(&format!("`{name}` must have {N} numbers")))
+    }
+
+    pub(super) fn count(&mut self, name: &str) -> Result<usize, Error> {
+        let count = self.get(name)?.as_u64().and_then(|count| count.try_into().ok());
+        count.ok_or_else(|| self.wrong(&format!("`{name}` must be 0, 1, 2 …")))
+    }
+
+    /// The coordinate of a name.
+    pub(super) fn coordinate(&self, name: &str, scene: &Scene) -> Result<Coordinate, Error> {
+        scene.coordinate_named(name).ok_or_else(|| self.wrong(&format!("there is no coordinate `{name}` before it")))
+    }
+
+    /// The control that is named in a field.
+    pub(super) fn control(&mut self, name: &str, scene: &Scene) -> Result<Control, Error> {
+        let of = self.text(name)?;
+        scene.control_named(of).ok_or_else(|| self.wrong(&format!("there is no control `{of}` before it")))
+    }
+
+    pub(super) fn nothing_more(&self) -> Result<(), Error> {
+        match self.all.keys().find(|name| !self.asked.contains(name)) {
+            Some(name) => Err(self.wrong(&format!("`{name}` is none of its fields"))),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn params(&mut self, name: &str, scene: &Scene) -> Result<Vec<Param>, Error> {
+        self.list(name)?.iter().map(|value| self.as_param(name, value, scene)).collect()
+    }
+
+    pub(super) fn param(&mut self, name: &str, scene: &Scene) -> Result<Param, Error> {
+        let value = self.get(name)?;
+        self.as_param(name, value, scene)
+    }
+
+    fn as_param(&self, name: &str, value: &Value, scene: &Scene) -> Result<Param, Error> {
+        match value {
+            Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("too large a number")),
+            Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from))
+                .map_err(|(column, problem)| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}"))),
+            _ => Err(self.wrong(&format!("`{name}` must be a number or a formula in quotes"))),
+        }
+    }
+}
+
+pub(super) fn wrong(place: &str, problem: &str) -> Error {
+    Error::File { kind: "scene", place: place.to_string(), problem: problem.to_string() }
+}

@@ -1,0 +1,83 @@
+//! Ready costs and outputs in scene files: the same J, outputs and gradient, to the last bit.
+use crate::common::assert_says;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::{Gradient, Grid, Inputs, Scene, SceneFile, Settings, Solver, Sum};
+
+/// A cart that is pushed, and what it costs; the names of outputs in their order.
+fn scene() -> (Scene, Vec<String>) {
+    let mut scene = Scene::new();
+    let (w, m) = (scene.design("w", 0.3), scene.design("m", 2.0));
+    let force = scene.control("force");
+    let cart = scene.body("cart", m, 0.1, [0.1, 0.0, 0.0]);
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    let [x, y, _] = cart.coordinates;
+    scene.reading("seen first", x, 7, 0.4, 30.0);
+    scene.effort("effort", force, w * 2.0 + m.sqrt() / 7.0);
+    scene.end_state(x);
+    scene.time("time", (w * m).exp());
+    scene.reading("seen last", x, 3, -0.1, 0.7);
+    scene.end_state(y);
+    let ends = |of: &str| ["value", "rate"].map(|what| format!("{what} of cart.{of} at the end"));
+    let names = [&["seen first".to_string()][..], &ends("x"), &["seen last".to_string()], &ends("y")].concat();
+    (scene, names)
+}
+
+/// J, the outputs, and the gradients of all of them.
+fn of(scene: Scene, names: &[String]) -> (Vec<f64>, Vec<Gradient>) {
+    let system = scene.compile().expect("a system");
+    assert_eq!(system.outputs(), names.len());
+    (0..names.len()).for_each(|k| assert_eq!(system.output_name(k), names[k]));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.05));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (i as f64).cos());
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    let mut all = vec![solver.gradient().expect("a gradient").clone()];
+    all.extend(solver.jacobian().expect("gradients"));
+    let mut values = vec![solver.cost().expect("J")];
+    values.extend(&solver.outputs().expect("outputs"));
+    (values, all)
+}
+
+#[test]
+fn ready_costs_and_outputs_come_back_to_the_last_bit() {
+    let (was, names) = scene();
+    let json = was.to_json().expect("a file");
+    let file = SceneFile::from_json(&json).expect("a scene");
+    assert!(file.left_out.is_empty(), "{:?}", file.left_out);
+    assert_eq!(file.scene.to_json().expect("a file"), json);
+    let (was, is) = (of(was, &names), of(file.scene, &names));
+    assert!(was == is && was.0[0] > 0.1 && was.0[1] != 0.0, "{:?} {:?}", was.0, is.0);
+}
+
+#[test]
+fn costs_and_outputs_that_a_file_cannot_hold_are_named_once() {
+    let (mut scene, _) = scene();
+    let x = scene.coordinate_named("cart.x").expect("there");
+    scene.cost("aim", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    let [own, seen] = [scene.output("own"), scene.reading("seen", x, 2, 0.0, 1.0)];
+    scene.term(own, "own", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    scene.term(seen, "more", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
+    assert_eq!(file.left_out, ["aim", "own", "more"]);
+    let Err(error) = file.complete() else { panic!("it is not whole") };
+    assert_says(&error, &["`aim`"]);
+}
+
+#[test]
+fn what_is_asked_of_bodies_that_are_left_out_is_left_out() {
+    let mut scene = Scene::new();
+    let (l, force) = (scene.design("l", 1.0), scene.control("force"));
+    let whole = scene.body("whole", 1.0, 0.1, [0.0; 3]);
+    let body = scene.body("infinite", (l + f64::INFINITY) * 2.0, 0.1, [0.0; 3]);
+    for of in [body, whole] {
+        scene.end_state(of.coordinates[0]);
+        scene.reading(&format!("seen {:?}", of.coordinates[1].index()), of.coordinates[1], 1, 0.0, 1.0);
+    }
+    scene.effort("effort", force, (l + f64::INFINITY) * 2.0);
+    let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
+    assert_eq!(file.left_out, ["infinite", "end state of infinite.x", "seen 4", "effort"]);
+    let system = file.scene.compile().expect("a system");
+    let names: Vec<&str> = (0..system.outputs()).map(|k| system.output_name(k)).collect();
+    assert_eq!(names, ["value of whole.x at the end", "rate of whole.x at the end", "seen 1"]);
+}
