@@ -129,13 +129,13 @@ impl Study {
     /// Goes on with the study in a file, or begins it.
     ///
     /// # Errors
-    /// A file that cannot be read or written, that another process has opened so, that is no study, or one of another name or with other starts.
+    /// A file that cannot be read or written, that this or another process has opened so, that is no study, or one of another name or with other starts.
     pub fn open(path: &Path, name: &str, starts: &[Vec<f64>]) -> Result<Self, Error> {
         let place = path.display().to_string();
         let failed = |error: std::io::Error| wrong(&place, error.to_string());
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         file.try_lock()
-            .map_err(|_| wrong(&place, "another process is at this study, or the file cannot be locked".into()))?;
+            .map_err(|_| wrong(&place, "this or another process is at this study, or the file cannot be locked".into()))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
         let head = Head {
