@@ -250,7 +250,7 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
     let warnings: Vec<String> =
         solver.report().warnings.iter().chain(&solver.adjoint_report().warnings).map(ToString::to_string).collect();
     warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
-    let last = motion.computed - 1;
+    let last = motion.last();
     let angles = (1..=options.mechanism.links).map(|link| motion.q[(3 * link + 2, last)]);
     // `{:?}` writes a number with the digits that give it back exactly, and a text in quotes.
     Ok(format!(

@@ -14,8 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} coordinates, {} constraints, {} control", system.n(), system.m(), system.k());
 
     // N = 100 steps of 0.02 s from rest; the force on the cart is 10 N at all 101 nodes.
-    let steps = 100;
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 0.02));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
     inputs.controls.fill(10.0);
 
     // The motion: one column of q, v, p*, ṗ*, σ for each node.
@@ -23,9 +22,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut solver = Solver::new(&system, settings);
     solver.simulate(&inputs)?;
     let motion = solver.trajectory();
-    println!("t = {:.2} s:  x of the cart {:.4} m", motion.times[steps], motion.q[(0, steps)]);
+    let last = motion.last();
+    println!("t = {:.2} s:  x of the cart {:.4} m", motion.times[last], motion.q[(0, last)]);
     for i in (0..system.n()).filter(|&i| system.coordinate_name(i).starts_with("link") && i % 3 == 2) {
-        println!("            {} = {:.4} rad", system.coordinate_name(i), motion.q[(i, steps)]);
+        println!("            {} = {:.4} rad", system.coordinate_name(i), motion.q[(i, last)]);
     }
     let (phi, phi_dot) = (motion.phi(&system, solver.inputs())?.amax(), motion.phi_dot(&system, solver.inputs())?.amax());
     println!("largest |Φ| {phi:.1e}, largest |dΦ/dt| {phi_dot:.1e}");
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // The same derivatives by complex step: 101 simulations in complex numbers.
-    let controls: Vec<Input> = (0..=steps).map(|node| Input::Control { channel: 0, node }).collect();
+    let controls: Vec<Input> = (0..inputs.grid.nodes()).map(|node| Input::Control { channel: 0, node }).collect();
     let reference = complex_step(&system, &inputs, settings, &controls)?;
     let largest = reference.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
     let error = gradient.controls.iter().zip(&reference).fold(0.0f64, |e, (a, b)| e.max((a - b).abs())) / largest;

@@ -21,7 +21,7 @@
 //!
 //! let mut solver = Solver::new(&system, Settings::default());
 //! let motion = solver.simulate(&inputs)?;
-//! let cart = motion.q[(0, 100)]; // m, at t = 2 s
+//! let cart = motion.q[(0, motion.last())]; // m, at t = 2 s
 //! let gradient = solver.gradient()?;
 //! assert!((cart - 8.5233060709473052).abs() < 1e-12);
 //! assert!((gradient.value - 15.18353832472497).abs() < 1e-12);

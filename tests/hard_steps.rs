@@ -49,6 +49,8 @@ fn a_cost_is_summed_over_the_given_nodes() {
     let (motion, taken) = (solver.trajectory(), solver.inputs());
     let given: Vec<usize> = (0..motion.computed).filter(|i| !motion.inserted.contains(i)).collect();
     assert_eq!(given.len(), inputs.grid.nodes());
+    assert_eq!((0..given.len()).map(|k| motion.column_of(k)).collect::<Vec<usize>>(), given);
+    assert_eq!((given.last(), motion.column_of(given.len())), (Some(&motion.last()), motion.computed));
     let h = |k: usize| {
         let (q, v, u, t) =
             (motion.q[(0, given[k])], motion.v[(0, given[k])], inputs.controls[(0, k)], motion.times[given[k]]);
@@ -58,7 +60,7 @@ fn a_cost_is_summed_over_the_given_nodes() {
     let on_the_way: f64 = (1..given.len()).map(|k| 0.5 * inputs.grid.steps[k - 1] * (h(k - 1) + h(k))).sum();
     let by_hand = on_the_way + h(given.len() - 1);
     assert!((solver.cost().expect("cost") - by_hand).abs() <= 1e-14 * by_hand);
-    assert!((motion.times[motion.computed - 1] - inputs.grid.times()[9]).abs() <= 1e-15);
+    assert!((motion.times[motion.last()] - inputs.grid.times()[9]).abs() <= 1e-15);
 }
 
 #[test]

@@ -71,6 +71,28 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
+    /// The last column that was computed; 0 if there is none.
+    pub fn last(&self) -> usize {
+        self.computed.saturating_sub(1)
+    }
+
+    /// The column of a node of the given grid, counted from its first: farther on where steps before it were halved. It is `computed` or more where the motion did not
+    /// come to the node, or there is none such.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Scheme, Trajectory, scenes::CartPendulum};
+    ///
+    /// let system = CartPendulum::default().scene().compile()?;
+    /// let mut motion = Trajectory::<f64>::zeros(&system, 6, Scheme::TRAPEZOIDAL);
+    /// motion.inserted = vec![2, 3]; // the second of three steps was halved, and its first half again
+    /// assert_eq!([0, 1, 2, 3].map(|node| motion.column_of(node)), [0, 1, 4, 5]);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn column_of(&self, given_node: usize) -> usize {
+        let is_before = |(before, inserted): &(usize, &usize)| **inserted <= given_node.saturating_add(*before);
+        given_node.saturating_add(self.inserted.iter().enumerate().take_while(is_before).count())
+    }
+
     /// How many numbers a node has.
     pub(crate) fn len_of_node(n: usize, m: usize) -> usize {
         4 * n + m + 1

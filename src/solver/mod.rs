@@ -109,7 +109,7 @@ impl<'s> Solver<'s> {
     /// let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
     /// let adapted = solver.adapt(&inputs, 1e-9)?;
     /// let motion = solver.simulate(&adapted)?;
-    /// let last = motion.computed - 1;
+    /// let last = motion.last();
     /// assert!((motion.times[last] - 2.0).abs() < 1e-12);
     /// assert!((motion.q[(0, last)] - 8.5244826).abs() < 1e-3);
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
