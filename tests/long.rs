@@ -32,7 +32,15 @@ fn assert_same(system: &System, inputs: &Inputs, settings: Settings, bytes: usiz
     }
     assert_eq!(long.inputs().grid, stored.inputs().grid);
     assert_eq!(long.report().warnings, stored.report().warnings);
-    long.report().factorisations as f64 / factorisations as f64
+    let work = long.report().factorisations as f64 / factorisations as f64;
+    assert_same_values(&mut long, &stored);
+    assert_eq!(long.report().warnings, stored.report().warnings);
+    work
+}
+
+/// J and the outputs, or why there are none.
+fn assert_same_values(long: &mut LongSolver, stored: &Solver) {
+    assert_eq!((long.cost(), long.outputs()), (stored.cost(), stored.outputs()));
 }
 
 #[test]
@@ -136,6 +144,90 @@ fn every_node_is_shown_once_and_in_order() {
         })
         .expect("motion");
     assert_eq!(next, 501);
+}
+
+/// ln u.
+struct Log;
+impl Cost<0, 0, 1> for Log {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _: &SVector<S, 0>) -> S {
+        at.u[0].ln()
+    }
+}
+
+/// A cart with costs and outputs that are summed in every way.
+fn with_outputs() -> System {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    let (x, force) = (cart.cart.coordinates[0], cart.force);
+    let single = [0, 57, 200].map(Sum::Node);
+    let ways = [Sum::Integral, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Terminal].into_iter().chain(single);
+    for (k, sum) in ways.enumerate() {
+        let (output, name) = (cart.scene.output(&format!("output {k}")), format!("seen {k}"));
+        cart.scene.term(output, &name, Dragged, sum, [x], [], [force], []);
+        cart.scene.cost(&format!("cost {k}"), Dragged, sum, [x], [], [force], []);
+    }
+    cart.scene.compile().expect("a scene")
+}
+
+#[test]
+fn the_cost_and_the_outputs_are_the_stored_ones_after_a_motion_and_after_a_gradient() {
+    let system = with_outputs();
+    let mut even = Inputs::at_rest(&system, Grid::uniform(200, 0.01));
+    even.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 3.0 * (0.02 * i as f64).cos());
+    let mut uneven = even.clone();
+    [50, 51, 150].into_iter().for_each(|step| uneven.grid.steps[step] = 1.0);
+    let mut halved = 0;
+    for scheme in [Scheme::TRAPEZOIDAL, Scheme::ESDIRK3] {
+        let settings = Settings { scheme, max_iterations: 4, drift_bound: 1e-7, ..Settings::default() };
+        for inputs in [&even, &uneven] {
+            let mut stored = Solver::new(&system, settings);
+            halved += stored.simulate(inputs).expect("a motion").inserted.len();
+            let gradient = stored.gradient().expect("a gradient").clone();
+            let mut bytes = 500;
+            while let Err(Error::Memory { needed, .. }) = LongSolver::new(&system, settings, bytes).gradient(inputs) {
+                bytes = needed;
+            }
+            for bytes in [bytes, 10_000_000] {
+                let mut long = LongSolver::new(&system, settings, bytes);
+                long.simulate(inputs, |_| ()).expect("a motion");
+                assert_same_values(&mut long, &stored);
+                assert_eq!(long.gradient(inputs).expect("a gradient"), &gradient);
+                assert_same_values(&mut long, &stored);
+                assert_same_values(&mut long, &stored);
+            }
+        }
+    }
+    assert!(halved >= 5, "{halved}");
+}
+
+#[test]
+fn there_is_no_cost_without_a_complete_motion_or_a_value() {
+    let (system, mut inputs) = cart(300, 0.002);
+    let settings = Settings { max_iterations: 1, max_halvings: 0, ..Settings::default() };
+    let (mut long, mut stored) = (LongSolver::new(&system, settings, 150_000), Solver::new(&system, settings));
+    assert!(matches!(long.cost(), Err(Error::Incomplete { computed: 0, .. })));
+    inputs.controls.fill(0.0);
+    inputs.controls[(0, 200)] = 1e7;
+    for control in [1e7, 0.0, f64::INFINITY, 1e7] {
+        inputs.controls[(0, 200)] = control;
+        assert_eq!(long.simulate(&inputs, |_| ()), stored.simulate(&inputs).map(|_| ()));
+        assert_eq!(long.cost().is_ok(), control == 0.0);
+        assert_same_values(&mut long, &stored);
+    }
+    let mut cart = CartPendulum::default().mechanism();
+    let x = cart.cart.coordinates[0];
+    let output = cart.scene.output("place");
+    cart.scene.term(output, "place", Dragged, Sum::Integral, [x], [], [cart.force], []);
+    cart.scene.cost("log", Log, Sum::Trapezoidal, [], [], [cart.force], []);
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(300, 0.002));
+    inputs.controls.fill(1.0);
+    inputs.controls[(0, 70)] = 0.0;
+    let settings = Settings::default();
+    let (mut long, mut stored) = (LongSolver::new(&system, settings, 150_000), Solver::new(&system, settings));
+    long.simulate(&inputs, |_| ()).expect("a motion");
+    stored.simulate(&inputs).expect("a motion");
+    assert!(matches!(long.cost(), Err(Error::Model { node: 70, .. })) && long.outputs().is_ok());
+    assert_same_values(&mut long, &stored);
 }
 
 #[test]

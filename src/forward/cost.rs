@@ -11,7 +11,7 @@ use crate::{Error, Inputs, System, Trajectory};
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
 pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
-    factors: CostFactors,
+    pub(crate) factors: CostFactors,
     accelerations: AccelerationsOfCosts,
 }
 
@@ -74,27 +74,36 @@ impl<R: Real> Trajectory<R> {
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };
         let mut sums = vec![R::zero(); costs.factors.len()];
         for i in first..self.computed {
-            let mut all_finite = true;
-            self.costs_of_step(system, (inputs, &design), (&mut costs, i), &mut |output, term| {
-                all_finite &= is_finite(term);
-                sums[output] += term;
-            })?;
-            if !all_finite {
-                let missing = costs.accelerations.missing.take();
-                return Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, &design), &costs, i)));
-            }
+            self.sum_costs_of_step(system, (inputs, &design), (&mut costs, i, i), &mut sums)?;
         }
-        match sums.iter().position(|sum| !is_finite(*sum)) {
-            None => Ok(sums),
-            Some(0) => Err(Error::Overflow { what: "J".into(), value: sums[0].part(0) }),
-            Some(k) => {
-                let what = format!("output `{}`", system.output_name(k - 1));
-                Err(Error::Overflow { what, value: sums[k].part(0) })
-            }
-        }
+        check_sums(system, &sums)?;
+        Ok(sums)
     }
 
-    /// Adds all that J and the outputs get from node `i` and from the stages between it and the node before.
+    /// Adds to J and the outputs what they get from node `i`, which stands in a column, and from the stages between it and the node before.
+    ///
+    /// # Errors
+    /// A cost that is not finite; accelerations that a cost depends on and that are not determined.
+    pub(crate) fn sum_costs_of_step(
+        &self,
+        system: &System,
+        (inputs, design): (&Inputs<R>, &[R]),
+        (costs, i, column): (&mut CostSum, usize, usize),
+        sums: &mut [R],
+    ) -> Result<(), Error> {
+        let mut all_finite = true;
+        self.costs_of_step(system, (inputs, design), (costs, i, column), &mut |output, term| {
+            all_finite &= is_finite(term);
+            sums[output] += term;
+        })?;
+        if all_finite {
+            return Ok(());
+        }
+        let missing = costs.accelerations.missing.take();
+        Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, design), (costs, i, column))))
+    }
+
+    /// Hands on all that J and the outputs get from node `i`, which stands in a column, and from the stages between it and the node before.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
@@ -102,7 +111,7 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        (costs, i): (&mut CostSum, usize),
+        (costs, i, column): (&mut CostSum, usize, usize),
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
         let (has_rates, place) = (system.has_control_rates(), (i, self.compliance_from(i)));
@@ -111,7 +120,7 @@ impl<R: Real> Trajectory<R> {
         if i > 0 && system.has_integral() {
             control_rates(inputs, i, &mut u_dot);
             for s in 1..self.last_stage() {
-                let at = NodeView { design, u_dot: &u_dot, ..self.stage(i, s) };
+                let at = NodeView { design, u_dot: &u_dot, ..self.stage(column, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
                 costs.add(system, (&at, place), &weights, add)?;
             }
@@ -119,18 +128,23 @@ impl<R: Real> Trajectory<R> {
         for &side in Beside::of(i, inputs.grid.nodes(), has_rates) {
             control_rates(inputs, side.step(i), &mut u_dot);
             let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i, side);
-            let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), i) };
+            let at = NodeView { u_dot: &u_dot, ..self.columns(column).with_inputs((inputs.controls_at(i), design)) };
             costs.add(system, (&at, place), &weights, add)?;
         }
         Ok(())
     }
 
     /// Which cost of a node is not finite.
-    fn bad_cost(&self, system: &System, (inputs, design): (&Inputs<R>, &[R]), costs: &CostSum, node: usize) -> Error {
+    fn bad_cost(
+        &self,
+        system: &System,
+        (inputs, design): (&Inputs<R>, &[R]),
+        (costs, node, column): (&CostSum, usize, usize),
+    ) -> Error {
         let mut u_dot = vec![R::zero(); system.k()];
         // Of the step before where there are two: all weights are not zero there.
         control_rates(inputs, node.max(1), &mut u_dot);
-        let at = NodeView { u_dot: &u_dot, ..self.at((inputs, design), node) };
+        let at = NodeView { u_dot: &u_dot, ..self.columns(column).with_inputs((inputs.controls_at(node), design)) };
         let real = NodeValues::of_costs(&at, |x| x.part(0));
         let at = real.view();
         let mut accelerations = Accelerations::new(system);
@@ -151,6 +165,13 @@ pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, step: usize, u_dot: &mu
     let Some(&length) = inputs.grid.steps.get(step - 1) else { return };
     let [begin, end] = inputs.at_ends(step);
     u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);
+}
+
+/// Refuses J or outputs that overflowed.
+pub(crate) fn check_sums<R: Real>(system: &System, sums: &[R]) -> Result<(), Error> {
+    let Some(k) = sums.iter().position(|sum| !is_finite(*sum)) else { return Ok(()) };
+    let what = k.checked_sub(1).map_or_else(|| "J".into(), |output| format!("output `{}`", system.output_name(output)));
+    Err(Error::Overflow { what, value: sums[k].part(0) })
 }
 
 fn is_finite<R: Real>(x: R) -> bool {

@@ -24,7 +24,7 @@ mod window;
 
 pub(crate) use accelerations::{Accelerations, AccelerationsOfCosts};
 pub(crate) use assembly::{Assembler, Assembly};
-pub(crate) use cost::{CostSum, control_rates};
+pub(crate) use cost::{CostSum, check_sums, control_rates};
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;

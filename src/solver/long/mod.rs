@@ -14,17 +14,21 @@
 //! that is known then, and taken once more.
 
 mod plan;
+mod state;
+mod values;
 
 use std::ops::ControlFlow;
 
 use plan::{Plan, SHORTEST};
+pub use state::State;
+use values::{Sums, Values};
 
 use super::check_weights;
 use super::checkpoint::Checkpoint;
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::restart::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
-use crate::motion::{Progress, Report, Watch};
+use crate::motion::{Progress, Refinement, Report, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System};
 
@@ -58,25 +62,10 @@ pub struct LongSolver<'s> {
     /// Whether the plan has room for restarts that nobody asked for: dependent constraints are left out.
     leaves_out: bool,
     checkpoints: Vec<Checkpoint>,
-}
-
-/// One node of a motion.
-#[derive(Clone, Copy, Debug)]
-pub struct State<'a> {
-    /// Its number on the grid that is taken.
-    pub node: usize,
-    /// t in s.
-    pub time: f64,
-    /// q, m or rad.
-    pub q: &'a [f64],
-    /// v, m/s or rad/s.
-    pub v: &'a [f64],
-    /// p*, N s or N m s.
-    pub p_star: &'a [f64],
-    /// ṗ*, N or N m.
-    pub p_star_dot: &'a [f64],
-    /// σ, N s or N m s.
-    pub sigma: &'a [f64],
+    /// The nodes of the last motion that were computed.
+    computed: usize,
+    /// J and the outputs of the last motion, unless nodes were inserted on the way.
+    values: Option<Values>,
 }
 
 impl<'s> LongSolver<'s> {
@@ -96,6 +85,8 @@ impl<'s> LongSolver<'s> {
             plan: Plan::NONE,
             leaves_out: false,
             checkpoints: Vec::new(),
+            computed: 0,
+            values: None,
         }
     }
 
@@ -208,6 +199,7 @@ impl<'s> LongSolver<'s> {
 
     fn begin_planned(&mut self, inputs: &Inputs) -> Result<(), Error> {
         self.checkpoints = Vec::new();
+        (self.computed, self.values) = (0, None);
         self.settings.check()?;
         inputs.check(self.system)?;
         self.given = inputs.grid.nodes();
@@ -223,16 +215,28 @@ impl<'s> LongSolver<'s> {
     /// Computes everything from node 0 on, with a checkpoint after every so many nodes; false if there were more than planned, and the
     /// checkpoints had to go.
     fn forward_to_end(&mut self, mut every: usize, visit: &mut impl FnMut(&State)) -> Result<bool, Error> {
-        visit(&self.forward.state(0));
-        let (mut shown, mut as_planned) = (1, true);
+        // Those of the sweeps are made anew for the way back.
+        self.sweeps.iter_mut().for_each(|sweep| sweep.refinement = Refinement::default());
+        let (refinement, inserted) = (self.forward.motion.refinement(), self.forward.motion.trajectory.inserted.len());
+        let mut sums = Sums::new(self.system, &refinement);
+        let (mut shown, mut as_planned) = (0, true);
         loop {
             let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
             let result = self.advance(until.saturating_add(1));
             let reached = self.forward.reached();
-            (shown..reached).for_each(|node| visit(&self.forward.state(node)));
-            shown = reached;
+            // Beside steps that are halved now, weights are not known yet.
+            let is_known = self.forward.motion.trajectory.inserted.len() == inserted;
+            for node in shown..reached {
+                visit(&self.forward.state(node));
+                if is_known {
+                    sums.add(self.system, &self.forward.motion, node);
+                }
+            }
+            (shown, self.computed) = (reached, reached);
+            let is_complete = reached == self.forward.motion.nodes();
+            self.values = (is_known && is_complete).then(|| sums.values(self.system));
             let has_room = result?;
-            if reached == self.forward.motion.nodes() {
+            if is_complete {
                 return Ok(as_planned);
             }
             if !has_room {
@@ -323,14 +327,5 @@ impl<'s> LongSolver<'s> {
             }
             None => self.forward.begin_again(self.system, &self.settings),
         }
-    }
-}
-
-impl ForwardSweep {
-    fn state(&self, node: usize) -> State<'_> {
-        let k = node - self.motion.first;
-        let y = self.motion.trajectory.columns(k);
-        let time = self.motion.trajectory.times[k];
-        State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
     }
 }

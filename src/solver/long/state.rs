@@ -1,0 +1,32 @@
+//! [`State`]: what is shown of a motion while it is computed.
+
+use crate::forward::ForwardSweep;
+
+/// One node of a motion.
+#[derive(Clone, Copy, Debug)]
+pub struct State<'a> {
+    /// Its number on the grid that is taken.
+    pub node: usize,
+    /// t in s.
+    pub time: f64,
+    /// q, m or rad.
+    pub q: &'a [f64],
+    /// v, m/s or rad/s.
+    pub v: &'a [f64],
+    /// p*, N s or N m s.
+    pub p_star: &'a [f64],
+    /// ṗ*, N or N m.
+    pub p_star_dot: &'a [f64],
+    /// σ, N s or N m s.
+    pub sigma: &'a [f64],
+}
+
+impl ForwardSweep {
+    /// A node within the window.
+    pub(super) fn state(&self, node: usize) -> State<'_> {
+        let k = node - self.motion.first;
+        let y = self.motion.trajectory.columns(k);
+        let time = self.motion.trajectory.times[k];
+        State { node, time, q: y.q, v: y.v, p_star: y.p_star, p_star_dot: y.p_star_dot, sigma: y.sigma }
+    }
+}
