@@ -35,11 +35,18 @@ pub(crate) struct Watch {
     callback: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>>,
     /// The way back has begun: parts of the motion that are computed again are not told.
     is_back: bool,
+    /// How many nodes of a longer motion, which is told of, come before those that are computed and behind them.
+    around: [usize; 2],
 }
 
 impl Watch {
     pub(crate) fn new(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) -> Self {
-        Watch { callback: Some(Box::new(callback)), is_back: false }
+        Watch::of_part(callback, [0, 0])
+    }
+
+    /// Of a part of a motion, with so many nodes before and behind it.
+    pub(crate) fn of_part(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static, around: [usize; 2]) -> Self {
+        Watch { callback: Some(Box::new(callback)), is_back: false, around }
     }
 
     /// Another motion begins.
@@ -58,7 +65,7 @@ impl Watch {
     /// If the answer is to stop.
     #[inline]
     pub(crate) fn tell(&mut self, task: Task, done: usize, of: usize) -> Result<(), Error> {
-        self.tell_every(of.div_ceil(TIMES), task, done, of)
+        self.tell_every(usize::MAX, task, done, of)
     }
 
     /// The same where the number of all nodes is a guess, which may grow faster than what is done.
@@ -66,17 +73,21 @@ impl Watch {
     /// # Errors
     /// As [`tell`](Self::tell).
     pub(crate) fn tell_of_guess(&mut self, task: Task, done: usize, of: usize) -> Result<(), Error> {
-        self.tell_every(of.div_ceil(TIMES).min(MOST_BETWEEN), task, done, of)
+        self.tell_every(MOST_BETWEEN, task, done, of)
     }
 
     #[inline]
-    fn tell_every(&mut self, nodes: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
+    fn tell_every(&mut self, most: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
+        let [before, behind] = self.around;
+        let (done, of) = (before + done, before + of + behind);
         match &mut self.callback {
             Some(_) if self.is_back && task == Task::Simulation => Ok(()),
-            Some(callback) if done == of || done.is_multiple_of(nodes) => match callback(Progress { task, done, of }) {
-                ControlFlow::Continue(()) => Ok(()),
-                ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
-            },
+            Some(callback) if done == of || done.is_multiple_of(of.div_ceil(TIMES).min(most)) => {
+                match callback(Progress { task, done, of }) {
+                    ControlFlow::Continue(()) => Ok(()),
+                    ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
+                }
+            }
             _ => Ok(()),
         }
     }

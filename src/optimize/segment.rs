@@ -11,8 +11,9 @@ use crate::{EndState, Error, Held, Inputs, Settings, Start, System};
 /// Its problem, and its place in the whole.
 pub(super) struct Segment<'s> {
     pub(super) motion: MotionProblem<'s>,
-    /// The node with which it begins.
+    /// The nodes with which it begins and ends.
     pub(super) first: usize,
+    pub(super) last: usize,
     /// Which variable each of its own is.
     pub(super) places: Vec<usize>,
     /// Whether the last gradient asked anything of it: what does not has no product either.
@@ -39,7 +40,7 @@ impl<'s> Segment<'s> {
         let inputs = own_inputs(system, whole, (first, last), states);
         let variables = Variables::new(system, &inputs, own)?;
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
-        Ok(Segment { motion, first, places, asked: false })
+        Ok(Segment { motion, first, last, places, asked: false })
     }
 
     /// Puts its state at the start, of so many coordinates, where it is in the whole.

@@ -7,6 +7,7 @@ mod extremes;
 mod flat;
 mod interrupted;
 mod refused;
+mod segments;
 mod shooting;
 mod traces;
 

@@ -1,0 +1,129 @@
+//! [`MultipleShooting`] as a [`Problem`]: values and derivatives of all segments, joined.
+
+use nalgebra::DMatrix;
+use std::collections::HashMap;
+
+use super::super::problem::{Interval, Problem};
+use super::super::segment::Segment;
+use super::MultipleShooting;
+use crate::Error;
+
+impl Problem for MultipleShooting<'_> {
+    fn variables(&self) -> usize {
+        self.names.len()
+    }
+
+    fn bounds(&self) -> Vec<Interval> {
+        let mut bounds = self.whole.bounds();
+        bounds.resize(self.names.len(), Interval::FREE);
+        bounds
+    }
+
+    fn constraints(&self) -> Vec<Interval> {
+        self.constraints.clone()
+    }
+
+    fn variable_name(&self, i: usize) -> String {
+        self.names[i].clone()
+    }
+
+    fn constraint_name(&self, j: usize) -> String {
+        match j.checked_sub(self.running.len()) {
+            None => self.segments[0].motion.constraint_name(j),
+            Some(joint) => format!("the joint at `{}`", self.names[self.whole.len() + joint]),
+        }
+    }
+
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.sizes().values(x, c)?;
+        let whole = self.inputs_at(x);
+        let times = whole.grid.times();
+        let (mut sum, mut found) = (0.0, vec![0.0; self.segments[0].motion.outputs()]);
+        c.fill(0.0);
+        for k in 0..self.segments.len() {
+            let segment = &mut self.segments[k];
+            segment.motion.start_at(times[segment.first]);
+            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
+            sum += segment.motion.try_at(&own, &mut found)?;
+            self.rows(k).for_each(|output| c[output] += found[output]);
+            self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
+        }
+        // Only now: where one segment has no value, the others' points do not stay either.
+        self.segments.iter_mut().for_each(|segment| segment.motion.settle());
+        (self.inputs, self.x) = (whole, x.to_vec());
+        Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
+    }
+
+    fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.sizes().gradient(c_weights, gradient)?;
+        gradient.fill(0.0);
+        for k in 0..self.segments.len() {
+            let mut weights = vec![0.0; self.segments[k].motion.outputs()];
+            let of_f = |output: usize| if self.minimised[output] { f_weight } else { 0.0 };
+            self.rows(k).for_each(|output| weights[output] = c_weights[output] + of_f(output));
+            for (row, output, start) in self.joints(k) {
+                weights[output] = c_weights[row];
+                gradient[start] -= c_weights[row];
+            }
+            let segment = &mut self.segments[k];
+            segment.asked = f_weight != 0.0 || weights.iter().any(|w| *w != 0.0);
+            if segment.asked {
+                let mut own = vec![0.0; segment.places.len()];
+                segment.motion.gradient(f_weight, &weights, &mut own)?;
+                segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
+            }
+        }
+        Ok(())
+    }
+
+    fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        self.sizes().jacobian(rows, jacobian)?;
+        jacobian.fill(0.0);
+        let places: HashMap<usize, usize> = rows.iter().enumerate().map(|(k, &row)| (row, k)).collect();
+        for k in 0..self.segments.len() {
+            // Which output of the segment counts in which row.
+            let mut own: Vec<(usize, usize)> =
+                self.rows(k).filter_map(|output| Some((output, *places.get(&output)?))).collect();
+            for (row, output, start) in self.joints(k) {
+                if let Some(&at) = places.get(&row) {
+                    own.push((output, at));
+                    jacobian[(at, start)] -= 1.0;
+                }
+            }
+            let Segment { motion, places, .. } = &mut self.segments[k];
+            let outputs: Vec<usize> = own.iter().map(|(output, _)| *output).collect();
+            let mut part = DMatrix::zeros(own.len(), places.len());
+            motion.jacobian(&outputs, &mut part)?;
+            for (&(_, at), row) in own.iter().zip(part.row_iter()) {
+                places.iter().zip(row.iter()).for_each(|(&variable, x)| jacobian[(at, variable)] += x);
+            }
+        }
+        Ok(())
+    }
+
+    fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
+        self.sizes().push_forward(direction, change)?;
+        let mut found = vec![0.0; self.segments[0].motion.outputs()];
+        change.fill(0.0);
+        for k in 0..self.segments.len() {
+            let segment = &mut self.segments[k];
+            let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
+            segment.motion.push_forward(&own, &mut found)?;
+            self.rows(k).for_each(|output| change[output] += found[output]);
+            self.joints(k).for_each(|(row, output, start)| change[row] = found[output] - direction[start]);
+        }
+        Ok(())
+    }
+
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        self.sizes().product(direction, product)?;
+        product.fill(0.0);
+        for segment in self.segments.iter_mut().filter(|segment| segment.asked) {
+            let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
+            let mut found = vec![0.0; own.len()];
+            segment.motion.product(&own, &mut found)?;
+            segment.places.iter().zip(found).for_each(|(&at, x)| product[at] += x);
+        }
+        Ok(())
+    }
+}
