@@ -22,8 +22,9 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
 /// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
 ///
-/// J must be a sum over nodes or time, and every output one or a terminal value: a terminal cost is an output to [`minimise`](Self::minimise). Readings at single nodes
-/// count in the segment that has the node. Where there are constraints, nothing may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs
+/// J must be a sum over nodes or time, and every output one or a terminal value: a terminal cost is an output to [`minimise`](Self::minimise). What counts at a
+/// single node does so in the segment that has it; beside other terms, what holds at the end counts at the last node ([`Sum::Node`](crate::Sum::Node)) instead of
+/// as `Sum::Terminal`. Where there are constraints, nothing may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs
 /// that branch are not looked into).
 ///
 /// ```

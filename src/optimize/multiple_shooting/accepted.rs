@@ -9,7 +9,8 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
         return refuse(
             name,
-            "a cost must be a sum over nodes or time there; make what holds at the end an output, and `minimise` it",
+            "a cost must be a sum over nodes or time there; make what holds at the end an output, and `minimise` it, or let it count at the last node, N: \
+             `Sum::Node(N)`",
         );
     }
     let mut all = Vec::with_capacity(system.outputs());
@@ -22,7 +23,8 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
         if running && terminal {
             return refuse(
                 system.output_name(k),
-                "an output is a sum over nodes or time or a terminal value there; make it two",
+                "an output is a sum over nodes or time or a terminal value there; let what holds at the end count at the last node, N: `Sum::Node(N)` in the place of \
+                 `Sum::Terminal`",
             );
         }
         all.push(running);
