@@ -96,7 +96,7 @@ impl AdjointSweep {
             self.cost.clear_passed_on();
             control_rates(&motion.inputs, step, &mut self.cost_node.u_dot);
         }
-        let given = self.refinement.given_step(node);
+        let given = self.refinement.node_of_whole(node);
         let place = (given, motion.trajectory.compliance_from(node));
         self.cost_node.evaluate(system, (at, place), weights, &mut self.cost)?;
         self.report.cost_evaluations += std::mem::take(&mut self.cost.evaluations);

@@ -51,8 +51,8 @@ pub struct AdjointVariables {
 }
 
 impl Gradient {
-    /// Refuses sums over the nodes that overflowed.
-    pub(crate) fn check_finite(&self, system: &System) -> Result<(), Error> {
+    /// Refuses sums over the nodes that overflowed; `first` is the number of the first node.
+    pub(crate) fn check_finite(&self, system: &System, first: usize) -> Result<(), Error> {
         let Gradient { value, controls, design, start, steps, .. } = self;
         let rate = if matches!(start, Start::Momentum { .. }) { "dJ/dp*₀" } else { "dJ/dv₀" };
         let parts: [(&str, &[f64]); 6] = [
@@ -70,8 +70,8 @@ impl Gradient {
             let k = values.iter().position(|x| !x.is_finite())?;
             let what = match name {
                 "dJ/db" => format!("{name} of `{}`", system.design_name(k)),
-                "dJ/du" => format!("{name} of `{}` at node {}", system.control_name(k % system.k()), k / system.k()),
-                "dJ/dΔt" => format!("{name} of step {}", k + 1),
+                "dJ/du" => format!("{name} of `{}` at node {}", system.control_name(k % system.k()), first + k / system.k()),
+                "dJ/dΔt" => format!("{name} of step {}", first + k + 1),
                 "J" => "J".into(),
                 _ => format!("{name} of `{}`", system.coordinate_name(k)),
             };

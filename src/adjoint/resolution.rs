@@ -191,7 +191,7 @@ impl AdjointSweep {
         let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * (dot(x, y) + dot(x, z)).abs();
         let gain = mean(&done.a, end.v, before.v) + mean(&done.b, rate_end, column(rates, k - 1));
         *most = most.max(gain);
-        let place = Place { step: self.refinement.given_step(node), time: here.t };
+        let place = Place { step: self.refinement.step_of_whole(node), time: here.t };
         let mut bends = bends.iter_mut();
         let mut judge = |Within { element, missed, change }: Within| {
             let Some(bend) = bends.next().filter(|_| missed.is_finite()) else { return };

@@ -122,7 +122,7 @@ impl AdjointSweep {
         self.resolution.tell(system, &mut self.report);
         self.gradient.warnings.clear();
         self.gradient.warnings.extend(forward.warnings.iter().chain(&self.report.warnings).cloned());
-        self.gradient.check_finite(system)
+        self.gradient.check_finite(system, self.refinement.node_of_whole(0))
     }
 
     /// There is nothing to solve at this stage.
@@ -190,7 +190,7 @@ impl AdjointSweep {
     }
 
     pub(super) fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {
-        system.singular_step(breakdown, self.refinement.given_step(node), motion.at(node).t)
+        system.singular_step(breakdown, self.refinement.step_of_whole(node), motion.at(node).t)
     }
 
     /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
@@ -217,7 +217,7 @@ impl AdjointSweep {
             return Ok(());
         }
         // Sums that overflowed are named at the end.
-        system.find_bad_input(&at(), self.refinement.given_step(node)).map_or(Ok(()), Err)
+        system.find_bad_input(&at(), self.refinement.node_of_whole(node)).map_or(Ok(()), Err)
     }
 
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.

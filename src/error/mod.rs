@@ -358,6 +358,16 @@ pub enum Error {
 
 impl std::error::Error for Error {}
 
+impl Error {
+    /// An error of the start of a motion that begins at this node of a longer one.
+    pub(crate) fn started_at(mut self, first: usize) -> Self {
+        if let Error::Model { node: node @ 0, .. } = &mut self {
+            *node = first;
+        }
+        self
+    }
+}
+
 /// A time to six digits: what a sum of steps is beyond that is rounding.
 pub(crate) fn seconds(time: f64) -> String {
     let rounded: f64 = format!("{time:.5e}").parse().unwrap_or(time);

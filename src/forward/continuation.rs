@@ -141,7 +141,7 @@ impl ForwardSweep {
         match counter {
             Some(steps) => *steps += 1,
             None => {
-                let (step, time) = (self.motion.given_step(node), self.motion.time(node));
+                let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
                 self.monitor.report.warn(Warning::Rough { step, time, steps: 1 });
             }
         }

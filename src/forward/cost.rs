@@ -36,7 +36,7 @@ impl<'a> CostSum<'a> {
             system.add_costs(at, weights, &self.factors, add);
             return Ok(());
         }
-        let place = (self.refinement.given_step(node), compliance);
+        let place = (self.refinement.node_of_whole(node), compliance);
         let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, place))?;
         let unknown = || [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]);
         let [v_dot, lambda] = lifted.unwrap_or_else(unknown);
@@ -156,7 +156,7 @@ impl<R: Real> Trajectory<R> {
         rows.factors.copy_from(&costs.factors);
         let steps: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
         let weights = costs.refinement.weights(&self.scheme, &steps, node, Beside::Both);
-        system.bad_cost(&at, &weights, &mut rows, costs.refinement.given_step(node))
+        system.bad_cost(&at, &weights, &mut rows, costs.refinement.node_of_whole(node))
     }
 }
 

@@ -114,7 +114,7 @@ impl Monitor {
         if before.is_some_and(|(.., before)| before >= share) {
             return;
         }
-        let here = || (motion.given_step(node), motion.time(node));
+        let here = || (motion.step_of_whole(node), motion.time(node));
         let (step, time) = before.map_or_else(here, |(step, time, _)| (step, time));
         let equation = system.equation_name(j).to_string();
         self.report.replace(Warning::Drift { equation, violation, share, step, time });

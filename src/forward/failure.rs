@@ -21,7 +21,7 @@ impl ForwardSweep {
     }
 
     pub(crate) fn explain(&self, system: &System, node: usize, failure: StepFailure) -> Error {
-        let (step, time, length) = (self.motion.given_step(node), self.motion.time(node), self.motion.length(node));
+        let (step, time, length) = (self.motion.step_of_whole(node), self.motion.time(node), self.motion.length(node));
         match failure {
             StepFailure::Singular(breakdown) if !breakdown.pivot.is_finite() => self.not_finite(system, node),
             StepFailure::NotFinite => self.not_finite(system, node),
@@ -46,7 +46,7 @@ impl ForwardSweep {
     /// Whether the constraints lose rank where the last good node stood.
     fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
         let at = self.motion.at(node.checked_sub(1)?);
-        rank::near_singular(system, &at, self.motion.given_step(node), self.driven(system, node))
+        rank::near_singular(system, &at, self.motion.step_of_whole(node), self.driven(system, node))
     }
 
     /// The constraint equations that depend on time where the step was to end, Φ_t ≠ 0, at the coordinates of the last good node.
@@ -77,7 +77,7 @@ impl ForwardSweep {
         }
         let q: Vec<f64> = last.q.iter().zip(last.v).map(|(q, v)| q + ahead * v).collect();
         let at = NodeView { q: &q, u, t: self.motion.time(node), ..last };
-        system.find_not_finite(&at, self.motion.given_step(node))
+        system.find_not_finite(&at, self.motion.node_of_whole(node))
     }
 
     /// The same where the iteration broke off.
@@ -89,12 +89,12 @@ impl ForwardSweep {
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
         let stage = self.motion.at_stage(node, self.stepper.stage);
         let at = NodeView { q: &q, v: &x.v, sigma: &x.sigma, ..stage };
-        is_point.then(|| system.find_not_finite(&at, self.motion.given_step(node))).flatten()
+        is_point.then(|| system.find_not_finite(&at, self.motion.node_of_whole(node))).flatten()
     }
 
     /// Which element is to blame for a value that is not finite.
     fn not_finite(&self, system: &System, node: usize) -> Error {
-        let (step, time, length) = (self.motion.given_step(node), self.motion.time(node), self.motion.length(node));
+        let (step, time, length) = (self.motion.step_of_whole(node), self.motion.time(node), self.motion.length(node));
         // Node 0 has no step, and nothing ahead.
         let ahead = [0.0, self.motion.given_length(node)];
         let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));

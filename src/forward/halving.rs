@@ -69,9 +69,14 @@ impl Motion {
         Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
     }
 
-    /// The number of the given step that ends at or behind a node, counted from 1.
-    pub(crate) fn given_step(&self, node: usize) -> usize {
-        node - self.trajectory.inserted.partition_point(|&inserted| inserted < node)
+    /// The number of the given step that ends at or behind a node, counted from 1, in the motion that this one is a part of; 0 for its start.
+    pub(crate) fn step_of_whole(&self, node: usize) -> usize {
+        if node == 0 { 0 } else { self.node_of_whole(node) }
+    }
+
+    /// The number of the given node that a node is or comes before, in the motion that this one is a part of.
+    pub(crate) fn node_of_whole(&self, node: usize) -> usize {
+        self.inputs.grid.around[0] + node - self.trajectory.inserted.partition_point(|&inserted| inserted < node)
     }
 
     /// The length of the given step that the step into a node, which is at hand, is or is a part of.
@@ -216,7 +221,7 @@ impl ForwardSweep {
         let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let time = grid.time(first - 1);
-        let step = self.motion.given_step(first);
+        let step = self.motion.step_of_whole(first);
         self.monitor.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
     }
 }

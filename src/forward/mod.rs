@@ -116,7 +116,8 @@ impl ForwardSweep {
         // Tolerances that let anything pass are for starts that are given.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
         let mut assembler = Assembler { system, newton, report, tolerance };
-        let (start, assembly) = assembler.assemble((q.as_slice(), v.as_slice(), held), given)?;
+        let assembled = assembler.assemble((q.as_slice(), v.as_slice(), held), given);
+        let (start, assembly) = assembled.map_err(|error| error.started_at(inputs.grid.around[0]))?;
         self.motion.inputs.start = start;
         self.motion.assembly = Some(assembly);
         Ok(())
@@ -134,7 +135,8 @@ impl ForwardSweep {
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
         self.stepper.newton.evaluation.set_compliance(&[]);
         self.stepper.set_clock(0, Clock::new(self.motion.inputs.grid.start));
-        start::solve(self, system, settings)?;
+        let first = self.motion.inputs.grid.around[0];
+        start::solve(self, system, settings).map_err(|error| error.started_at(first))?;
         self.check_energies(system, 0)?;
         restart::keep_end(self, 0);
         self.monitor.reach.fill(0.0);
@@ -333,7 +335,7 @@ impl ForwardSweep {
     #[cold]
     fn note_lost_digits(&mut self, system: &System, node: usize) {
         let unknown = system.unknown_name(self.stepper.newton.worst_unknown(system));
-        let (step, time) = (self.motion.given_step(node), self.motion.time(node));
+        let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
         self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });
     }
 
@@ -346,7 +348,7 @@ impl ForwardSweep {
         let worst = system.sines().coordinates().fold(i, |worst, i| if turn(i) > turn(worst) { i } else { worst });
         self.monitor.most_turn = turn(worst);
         let coordinate = system.coordinate_name(worst).to_string();
-        let (step, time) = (self.motion.given_step(node), self.motion.trajectory.times[k]);
+        let (step, time) = (self.motion.step_of_whole(node), self.motion.trajectory.times[k]);
         self.monitor.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.monitor.most_turn });
     }
 
@@ -365,6 +367,6 @@ impl ForwardSweep {
         if !system.has_partly_defined_energies() {
             return Ok(());
         }
-        system.find_undefined_energy(&self.motion.at(node), self.motion.given_step(node)).map_or(Ok(()), Err)
+        system.find_undefined_energy(&self.motion.at(node), self.motion.node_of_whole(node)).map_or(Ok(()), Err)
     }
 }

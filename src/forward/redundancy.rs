@@ -247,7 +247,7 @@ impl ForwardSweep {
         let share = std::mem::take(&mut self.monitor.brake);
         if share > self.monitor.most_braked {
             self.monitor.most_braked = share;
-            let (step, time) = (self.motion.given_step(node), self.motion.time(node));
+            let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
             self.monitor.report.replace(Warning::Braked { step, time, share });
         }
     }

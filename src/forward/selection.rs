@@ -92,7 +92,7 @@ pub(super) fn choose(
     };
     (forward.monitor.brake, forward.monitor.is_urgent) = (0.0, false);
     if !forward.motion.leaves_out() {
-        let (step, time) = (forward.motion.given_step(node), forward.motion.time(node));
+        let (step, time) = (forward.motion.step_of_whole(node), forward.motion.time(node));
         let equations = names(system, &chosen, &forward.motion.shared);
         forward.monitor.report.warn(Warning::LeftOut { equations, step, time });
     }

@@ -75,7 +75,7 @@ impl<R: Real> Grid<R> {
     }
 
     /// The part between two nodes, in which nodes keep their numbers: what counts at one of them ([`Sum::Node`](crate::Sum::Node)) counts in the part that has
-    /// it, and where one part ends and the next begins in the first of the two. Restarts that are counted stand at the nodes at which they stood, also where
+    /// it, and where one part ends and the next begins in the first of the two; errors and warnings name them so. Restarts that are counted stand at the nodes at which they stood, also where
     /// a part begins inside of a macro step. Such a part has the order of the [`Composition`](crate::Composition) if it begins with the q and p\* of its first node
     /// ([`Start::Momentum`](crate::Start::Momentum)).
     ///

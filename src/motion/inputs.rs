@@ -276,14 +276,14 @@ impl Inputs {
         check_size("controls: rows (channels)", system.k(), self.controls.nrows())?;
         check_size("controls: columns (nodes, one more than steps)", nodes, self.controls.ncols())?;
         check_size("design variables", system.designs(), self.design.len())?;
+        let [before, behind] = self.grid.around;
         let mut farthest = self.grid.start.abs();
         for (step, &length) in self.grid.steps.iter().enumerate() {
             if length == 0.0 || !length.is_finite() {
-                return Err(Error::TimeStep { step: step + 1, length });
+                return Err(Error::TimeStep { step: before.saturating_add(step + 1), length });
             }
             farthest += length.abs();
         }
-        let [before, behind] = self.grid.around;
         let Some(of_whole) = before.checked_add(nodes).and_then(|nodes| nodes.checked_add(behind)) else {
             let (what, must_be) =
                 ("a number of nodes in `Grid::around`".into(), "such that the nodes of the whole can be counted");
@@ -309,7 +309,7 @@ impl Inputs {
         finite(self.design.iter().copied(), |p| format!("design variable `{}`", system.design_name(p)))?;
         let channels = system.k().max(1);
         finite(self.controls.iter().copied(), |i| {
-            format!("control `{}` at node {}", system.control_name(i % channels), i / channels)
+            format!("control `{}` at node {}", system.control_name(i % channels), before + i / channels)
         })?;
         system.check_design(self.design.as_slice())
     }

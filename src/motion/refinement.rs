@@ -75,6 +75,16 @@ impl Refinement {
         if node == 0 { 0 } else { self.part(node).step + 1 }
     }
 
+    /// The same in the motion that this one is a part of; 0 for its start.
+    pub(crate) fn step_of_whole(&self, node: usize) -> usize {
+        if node == 0 { 0 } else { self.node_of_whole(node) }
+    }
+
+    /// The number of the given node that a node of the grid taken is or comes before, in the motion that this one is a part of.
+    pub(crate) fn node_of_whole(&self, node: usize) -> usize {
+        self.first + self.given_step(node)
+    }
+
     /// The given node that a node of the grid taken is, unless it was inserted.
     pub(crate) fn given_node(&self, node: usize) -> Option<usize> {
         (node == 0 || self.part(node).end == 1.0).then(|| self.given_step(node))

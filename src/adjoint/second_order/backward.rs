@@ -30,7 +30,7 @@ impl SecondOrderSweep {
         self.back_through_assembly(system, motion, (newton, first), direction)?;
         self.parameter_rows(system, motion, first);
         self.sweep.gradient.warnings.clear();
-        match self.sweep.gradient.check_finite(system) {
+        match self.sweep.gradient.check_finite(system, motion.node_of_whole(0)) {
             // Not every derivative reaches the product: that with respect to the time of the start does not.
             Err(error) => Err(self.suspect.take().unwrap_or(error)),
             Ok(()) => Ok(&self.sweep.gradient),
@@ -90,7 +90,7 @@ impl SecondOrderSweep {
             return Ok(());
         }
         let place = Place { column: motion.block_column(node, s), is_end: blocks.is_some() };
-        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), motion.at(node).t);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.at(node).t);
         let mut is_factored = self.kept.lend(system, newton, (place, h)).map_err(singular)?;
         self.sweep.solve_stage(system, motion, newton, (node, s), (h, blocks, &mut is_factored))?;
         self.kept.take_back(newton, place);

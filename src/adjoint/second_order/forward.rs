@@ -97,7 +97,7 @@ impl SecondOrderSweep {
             Ok(false) => newton.factor(system, h, blocks, &mut self.report),
             known => known.map(|_| newton.worst_pivot()),
         };
-        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), at.t);
         let pivot = factored.map_err(singular)?;
         self.x.v.copy_from_slice(&self.right.v);
         self.x.sigma.copy_from_slice(&self.right.sigma);

@@ -106,7 +106,7 @@ impl SecondOrderSweep {
         phi.set(&at, &along);
         right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
 
-        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(node), at.t);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), at.t);
         newton.evaluation.set_compliance(&motion.shared);
         newton.factor(system, 0.0, blocks, report).map_err(singular)?;
         let (x, mut last) = (&mut of.projection, f64::INFINITY);
@@ -197,7 +197,7 @@ impl SecondOrderSweep {
         add(&mut less.v, &rows.v);
         add(&mut less.v, &rows.q);
         less.sigma.copy_from_slice(&rows.sigma);
-        let singular = |breakdown| system.singular_step(&breakdown, motion.given_step(*node), here.t);
+        let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(*node), here.t);
         let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&self.left)), *node);
         crossed.map_err(singular)?;
         add_multiple(&mut self.sweep.cost.q, -1.0, &self.first_rows.v);

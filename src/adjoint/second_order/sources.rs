@@ -123,7 +123,7 @@ impl SecondOrderSweep {
             }
             return Ok(());
         }
-        Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.given_step(node)))
+        Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.node_of_whole(node)))
     }
 
     /// v̇ and λ of a stage, and what they change by; whether they are known.
@@ -136,7 +136,7 @@ impl SecondOrderSweep {
     ) -> Result<bool, Error> {
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
         let found = self.accelerations.find(system, uses, |accelerations| {
-            accelerations.evaluate(system, &at, (motion.given_step(node), motion.trajectory.compliance_from(node)))?;
+            accelerations.evaluate(system, &at, (motion.node_of_whole(node), motion.trajectory.compliance_from(node)))?;
             let found = accelerations.along(system, &at, &along);
             for (felt, found) in self.felt.iter_mut().zip(found) {
                 felt.v.copy_from_slice(&found.v);
@@ -175,7 +175,8 @@ impl SecondOrderSweep {
         of.add_sources(system, newton, programs, &mut self.sweep.cost);
         if self.suspect.is_none() && !self.sweep.cost.is_finite() {
             let mut rows = self.sweep.cost.clone();
-            self.suspect = Some(system.bad_element_along((&of.at, &of.along), &of.with, &mut rows, motion.given_step(node)));
+            self.suspect =
+                Some(system.bad_element_along((&of.at, &of.along), &of.with, &mut rows, motion.node_of_whole(node)));
         }
     }
 

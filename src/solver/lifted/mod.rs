@@ -262,7 +262,7 @@ impl<R: Real> Lifted<R> {
 
 /// The error of a part that is beyond the range of numbers at a node.
 fn overflow(near: &Near, i: usize, what: &str) -> Error {
-    Error::Overflow { what: format!("{what} at node {}", near.motion.given_step(i)), value: f64::INFINITY }
+    Error::Overflow { what: format!("{what} at node {}", near.motion.node_of_whole(i)), value: f64::INFINITY }
 }
 
 /// One part of all inputs.

@@ -62,7 +62,7 @@ impl<R: Real> Lifted<R> {
 
     pub(super) fn diverged(&self, near: &Near, i: usize, (iterations, residual): (usize, f64), what: &str) -> Error {
         Error::Newton {
-            step: near.motion.given_step(i),
+            step: near.motion.step_of_whole(i),
             time: self.trajectory.times[i].part(0),
             iterations,
             length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
