@@ -71,7 +71,7 @@ impl<'s> MultipleShooting<'s> {
     /// degrees of freedom, from which a segment's start is assembled where there are constraints.
     ///
     /// # Errors
-    /// Inputs that do not fit; more segments than (macro) steps, or none; states that are too few, listed twice or of another scene; controls on coarser knots, single step lengths; terminal
+    /// Inputs and starts that do not fit, as of a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, listed twice or of another scene; controls on coarser knots, single step lengths; terminal
     /// costs, outputs that are terminal values and sums in one; costs on σ, p\* or ṗ\* where there are constraints; a free duration where anything depends on
     /// time itself.
     pub fn new(
