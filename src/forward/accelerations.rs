@@ -34,6 +34,8 @@ pub(crate) struct Accelerations {
     /// What they change by.
     change: Pair,
     zeros: Pair,
+    /// λ aside from that of the last state.
+    aside: Vec<f64>,
 }
 
 impl Accelerations {
@@ -48,6 +50,7 @@ impl Accelerations {
             adjoint: pair(),
             change: pair(),
             zeros: pair(),
+            aside: vec![0.0; system.m()],
         }
     }
 
@@ -153,10 +156,11 @@ impl Accelerations {
         rows: &mut CostRows,
         gradient: impl FnOnce(&NodeView<f64>, &mut CostRows),
     ) -> Result<(), Error> {
-        let aside = |(j, lambda): (usize, &f64)| lambda + 0.5 + 0.3 * (j as f64).sin();
-        let lambda: Vec<f64> = self.x.sigma.iter().enumerate().map(aside).collect();
+        for (j, (aside, lambda)) in self.aside.iter_mut().zip(&self.x.sigma).enumerate() {
+            *aside = lambda + 0.5 + 0.3 * (j as f64).sin();
+        }
         rows.clear();
-        gradient(&NodeView { lambda: &lambda, ..self.with(*at) }, rows);
+        gradient(&NodeView { lambda: &self.aside, ..self.with(*at) }, rows);
         rows.v_dot.fill(0.0);
         // There a formula may have no number, which says nothing of it here.
         let is_asked = all_finite(&rows.lambda) && rows.lambda.iter().any(|x| *x != 0.0);
