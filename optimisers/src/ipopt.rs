@@ -8,8 +8,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 use std::sync::{Mutex, PoisonError};
 
-use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
+use hamiltonian_adjoint::{Error, Warning};
 use nalgebra::DMatrix;
 
 use crate::interface::{
@@ -46,6 +46,7 @@ struct Asked<'p, P> {
     unit: f64,
     counts: [usize; 3],
     history: Vec<Iterate>,
+    halved: usize,
     failures: usize,
     first_failure: Option<Error>,
     last_failure: Option<Error>,
@@ -64,6 +65,8 @@ impl<P: Problem> Asked<'_, P> {
             let value = value.and_then(|value| {
                 finite("the value of the cost or of a constraint", &[&[value], &self.c[..]].concat()).map(|()| value)
             });
+            let is_halved = |warning: &Warning| matches!(warning, Warning::HalvedSteps { .. });
+            self.halved += usize::from(value.is_ok() && self.problem.warnings().iter().any(is_halved));
             self.value = self.note(value);
         }
         self.value
@@ -296,6 +299,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         unit: 1.0,
         counts: [0; 3],
         history: Vec::new(),
+        halved: 0,
         failures: 0,
         first_failure: None,
         last_failure: None,
@@ -376,7 +380,8 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         2 | -2 if violation <= options.violation => Reason::NoLowerValue,
         _ => reason(status)?,
     };
-    let Asked { counts: [evaluations, gradients, products], history, failures, first_failure, .. } = asked;
+    let warnings = if asked.value.is_some() { asked.problem.warnings() } else { Vec::new() };
+    let Asked { counts: [evaluations, gradients, products], history, halved, failures, first_failure, .. } = asked;
     Ok(Outcome {
         x,
         value: found,
@@ -388,6 +393,8 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         gradients,
         products,
         history,
+        warnings,
+        halved,
         failures,
         first_failure,
     })

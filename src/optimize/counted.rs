@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::Interval;
-use crate::Error;
+use crate::{Error, Warning};
 
 /// The share of the terms of a constraint that may be rounding.
 const ROUNDED: f64 = 1e-13;
@@ -29,6 +29,9 @@ pub(super) struct Counted<'p, P: ?Sized> {
     c_of_iterate: Vec<f64>,
     /// What whoever watches a simulation stopped it by: then there is nothing more to be asked.
     pub(super) stopped: Option<Error>,
+    /// What there was to say at the last iterate.
+    warnings: Vec<Warning>,
+    halved: usize,
     pub(super) failures: usize,
     pub(super) first_failure: Option<Error>,
 }
@@ -53,6 +56,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             gradients: 0,
             products: 0,
             last: Vec::new(),
+            warnings: Vec::new(),
+            halved: 0,
             failures: 0,
             first_failure: None,
         };
@@ -71,7 +76,11 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.last.clear();
         self.last.extend_from_slice(x);
         let error = match self.problem.evaluate(x, &mut self.c) {
-            Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => return f,
+            Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => {
+                let is_halved = |warning: &Warning| matches!(warning, Warning::HalvedSteps { .. });
+                self.halved += usize::from(self.problem.warnings().iter().any(is_halved));
+                return f;
+            }
             Ok(f) => match self.c.iter().position(|c| !c.is_finite()).filter(|_| f.is_finite()) {
                 Some(j) => {
                     Error::NotFinite { what: format!("the value of {}", self.problem.constraint_name(j)), value: self.c[j] }
@@ -209,6 +218,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
     /// The point that was evaluated last as an iterate.
     pub(super) fn iterate(&mut self, value: f64, stationarity: f64, step: f64) -> Iterate {
         self.c_of_iterate.copy_from_slice(&self.c);
+        self.warnings = self.problem.warnings();
         Iterate { value, violation: self.violation(), stationarity, step, evaluations: self.evaluations }
     }
 
@@ -302,6 +312,8 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
             gradients: self.gradients,
             products: self.products,
             history,
+            warnings: self.warnings,
+            halved: self.halved,
             failures: self.failures,
             first_failure: self.first_failure,
         }

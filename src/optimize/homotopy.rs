@@ -100,6 +100,7 @@ struct Counts {
     evaluations: usize,
     gradients: usize,
     products: usize,
+    halved: usize,
     failures: usize,
     first_failure: Option<Error>,
     history: Vec<Iterate>,
@@ -112,13 +113,14 @@ impl Counts {
         self.evaluations += outcome.evaluations;
         self.gradients += outcome.gradients;
         self.products += outcome.products;
+        self.halved += outcome.halved;
         self.failures += outcome.failures;
         self.first_failure = self.first_failure.take().or_else(|| outcome.first_failure.clone());
     }
 
     fn into(self, outcome: Outcome, s: f64) -> Outcome {
         let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
-        let Counts { evaluations, gradients, products, failures, first_failure, history } = self;
-        Outcome { evaluations, gradients, products, failures, first_failure, history, reason, ..outcome }
+        let Counts { evaluations, gradients, products, halved, failures, first_failure, history } = self;
+        Outcome { evaluations, gradients, products, halved, failures, first_failure, history, reason, ..outcome }
     }
 }

@@ -6,7 +6,7 @@ use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
-use crate::{Error, Inputs, Output, Settings, Solver, System};
+use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
 /// minimise J subject to what outputs must be: equal to zero, unless something else is said; of those of an
 /// [`EndState`](crate::EndState) nothing is asked. Of a scene without costs J is 0, and any point where outputs are what they must be a minimum.
@@ -164,6 +164,10 @@ pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
 }
 
 impl Problem for MotionProblem<'_> {
+    fn warnings(&self) -> Vec<Warning> {
+        self.solver.report().warnings.clone()
+    }
+
     fn variables(&self) -> usize {
         self.variables.len()
     }

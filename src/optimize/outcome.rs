@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use super::Problem;
-use crate::Error;
+use crate::{Error, Warning};
 
 /// When a method stops, and how it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ pub enum Reason {
     Target,
     /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold, at least to rounding.
     Stationary,
-    /// There is no lower value within rounding in the direction of search.
+    /// There is no lower value within rounding in the direction of search; where f jumps, as [`Outcome::halved`] tells, there may be one beyond.
     NoLowerValue,
     /// Constraints do not get any closer to what they must be, which [`Outcome::violation`] tells: nearby there is no point where they hold. There may be
     /// none at all, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
@@ -156,6 +156,10 @@ pub struct Outcome {
     pub products: usize,
     /// The start and all iterates.
     pub history: Vec<Iterate>,
+    /// What the evaluation at `x` has to say ([`Problem::warnings`]).
+    pub warnings: Vec<Warning>,
+    /// Points at which steps were halved ([`Warning::HalvedSteps`]): f jumps between these and others, and a method may find no lower value there.
+    pub halved: usize,
     /// Points that had no value, or no derivatives.
     pub failures: usize,
     /// Why the first had none; what ended the method, if that was [`Reason::NoDerivative`].

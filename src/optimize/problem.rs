@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::Error;
+use crate::{Error, Warning};
 
 /// Bounds closer than this share of them are one: a hundredth of what is between them would be lost in rounding.
 const NO_ROOM: f64 = 100.0 * f64::EPSILON;
@@ -154,6 +154,11 @@ pub trait Problem {
     /// # Errors
     /// A point that has no value, such as a motion that cannot be computed: methods take it for one with an infinite value, and go on.
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error>;
+
+    /// What the last evaluation has to say although x has a value, such as that steps were halved; nothing unless it says so.
+    fn warnings(&self) -> Vec<Warning> {
+        Vec::new()
+    }
 
     /// The gradient of f_weight f(x) + c_weightsᵀ c(x) at the x that was evaluated last.
     ///

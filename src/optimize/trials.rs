@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem};
 use super::sizes::Sizes;
-use crate::Error;
+use crate::{Error, Warning};
 
 /// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
 ///
@@ -84,6 +84,10 @@ impl Problem for Trials<'_> {
             }
         }
         format!("constraint {j} of no trial")
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        self.motions.iter().flat_map(Problem::warnings).collect()
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {

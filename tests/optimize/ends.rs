@@ -7,7 +7,7 @@ use hamiltonian_adjoint::optimize::{
     interior_point, lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum, Warning};
 use std::ops::ControlFlow;
 
 /// (x − 1)² + 10 (y + 2)², and x + y.
@@ -35,6 +35,27 @@ fn where_nothing_lower_is_found_need_not_be_a_minimum() {
             let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![]);
             let outcome = method(&mut problem, &[4.0, 0.0], &Options::default(), &mut silent).expect("fits");
             assert_eq!(outcome.reason, Reason::NoLowerValue, "{outcome:?}");
+        }
+    }
+}
+
+/// A force of 100 N on steps of 0.2 s, some of which have no solution.
+#[test]
+fn outcomes_tell_of_halved_steps() {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.cost("angle", AngleError, Sum::Terminal, [cart.links[0].coordinates[2]], [], [], [1.0.into()]);
+    let system = cart.scene.compile().expect("scene");
+    for (force, is_halved) in [(1.0, false), (100.0, true)] {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.2));
+        inputs.controls.fill(force);
+        let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("fits");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("fits");
+        let (start, options) = (problem.start(), Options { iterations: 0, ..Options::default() });
+        for method in [lbfgs, augmented_lagrangian, interior_point] {
+            let outcome = method(&mut problem, &start, &options, &mut silent).expect("fits");
+            assert_eq!(outcome.warnings, problem.solver.report().warnings);
+            let named = outcome.warnings.iter().any(|warning| matches!(warning, Warning::HalvedSteps { .. }));
+            assert_eq!((named, outcome.halved > 0), (is_halved, is_halved), "{force} N: {:?}", outcome.warnings);
         }
     }
 }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
 use super::MultipleShooting;
-use crate::Error;
+use crate::{Error, Warning};
 
 impl Problem for MultipleShooting<'_> {
     fn variables(&self) -> usize {
@@ -32,6 +32,10 @@ impl Problem for MultipleShooting<'_> {
             None => self.segments[0].motion.constraint_name(j),
             Some(joint) => format!("the joint at `{}`", self.names[self.whole.len() + joint]),
         }
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        self.segments.iter().flat_map(|segment| segment.motion.warnings()).collect()
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
