@@ -159,8 +159,8 @@ impl ForwardSweep {
                 _ => self.guess_level(k),
             }
             // A failure leaves the guess as it was.
-            if let Err(failure) = self.solve_at_hand(system, node, dt, settings) {
-                self.solve_at_hand_damped(system, node, dt, settings).map_err(|_| failure)?;
+            if let Err(failure) = self.solve_at_hand::<false>(system, node, dt, settings) {
+                self.solve_at_hand::<true>(system, node, dt, settings).map_err(|_| failure)?;
             }
         }
         Ok(())
@@ -176,7 +176,8 @@ impl ForwardSweep {
             self.stepper.begin_stage(&mut self.motion, k, self.stepper.stage, dt);
             self.guess_last(k);
             // One correction of a guess that is far off may be all that fails.
-            let failed = matches!(self.solve_at_hand(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
+            let failed =
+                matches!(self.solve_at_hand::<false>(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
             good = if failed || self.is_far(k) { 0 } else { good + 1 };
             if good == 2 {
                 return level;

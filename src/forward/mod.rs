@@ -240,7 +240,7 @@ impl ForwardSweep {
                 k,
                 s,
             );
-            match self.solve_at_hand(system, node, dt, settings) {
+            match self.solve_at_hand::<false>(system, node, dt, settings) {
                 Ok(()) if !self.has_missed(k) => {}
                 Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
                 _ => self.continue_from_zero(system, node, settings)?,
@@ -252,8 +252,8 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Solves the stage at hand of a step of this length.
-    pub(crate) fn solve_at_hand(
+    /// Solves the stage at hand of a step of this length, with corrections that are shortened until they pay if they are to be damped.
+    pub(crate) fn solve_at_hand<const DAMPED: bool>(
         &mut self,
         system: &System,
         node: usize,
@@ -261,19 +261,7 @@ impl ForwardSweep {
         settings: &Settings,
     ) -> Result<(), StepFailure> {
         let h = self.stepper.half_step(&self.motion.trajectory.scheme, dt);
-        self.solve::<false>(system, node, h, settings)
-    }
-
-    /// The same with corrections that are shortened until they pay.
-    pub(crate) fn solve_at_hand_damped(
-        &mut self,
-        system: &System,
-        node: usize,
-        dt: f64,
-        settings: &Settings,
-    ) -> Result<(), StepFailure> {
-        let h = self.stepper.half_step(&self.motion.trajectory.scheme, dt);
-        self.solve::<true>(system, node, h, settings)
+        self.solve::<DAMPED>(system, node, h, settings)
     }
 
     /// Solves for (v, σ) of a node, with q = start_q + h v.
