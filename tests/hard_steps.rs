@@ -352,6 +352,17 @@ fn dry_friction_halves_no_step() {
                 let motion = solver.simulate(&inputs).expect("motion");
                 let what = format!("{}, {torque} N m, {slip} rad/s from {rate} rad/s under {motor} N m", scheme.name);
                 assert!(motion.inserted.is_empty(), "{what}: {:?}", motion.inserted);
+                // Each stage is solved to rounding: I (v − v₋) = Δt (u − M tanh), the torques at both ends counted half.
+                if scheme == Scheme::TRAPEZOIDAL {
+                    let of_torque = |i: usize| inputs.controls[(0, i)] - torque * (motion.v[(2, i)] / slip).tanh();
+                    let left = |i: usize| {
+                        let change = 0.8 * (motion.v[(2, i)] - motion.v[(2, i - 1)]);
+                        change - 0.5 * dt * (of_torque(i) + of_torque(i - 1))
+                    };
+                    let worst = (1..=20).map(|i| left(i).abs()).fold(0.0, f64::max);
+                    let size = 0.8 * motion.v.row(2).amax() + dt * (torque + motor.abs());
+                    assert!(worst <= 1e-13 * size, "{what}: {worst:e}");
+                }
             }
         }
     }

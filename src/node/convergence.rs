@@ -30,6 +30,11 @@ impl Convergence {
         Convergence { tolerance, rounding, sizes, last, residual, next, may_reuse: false }
     }
 
+    /// Goes on from the residual of another iterate: the correction that was judged last was not taken as it was.
+    pub(super) fn go_on_from(&mut self, sizes: Sizes) {
+        (self.sizes, self.last) = (sizes, f64::INFINITY);
+    }
+
     /// Whether a relative correction was the last one: the next would be below the tolerance, or nothing but rounding is left of the residual.
     ///
     /// Residuals are compared with their `terms`; momenta may differ by rounding of the reactions in them, of the size of the `multipliers`.
@@ -66,6 +71,16 @@ mod tests {
             convergence.is_reached(correction, sizes(residual), Sizes { v: 1.0, sigma: 1.0 }, 0.0)
         });
         assert_eq!(ends, [false, false, true]);
+    }
+
+    /// The whole correction led to a residual of 1e6, of which nothing is left in what was taken.
+    #[test]
+    fn a_correction_that_was_not_taken_says_nothing_of_the_next() {
+        let mut convergence = Convergence::new(1e-14, 1e-16, sizes(2.0));
+        let terms = Sizes { v: 1.0, sigma: 1.0 };
+        assert!(!convergence.is_reached(1.0, sizes(1e6), terms, 0.0));
+        convergence.go_on_from(sizes(1.0));
+        assert!(!convergence.is_reached(1e-5, sizes(1e-4), terms, 0.0));
     }
 
     #[test]

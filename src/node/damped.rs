@@ -50,16 +50,18 @@ impl<F: Factorization> Newton<F> {
             // NaN is no descent.
             let pays = |now: Sizes, part: f64| now.relative_to(terms) <= (1.0 - ENOUGH * part) * before.relative_to(terms);
             let mut now = self.weights.of_residual(&self.delta);
-            let mut is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
+            let is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
             while !is_reached && !pays(now, part) && part > SHORTEST {
                 part *= 0.5;
                 self.step_back(part);
                 self.residual(system, from, given, report);
                 now = self.weights.of_residual(&self.delta);
-                is_reached = false;
             }
             if part <= SHORTEST {
                 break;
+            }
+            if part < 1.0 {
+                convergence.go_on_from(now);
             }
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
