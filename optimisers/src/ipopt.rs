@@ -8,8 +8,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 use std::sync::{Mutex, PoisonError};
 
+use hamiltonian_adjoint::Error;
 use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
-use hamiltonian_adjoint::{Error, Warning};
 use nalgebra::DMatrix;
 
 use crate::interface::{
@@ -65,8 +65,7 @@ impl<P: Problem> Asked<'_, P> {
             let value = value.and_then(|value| {
                 finite("the value of the cost or of a constraint", &[&[value], &self.c[..]].concat()).map(|()| value)
             });
-            let is_halved = |warning: &Warning| matches!(warning, Warning::HalvedSteps { .. });
-            self.halved += usize::from(value.is_ok() && self.problem.warnings().iter().any(is_halved));
+            self.halved += usize::from(value.is_ok() && self.problem.is_halved());
             self.value = self.note(value);
         }
         self.value

@@ -29,7 +29,7 @@ impl Growth {
     pub(crate) const LOOK_EVERY: usize = 64;
 
     pub(crate) fn begin(&mut self, motion: &Motion) {
-        let last = motion.trajectory.times[motion.trajectory.computed - 1];
+        let last = motion.trajectory.times[motion.trajectory.last()];
         *self = Growth { duration: (last - motion.inputs.grid.start).abs(), source: 0.0, most: 1.0 };
     }
 

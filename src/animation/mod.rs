@@ -66,8 +66,8 @@ impl Animation {
         }
         let every = motion.computed.div_ceil(MOST_FRAMES);
         let mut nodes: Vec<usize> = (0..motion.computed).step_by(every).collect();
-        if nodes.last() != Some(&(motion.computed - 1)) {
-            nodes.push(motion.computed - 1);
+        if nodes.last() != Some(&motion.last()) {
+            nodes.push(motion.last());
         }
         let states = nodes.iter().map(|&node| Mechanics::at_node(system, inputs, motion, node));
         let states = states.collect::<Result<Vec<Mechanics>, Error>>()?;

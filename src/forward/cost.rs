@@ -71,7 +71,7 @@ impl<R: Real> Trajectory<R> {
         let refinement = self.refinement(&inputs.grid)?;
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
-        let first = if system.has_running_cost(&costs.factors) { 0 } else { self.computed.saturating_sub(1) };
+        let first = if system.has_running_cost(&costs.factors) { 0 } else { self.last() };
         let mut sums = vec![R::zero(); costs.factors.len()];
         for i in first..self.computed {
             self.sum_costs_of_step(system, (inputs, &design), (&mut costs, i, i), &mut sums)?;

@@ -77,8 +77,7 @@ impl<'p, P: Problem + ?Sized> Counted<'p, P> {
         self.last.extend_from_slice(x);
         let error = match self.problem.evaluate(x, &mut self.c) {
             Ok(f) if f.is_finite() && self.c.iter().all(|c| c.is_finite()) => {
-                let is_halved = |warning: &Warning| matches!(warning, Warning::HalvedSteps { .. });
-                self.halved += usize::from(self.problem.warnings().iter().any(is_halved));
+                self.halved += usize::from(self.problem.is_halved());
                 return f;
             }
             Ok(f) => match self.c.iter().position(|c| !c.is_finite()).filter(|_| f.is_finite()) {

@@ -160,6 +160,11 @@ pub trait Problem {
         Vec::new()
     }
 
+    /// Whether steps were halved at the last evaluation.
+    fn is_halved(&self) -> bool {
+        self.warnings().iter().any(|warning| matches!(warning, Warning::HalvedSteps { .. }))
+    }
+
     /// The gradient of f_weight f(x) + c_weightsᵀ c(x) at the x that was evaluated last.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
 
 /// Nodes from the right-most position on, evenly spaced, the last before the end; from the start on where the cart is right-most at the end.
 fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
-    let (rightmost, end) = (optimum.cart_rightmost(), optimum.motion.computed.saturating_sub(1));
+    let (rightmost, end) = (optimum.cart_rightmost(), optimum.motion.last());
     let first = if rightmost + FRAMES > end { 0 } else { rightmost };
     (0..FRAMES).map(move |frame| first + frame * (end - first) / FRAMES)
 }
@@ -39,7 +39,7 @@ fn picture(experiment: &Experiment, optimum: &Optimum, node: usize) -> Chart {
     let (motion, length) = (&optimum.motion, experiment.settings.length);
     let at = |node: usize, colour, width| pose(motion.q.column(node).as_view(), length, colour, width);
     let mut series = at(0, colour::GREY, 2.0);
-    series.extend(at(motion.computed - 1, colour::BLUE, 2.0));
+    series.extend(at(motion.last(), colour::BLUE, 2.0));
     series.push(trail(last_tips(experiment, optimum, node), colour::RED));
     series.extend(at(node, colour::RED, 3.0));
     let key = [
@@ -64,7 +64,7 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     let same = (time - PAPER_RIGHTMOST).abs() < 0.01;
     let why = if same { "" } else { "; depends on the assumed link length, friction joint and line search" };
     let example = experiment.settings.example();
-    let end = optimum.motion.q.column(optimum.motion.computed - 1);
+    let end = optimum.motion.q.column(optimum.motion.last());
     let worst = largest((1..=example.links).map(|j| end[3 * j + 2] - example.target_angle));
     let rightmost = ("time of the cart's right-most position", format!("{PAPER_RIGHTMOST} s"), format!("{time:.2} s{why}"));
     let upright = format!("largest |φ_j − π/2| = {worst:.1e} rad");
