@@ -283,6 +283,17 @@ fn corrections_that_shrink_by_a_thousandth_are_rounding() {
     }
 }
 
+/// A thousand radians of the spring a step: whole corrections go to and fro, and at their end the residual is rounding that none can make smaller.
+#[test]
+fn steps_far_too_long_for_a_spring_end_where_residuals_are_rounding() {
+    let system = rod_on_a_spring(1e10);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&Inputs::at_rest(&system, Grid::uniform(1000, 0.01))).expect("motion");
+    let (iterations, warnings) = (solver.report().newton_iterations, &solver.report().warnings);
+    println!("{iterations} iterations, {warnings:?}");
+    assert!(iterations < 40_000 && matches!(warnings[..], [Warning::Rough { .. }, ..]));
+}
+
 #[test]
 fn the_way_from_a_step_of_length_zero_begins_as_late_as_it_can() {
     // At least ten radians of the spring a step.

@@ -3,7 +3,7 @@
 use super::sizes::Sizes;
 
 /// Below this fraction of its terms a residual may be rounding, where the sums are long or the masses far apart.
-const STALLED: f64 = 1e-10;
+pub(super) const STALLED: f64 = 1e-10;
 /// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
 pub(crate) const NOISE: f64 = 1e-8;
 

@@ -7,9 +7,9 @@
 //!   |r(x + α δ)| ≤ (1 − α/4) |r(x)|
 //! ```
 //!
-//! in the weighted maximum norm. It takes more evaluations than whole corrections where these converge, and is for steps in which they do not.
+//! in the weighted maximum norm, or the residual may be rounding. It takes more evaluations than whole corrections where these converge, and is for steps in which they do not.
 
-use super::convergence::Convergence;
+use super::convergence::{Convergence, STALLED};
 use super::newton::{DIRECT, Newton};
 use super::sizes::Sizes;
 use super::step::{StepFailure, Unknowns};
@@ -47,8 +47,10 @@ impl<F: Factorization> Newton<F> {
                 scale = self.scale_at_rest();
             }
             let (terms, mut part) = (Sizes { v: scale, sigma: larger(self.size.v, self.floor) }, 1.0);
-            // NaN is no descent.
-            let pays = |now: Sizes, part: f64| now.relative_to(terms) <= (1.0 - ENOUGH * part) * before.relative_to(terms);
+            // NaN is no descent, and of rounding nothing can be taken.
+            let pays = |now: Sizes, part: f64| {
+                now.relative_to(terms) <= STALLED.max((1.0 - ENOUGH * part) * before.relative_to(terms))
+            };
             let mut now = self.weights.of_residual(&self.delta);
             let is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
             while !is_reached && !pays(now, part) && part > SHORTEST {
