@@ -59,8 +59,8 @@ fn surroundings() -> Vec<Series> {
         arrow(force.0, force.1, colour::RED).noted("u = F(t)", middle, (0.0, 9.5), Side::Center),
         arrow(origin, (origin.0 + 0.4, origin.1), colour::BLACK),
         arrow(origin, (origin.0, origin.1 + 0.4), colour::BLACK),
-        text((origin.0 + 0.47, origin.1), "x"),
-        text((origin.0, origin.1 + 0.47), "y"),
+        text((origin.0 + 0.47, origin.1), "x", Side::Center),
+        text((origin.0, origin.1 + 0.47), "y", Side::Center),
     ]
 }
 
@@ -68,8 +68,8 @@ fn arrow(from: Point, to: Point, colour: Colour) -> Series {
     Series::shape("arrow", vec![from, to], colour, Style::Arrow(1), 1.5)
 }
 
-fn text(at: Point, words: &str) -> Series {
-    Series::shape("text", vec![at], colour::BLACK, Style::Line, 0.0).noted(words, at, (0.0, 0.0), Side::Center)
+fn text(at: Point, words: &str, side: Side) -> Series {
+    Series::shape("text", vec![at], colour::BLACK, Style::Line, 0.0).noted(words, at, (0.0, 0.0), side)
 }
 
 /// The length below the link.
@@ -79,7 +79,7 @@ fn dimension(hinge: Point, tip: Point, length: f64) -> [Series; 2] {
     let (from, to) = ((hinge.0 + across, hinge.1 + up), (tip.0 + across, tip.1 + up));
     let words = format!("link length {} m (assumed)", shown(length));
     let below = (0.5 * (from.0 + to.0) - 0.6, 0.5 * (from.1 + to.1) - 0.16);
-    [Series::shape("dimension", vec![from, to], colour::BLACK, Style::Arrow(2), 0.75), text(below, &words)]
+    [Series::shape("dimension", vec![from, to], colour::BLACK, Style::Arrow(2), 0.75), text(below, &words, Side::Center)]
 }
 
 /// A link, its centre of mass and its angle against the x axis.
@@ -111,11 +111,12 @@ fn notes(experiment: &Experiment) -> Vec<Series> {
         format!("friction in the hinge of {joined} (assumed):"),
         format!("{} N m s/rad", example.hinge_friction),
     ];
-    let row = |row: u32, line: &String| text((-0.72, LOWEST_NOTE + 0.14 * (3.0 - f64::from(row))), line);
+    let above = |row: usize| 0.14 * (lines.len() - 1 - row) as f64;
+    let row = |row: usize, line: &String| text((-1.5, LOWEST_NOTE + above(row)), line, Side::Left);
     let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));
     let (from, to) = ((0.85, 0.7), (0.85, 0.25));
     let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
-    (0..).zip(&lines).map(|(index, line)| row(index, line)).chain([down]).collect()
+    lines.iter().enumerate().map(|(index, line)| row(index, line)).chain([down]).collect()
 }
 
 /// The number in subscript digits.
