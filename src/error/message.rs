@@ -200,7 +200,7 @@ impl fmt::Display for Error {
                  arguments with `magnitudes`"
             ),
             Error::Memory { given, needed } => {
-                write!(f, "{given} bytes are too few for this motion and its gradient; about {needed} are needed")
+                write!(f, "{given} bytes are too few for what is asked of this motion; about {needed} are needed")
             }
             Error::OutOfMemory { what, bytes } => write!(
                 f,

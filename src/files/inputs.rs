@@ -121,11 +121,7 @@ impl Inputs {
     /// What is no such file, with line and column; names that are missing or unknown; numbers that do not fit.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
         let file: File = super::read_json("inputs", json)?;
-        if file.format != FORMAT || file.version != VERSION {
-            let found =
-                format!("this is `{}`, version {}; expected `{FORMAT}`, version {VERSION}", file.format, file.version);
-            return Err(wrong("`format`", &found));
-        }
+        super::check_format("inputs", (&file.format, file.version), (FORMAT, VERSION))?;
         let state = |part: &str, x: Named<f64>| x.in_order("inputs", part, coordinates(system)).map(DVector::from_vec);
         let start = match file.start {
             StartPart::Velocity { q, v } => Start::Velocity { q: state("start.q", q)?, v: state("start.v", v)? },

@@ -21,8 +21,20 @@ use serde::de::DeserializeOwned;
 
 use crate::Error;
 
+/// Refuses a file of another format or version.
+fn check_format<V: ToString>(kind: &'static str, (format, version): (&str, V), expected: (&str, u32)) -> Result<(), Error> {
+    let version = version.to_string();
+    if (format, &version) == (expected.0, &expected.1.to_string()) {
+        return Ok(());
+    }
+    let problem = format!("this is `{format}`, version {version}; expected `{}`, version {}", expected.0, expected.1);
+    Err(Error::File { kind, place: "`format`".into(), problem })
+}
+
 /// What a JSON file of some kind says.
 fn read_json<T: DeserializeOwned>(kind: &'static str, json: &str) -> Result<T, Error> {
+    // Some editors put a byte order mark before it.
+    let json = json.strip_prefix('\u{feff}').unwrap_or(json);
     serde_json::from_str(json).map_err(|error| {
         let problem = error.to_string();
         // The place stands at its end, too.

@@ -143,9 +143,7 @@ impl Trajectory {
     /// [`Scheme::ALL`]; nodes and equations that the motion does not have, or out of order.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
         let file: File = super::read_json(KIND, json)?;
-        if file.format != FORMAT || file.version != VERSION {
-            return Err(wrong("`format`", &format!("this is `{}`; expected `{FORMAT}`, version {VERSION}", file.format)));
-        }
+        super::check_format(KIND, (&file.format, file.version), (FORMAT, VERSION))?;
         let scheme = Scheme::ALL.into_iter().find(|scheme| scheme.name == file.scheme);
         let scheme = scheme.ok_or_else(|| wrong("`scheme`", &format!("`{}` is none that is known", file.scheme)))?;
         let (nodes, inner) = (file.nodes.t.len(), file.stages.t.len());

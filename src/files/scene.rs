@@ -11,11 +11,11 @@ use crate::scene::ready::{Added, Kind, Part, ReadyCost};
 use crate::{Error, Scene};
 
 const FORMAT: &str = "hamiltonian-adjoint scene";
-const VERSION: u64 = 1;
+const VERSION: u32 = 1;
 
 /// A scene that was read from a file, and what the file could not hold.
 pub struct SceneFile {
-    /// The scene with its ready parts; handles are found by name.
+    /// The scene with its ready parts; handles are found by name ([`Scene::coordinate_named`], [`Scene::output_named`] and the like).
     pub scene: Scene,
     /// Names of elements, costs and outputs that were the writer's own, and of parts and costs whose parameters no text can say, with all that such
     /// bodies have or are joined by: without them it is another mechanism, or another J.
@@ -46,10 +46,7 @@ impl SceneFile {
     pub fn from_json(json: &str) -> Result<Self, Error> {
         let Unique(file) = super::read_json("scene", json)?;
         let mut file = Fields::of("the file", &file)?;
-        let (format, version) = (file.text("format")?, file.get("version")?.as_u64());
-        if format != FORMAT || version != Some(VERSION) {
-            return Err(wrong("`format`", &format!("this is `{format}`; expected `{FORMAT}`, version {VERSION}")));
-        }
+        super::check_format("scene", (file.text("format")?, file.get("version")?), (FORMAT, VERSION))?;
         let mut scene = Scene::new();
         for (i, part) in file.list("parts")?.iter().enumerate() {
             let mut part = Fields::of(&format!("part {}", i + 1), part)?;

@@ -67,7 +67,7 @@ impl Table {
         check_time(header.get(0).unwrap_or_default())?;
         let names: Vec<String> = header.iter().skip(1).map(str::to_string).collect();
         if names.is_empty() {
-            return Err(wrong(1, "the header has no column besides the time"));
+            return Err(wrong(1, "the header has no column besides the time; columns are divided by commas"));
         }
         if let Some((k, name)) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
             return Err(wrong(1, &format!("columns {} and an earlier one are both called `{name}`", k + 2)));
@@ -168,6 +168,9 @@ impl Table {
     /// If there is no such column.
     pub fn value(&self, column: usize, t: f64) -> f64 {
         let values = &self.columns[column];
+        if t.is_nan() {
+            return f64::NAN;
+        }
         let known = |i: usize| values[i].map(|x| (self.times[i], x));
         let next = self.times.partition_point(|time| *time < t);
         let before = (0..next).rev().find_map(known);

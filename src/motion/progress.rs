@@ -37,6 +37,8 @@ pub(crate) struct Watch {
     is_back: bool,
     /// How many nodes of a longer motion, which is told of, come before those that are computed and behind them.
     around: [usize; 2],
+    /// What was done when it was told of last.
+    told: usize,
 }
 
 impl Watch {
@@ -46,17 +48,17 @@ impl Watch {
 
     /// Of a part of a motion, with so many nodes before and behind it.
     pub(crate) fn of_part(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static, around: [usize; 2]) -> Self {
-        Watch { callback: Some(Box::new(callback)), is_back: false, around }
+        Watch { callback: Some(Box::new(callback)), is_back: false, around, told: 0 }
     }
 
     /// Another motion begins.
     pub(crate) fn begin(&mut self) {
-        self.is_back = false;
+        (self.is_back, self.told) = (false, 0);
     }
 
     /// The way back begins.
     pub(crate) fn turn(&mut self) {
-        self.is_back = true;
+        (self.is_back, self.told) = (true, 0);
     }
 
     /// Tells of every hundredth part.
@@ -80,9 +82,13 @@ impl Watch {
     fn tell_every(&mut self, most: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
         let [before, behind] = self.around;
         let (done, of) = (before + done, before + of + behind);
+        // A period that changes with the guess may pass over its multiples.
+        let is_due =
+            done == of || done.is_multiple_of(of.div_ceil(TIMES).min(most)) || done >= self.told.saturating_add(most);
         match &mut self.callback {
             Some(_) if self.is_back && task == Task::Simulation => Ok(()),
-            Some(callback) if done == of || done.is_multiple_of(of.div_ceil(TIMES).min(most)) => {
+            Some(callback) if is_due => {
+                self.told = done;
                 match callback(Progress { task, done, of }) {
                     ControlFlow::Continue(()) => Ok(()),
                     ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),

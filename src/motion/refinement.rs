@@ -27,11 +27,22 @@ struct Part {
     end: f64,
 }
 
+/// A given step that was halved.
+#[derive(Clone, Copy, Debug)]
+struct Halved {
+    /// The node of the grid taken that it begins at.
+    node: usize,
+    /// Its number, counted from 0.
+    step: usize,
+}
+
 /// How the grid taken follows from the given one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Refinement {
-    /// Empty if the given grid was taken as it is.
-    parts: Vec<Part>,
+    /// In ascending order; all other steps were taken as they are.
+    halved: Vec<Halved>,
+    /// (s, θ) of all parts of halved steps.
+    parts: Vec<(f64, f64)>,
     /// The number of the first given node in the motion that this one is a part of.
     first: usize,
 }
@@ -39,35 +50,51 @@ pub(crate) struct Refinement {
 impl Refinement {
     /// From the steps taken, the nodes of a longer motion before them, and the nodes that were inserted, in ascending order.
     pub(crate) fn new(steps: &[f64], first: usize, inserted: &[usize]) -> Self {
-        let mut refinement = Refinement { parts: Vec::new(), first };
-        if inserted.is_empty() {
-            return refinement;
-        }
-        refinement.parts.reserve_exact(steps.len());
-        let mut inserted = inserted.iter().peekable();
-        let ends = (1..=steps.len()).filter(|node| inserted.next_if(|&next| next == node).is_none());
-        let mut first = 0;
-        for (step, end) in ends.enumerate() {
-            let parts = &steps[first..end];
+        let most = inserted.len().min(steps.len());
+        let (halved, parts) = (Vec::with_capacity(most), Vec::with_capacity(most + inserted.len()));
+        let mut refinement = Refinement { halved, parts, first };
+        let mut before = 0;
+        while let Some(&cut) = inserted.get(before) {
+            // Nodes that follow each other lie within one given step, which ends behind the last of them.
+            let run = inserted[before..].iter().zip(cut..).take_while(|&(&node, next)| node == next).count();
+            let parts = &steps[cut - 1..(cut + run).min(steps.len())];
             let length: f64 = parts.iter().sum();
             let mut done = 0.0;
-            for &part in parts {
+            refinement.halved.push(Halved { node: cut - 1, step: cut - 1 - before });
+            refinement.parts.extend(parts.iter().map(|part| {
                 done += part;
-                refinement.parts.push(Part { step, share: part / length, end: done / length });
-            }
-            first = end;
+                (part / length, done / length)
+            }));
+            before += run;
         }
         refinement
     }
 
-    /// The bytes of one that is not that of the given grid, for so many nodes.
-    pub(crate) fn bytes(nodes: usize) -> usize {
-        nodes * size_of::<Part>()
+    /// The most bytes of one of so many given steps with so many inserted nodes.
+    pub(crate) fn bytes(steps: usize, inserted: usize) -> usize {
+        let most = inserted.min(steps);
+        most * size_of::<Halved>() + (most + inserted) * size_of::<(f64, f64)>()
+    }
+
+    /// The parts of a halved step.
+    fn parts_of(&self, k: usize) -> &[(f64, f64)] {
+        // As many as nodes were inserted, and one for each step.
+        let first = |k: usize| self.halved.get(k).map_or(self.parts.len(), |halved| halved.node - halved.step + k);
+        &self.parts[first(k)..first(k + 1)]
     }
 
     /// The step taken that ends at node ≥ 1: its given step, counted from 0, its share of it and where in it it ends.
     fn part(&self, node: usize) -> Part {
-        self.parts.get(node - 1).copied().unwrap_or(Part { step: node - 1, share: 1.0, end: 1.0 })
+        let whole = |step: usize| Part { step, share: 1.0, end: 1.0 };
+        let Some(k) = self.halved.partition_point(|halved| halved.node < node).checked_sub(1) else {
+            return whole(node - 1);
+        };
+        let (Halved { node: begin, step }, parts) = (self.halved[k], self.parts_of(k));
+        let behind = node - begin - 1;
+        match parts.get(behind) {
+            Some(&(share, end)) => Part { step, share, end },
+            None => whole(step + 1 + behind - parts.len()),
+        }
     }
 
     /// The number of the given step that ends at or behind a node of the grid taken, counted from 1.
@@ -109,9 +136,13 @@ impl Refinement {
     /// The lengths of the given steps before and after a given node.
     fn given_lengths<R: Real>(&self, taken: &[R], node: usize, given: usize) -> (Option<R>, Option<R>) {
         let length = |step: usize| {
-            let first = self.parts.partition_point(|part| part.step < step);
-            let parts = self.parts[first..].iter().zip(&taken[first..]).take_while(|(part, _)| part.step == step);
-            parts.fold(R::zero(), |sum, (_, &dt)| sum + dt)
+            let next = self.halved.partition_point(|halved| halved.step <= step);
+            let Some(k) = next.checked_sub(1) else { return taken[step] };
+            let (halved, parts) = (self.halved[k], self.parts_of(k).len());
+            match step - halved.step {
+                0 => taken[halved.node..halved.node + parts].iter().fold(R::zero(), |sum, &dt| sum + dt),
+                behind => taken[halved.node + parts + behind - 1],
+            }
         };
         (given.checked_sub(1).map(length), (node < taken.len()).then(|| length(given)))
     }
@@ -121,8 +152,9 @@ impl Refinement {
         if self.parts.is_empty() {
             return given.clone();
         }
-        let steps = self.parts.iter().map(|part| given.grid.steps[part.step] * part.share).collect();
-        let controls = DMatrix::from_fn(given.controls.nrows(), self.parts.len() + 1, |channel, node| {
+        let count = given.grid.steps.len() + self.parts.len() - self.halved.len();
+        let steps = (1..=count).map(|node| self.part(node)).map(|part| given.grid.steps[part.step] * part.share).collect();
+        let controls = DMatrix::from_fn(given.controls.nrows(), count + 1, |channel, node| {
             if node == 0 {
                 return given.controls[(channel, 0)];
             }

@@ -4,7 +4,7 @@ use super::sizes::Sizes;
 
 /// Below this fraction of its terms a residual may be rounding, where the sums are long or the masses far apart.
 pub(super) const STALLED: f64 = 1e-10;
-/// Relative corrections below this that have stopped shrinking are rounding, whatever the residual: of stiff springs, of large angles.
+/// Relative corrections below this that have stopped shrinking may be rounding, whatever the residual: of stiff springs, of large angles.
 pub(crate) const NOISE: f64 = 1e-8;
 
 /// What the corrections and residuals of an iteration have come to.
@@ -21,18 +21,27 @@ pub(super) struct Convergence {
     pub(super) next: f64,
     /// Whether the factors of this iteration will do for the next one.
     pub(super) may_reuse: bool,
+    /// Whether a correction that has stopped shrinking is rounding; from one side of a bend to the other it is none.
+    pub(super) is_noise: bool,
 }
 
 impl Convergence {
     /// Before the first correction, with the residual of the guess.
     pub(super) fn new(tolerance: f64, rounding: f64, sizes: Sizes) -> Self {
         let (last, residual, next) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
-        Convergence { tolerance, rounding, sizes, last, residual, next, may_reuse: false }
+        Convergence { tolerance, rounding, sizes, last, residual, next, may_reuse: false, is_noise: false }
     }
 
     /// Goes on from the residual of another iterate: the correction that was judged last was not taken as it was.
     pub(super) fn go_on_from(&mut self, sizes: Sizes) {
         (self.sizes, self.last) = (sizes, f64::INFINITY);
+    }
+
+    /// Whether a relative correction is small and has stopped shrinking, or comes where none was to come.
+    #[inline]
+    pub(super) fn may_be_noise(&self, correction: f64) -> bool {
+        let is_late = correction > 0.5 * self.last || self.next <= self.tolerance;
+        is_late && correction <= NOISE && self.residual > STALLED
     }
 
     /// Whether a relative correction was the last one: the next would be below the tolerance, or nothing but rounding is left of the residual.
@@ -41,17 +50,21 @@ impl Convergence {
     #[inline]
     pub(super) fn is_reached(&mut self, correction: f64, residual: Sizes, terms: Sizes, multipliers: f64) -> bool {
         let before = std::mem::replace(&mut self.sizes, residual).relative_to(terms);
+        // Once there is nothing but rounding in the residual, or in corrections that stop shrinking, nothing is left to gain.
+        let is_stalled =
+            correction > 0.25 * self.last && before <= STALLED || self.is_noise && self.may_be_noise(correction);
+        self.last = correction;
         self.residual = residual.relative_to(terms);
         // The next correction would be smaller than this one as the residual is.
         self.next = if self.residual == 0.0 { 0.0 } else { correction * (self.residual / before) };
-        // Once there is nothing but rounding in the residual, or corrections stop shrinking close to that, nothing is left to gain.
-        let last = std::mem::replace(&mut self.last, correction);
-        let is_stalled = correction > 0.25 * last && before <= STALLED || correction > 0.5 * last && correction <= NOISE;
         let of_multipliers = residual.v <= 2.0 * f64::EPSILON * multipliers && residual.sigma <= self.rounding * terms.sigma;
         // The ratio is half the relative change of K, and that is what the old factors would leave of the next correction.
         let left = 2.0 * self.residual / before;
-        self.may_reuse = !self.may_reuse && (left * self.next <= self.tolerance || left * self.residual <= self.rounding);
-        self.next <= self.tolerance || self.residual <= self.rounding || of_multipliers || is_stalled
+        let would_do = left * self.next <= self.tolerance || left * self.residual <= self.rounding;
+        // Soft equations may be far from solved where stiff ones, or a K that is not that of the new point, hardly correct any more.
+        let is_small = self.next <= self.tolerance;
+        self.may_reuse = !self.may_reuse && !is_small && would_do;
+        is_small && self.residual <= STALLED || self.residual <= self.rounding || of_multipliers || is_stalled
     }
 }
 

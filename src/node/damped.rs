@@ -9,7 +9,7 @@
 //!
 //! in the weighted maximum norm, or the residual may be rounding. It takes more evaluations than whole corrections where these converge, and is for steps in which they do not.
 
-use super::convergence::{Convergence, STALLED};
+use super::convergence::{Convergence, NOISE, STALLED};
 use super::newton::{DIRECT, Newton};
 use super::sizes::Sizes;
 use super::step::{StepFailure, Unknowns};
@@ -21,8 +21,35 @@ use crate::{Settings, System};
 
 /// What a correction must take of the residual, as a part of what it would take if there were no bends.
 const ENOUGH: f64 = 0.25;
-/// Corrections are not shortened to less than this part: there is no descent.
+/// Corrections are not shortened to less than this part: there is no descent …
 const SHORTEST: f64 = 1e-9;
+/// … and those that may be noise not to less than this: they are rounding.
+const SHORTEST_OF_NOISE: f64 = 1e-3;
+/// Residuals are looked at for so many parts of a correction, each a quarter of the one before.
+const PARTS: i32 = 7;
+
+/// Points x + α δ along a correction.
+pub(super) struct Line {
+    /// δ.
+    direction: Vec<f64>,
+    /// x, and ℓ there.
+    x: Vec<f64>,
+    linear: Vec<f64>,
+    /// −r(x).
+    residual: Vec<f64>,
+}
+
+impl Line {
+    pub(super) fn new(unknowns: usize) -> Self {
+        let zeros = || vec![0.0; unknowns];
+        Line { direction: zeros(), x: zeros(), linear: zeros(), residual: zeros() }
+    }
+
+    fn begin(&mut self, x: &[f64], linear: &[f64]) {
+        self.x.copy_from_slice(x);
+        self.linear.copy_from_slice(linear);
+    }
+}
 
 impl<F: Factorization> Newton<F> {
     /// Solves a step as [`solve_step`](Self::solve_step) does, from guesses that are farther away, with the size of the velocities before it.
@@ -40,8 +67,10 @@ impl<F: Factorization> Newton<F> {
         let mut before = self.weights.of_residual(&self.delta);
         let mut convergence = Convergence::new(settings.tolerance, self.rounding, before);
         for iteration in 1..=settings.max_iterations {
+            self.line.begin(&self.x, &self.linear);
             let (_, correction) = self.correct(system, from.h, false, report)?;
-            self.direction.copy_from_slice(&self.delta);
+            self.line.direction.copy_from_slice(&self.delta);
+            convergence.is_noise = convergence.may_be_noise(correction) && self.is_rounding(system, from);
             self.residual(system, from, given, report);
             if scale == 0.0 {
                 scale = self.scale_at_rest();
@@ -52,15 +81,19 @@ impl<F: Factorization> Newton<F> {
                 now.relative_to(terms) <= STALLED.max((1.0 - ENOUGH * part) * before.relative_to(terms))
             };
             let mut now = self.weights.of_residual(&self.delta);
-            let is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
-            while !is_reached && !pays(now, part) && part > SHORTEST {
+            let shortest = if correction <= NOISE { SHORTEST_OF_NOISE } else { SHORTEST };
+            let mut is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
+            while !is_reached && !pays(now, part) && part > shortest {
                 part *= 0.5;
-                self.step_back(part);
+                self.take(part);
                 self.residual(system, from, given, report);
                 now = self.weights.of_residual(&self.delta);
             }
-            if part <= SHORTEST {
-                break;
+            if part <= shortest {
+                is_reached = correction <= NOISE;
+                if !is_reached {
+                    break;
+                }
             }
             if part < 1.0 {
                 convergence.go_on_from(now);
@@ -79,9 +112,43 @@ impl<F: Factorization> Newton<F> {
         Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
-    /// Takes so much of a correction back.
-    fn step_back(&mut self, part: f64) {
-        self.delta.iter_mut().zip(&self.direction).for_each(|(delta, whole)| *delta = -part * whole);
+    /// Whether a small part of the correction that was made takes as much of the residual as K says. What does not shrink then may go to and fro over a
+    /// bend; otherwise it is rounding. Everything is as before after it.
+    ///
+    /// ```text
+    ///   |r(x + α δ) − (1 − α) r(x)| ≤ α/4 |r(x)|      for some α and α/4
+    /// ```
+    #[cold]
+    pub(super) fn is_smooth_before(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
+        self.line.begin(&self.x, &self.linear);
+        self.line.direction.copy_from_slice(&self.delta);
+        self.take(-1.0);
+        self.line.begin(&self.x, &self.linear);
+        self.residual(system, from, given, report);
+        self.line.residual.copy_from_slice(&self.delta);
+        let before = self.weights.of_residual(&self.delta);
+        let mut smooth = 0;
+        for k in 1..=PARTS {
+            let part = 0.25f64.powi(k);
+            self.take(part);
+            self.residual(system, from, given, report);
+            self.delta.iter_mut().zip(&self.line.residual).for_each(|(r, before)| *r -= (1.0 - part) * before);
+            let (off, most) = (self.weights.of_residual(&self.delta), 0.25 * part);
+            smooth = if off.v <= most * before.v && off.sigma <= most * before.sigma { smooth + 1 } else { 0 };
+            if smooth == 2 {
+                break;
+            }
+        }
+        self.take(1.0);
+        smooth == 2
+    }
+
+    /// Takes so much of a correction, anew: taking back the rest would leave rounding of the whole, which may be far too long.
+    fn take(&mut self, part: f64) {
+        let Line { direction, x, linear, .. } = &self.line;
+        self.x.copy_from_slice(x);
+        self.linear.copy_from_slice(linear);
+        self.delta.iter_mut().zip(direction).for_each(|(delta, whole)| *delta = part * whole);
         let free = self.condensed..;
         add(&mut self.x[free.clone()], &self.delta[free]);
         self.matrix.subtract_constant_product(&self.delta, &mut self.linear);

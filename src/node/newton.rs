@@ -25,6 +25,7 @@
 //! before the first iteration, which makes S of L, and found after the last.
 
 use super::convergence::Convergence;
+use super::damped::Line;
 use super::sizes::{Sizes, UnitWeights};
 use super::transposed::TransposedProduct;
 use crate::linear::{BlockLu, Factorization, Matrix};
@@ -41,6 +42,9 @@ pub(crate) const SMALL: f64 = 1e-2;
 
 /// Velocities below this fraction of what the momenta would give may be rounding, and need not be guessed.
 pub(crate) const STILL: f64 = 1e-10;
+
+/// Corrections below this fraction of the largest velocity or coordinate are rounding once they have stopped shrinking.
+const ULPS: f64 = 1e3 * f64::EPSILON;
 
 /// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
 const FAR: f64 = 10.0;
@@ -66,8 +70,8 @@ pub(crate) struct Newton<F = BlockLu> {
     pub(super) linear: Vec<f64>,
     /// −r, then a correction.
     pub(super) delta: Vec<f64>,
-    /// A whole correction, of which a part is taken.
-    pub(super) direction: Vec<f64>,
+    /// Along a correction.
+    pub(super) line: Line,
     pub(super) transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
@@ -90,7 +94,7 @@ impl<F: Factorization> Newton<F> {
             x: zeros(),
             linear: zeros(),
             delta: zeros(),
-            direction: zeros(),
+            line: Line::new(system.n() + system.m()),
             transposed: TransposedProduct::new(system),
             weights: UnitWeights::new((system.n(), system.m()), condensed),
             size: Sizes::default(),
@@ -152,6 +156,12 @@ impl<F: Factorization> Newton<F> {
                 let is_at_rest = guess <= STILL * scale;
                 self.miss = Miss { change, guess: if is_at_rest { f64::INFINITY } else { guess } };
             }
+            if convergence.may_be_noise(correction) {
+                if !self.is_rounding(system, from) && self.is_smooth_before(system, from, given, report) {
+                    return self.solve_step_damped(system, from, given, y, (settings, 0.0), report);
+                }
+                convergence.is_noise = true;
+            }
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
@@ -176,6 +186,19 @@ impl<F: Factorization> Newton<F> {
     pub(super) fn scale_at_rest(&self) -> f64 {
         let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
         linear.max(self.weights.of_residual(&self.linear).v)
+    }
+
+    /// Whether the correction that was made is what velocities or coordinates are rounded by.
+    #[cold]
+    pub(super) fn is_rounding(&self, system: &System, from: &KnownPart) -> bool {
+        let (mut change, mut v, mut q) = (0.0f64, 0.0f64, 0.0f64);
+        let free = |(position, _): &(&usize, &f64)| **position >= self.condensed;
+        for (&position, start) in system.positions().v.iter().zip(from.q).filter(free) {
+            change = change.max(self.delta[position].abs());
+            v = v.max(self.x[position].abs());
+            q = q.max((start + from.h * self.x[position]).abs());
+        }
+        change <= ULPS * v || from.h.abs() * change <= ULPS * q
     }
 
     /// Refuses a solution whose velocities are far from their guess, in parts of a size.

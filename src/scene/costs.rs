@@ -20,6 +20,13 @@ pub struct EndState {
     pub rate: Output,
 }
 
+impl EndState {
+    /// The names of both for a coordinate of this name.
+    pub(super) fn names(coordinate: &str) -> [String; 2] {
+        ["value", "rate"].map(|what| format!("{what} of {coordinate} at the end"))
+    }
+}
+
 /// b₁ (q − b₀).
 struct Position;
 
@@ -77,9 +84,10 @@ impl Scene {
 
     /// Adds an output: a number that is computed of a motion beside J, the sum of its terms ([`term`](Self::term)).
     pub fn output(&mut self, name: &str) -> Output {
-        self.recipe.note_own(name);
+        let output = self.parts.outputs.len();
+        self.recipe.note_output(name, output);
         self.parts.outputs.push(name.to_string());
-        Output(self.tag.handle(self.parts.outputs.len() - 1))
+        Output(self.tag.handle(output))
     }
 
     /// Adds a term to an output: a function as for [`cost`](Self::cost), which adds one to J. A measured residual is a term with
@@ -156,7 +164,7 @@ impl Scene {
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
         let of = self.parts.coordinates.get(coordinate.index()).cloned().unwrap_or_else(|| "?".into());
         self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
-            let names = ["value", "rate"].map(|what| format!("{what} of {of} at the end"));
+            let names = EndState::names(&of);
             let [position, rate] = names.each_ref().map(|name| scene.output(name));
             scene.parts.looked_at.extend([position.index(), rate.index()]);
             scene.term(position, &names[0], Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
@@ -224,8 +232,9 @@ impl Scene {
             & self.check(name, "multiplier", sigma.iter().map(|s| s.0))
             & self.check(name, "control", u.iter().map(|u| u.0))
             & self.check_params(name, b);
-        // An output says it all with its own name.
-        if output.checked_sub(1).is_none_or(|output| self.parts.outputs[output] != name) {
+        // An output of one's own says it all with its name.
+        let is_said = |output: usize| self.parts.outputs[output] == name && self.recipe.is_own(output);
+        if !output.checked_sub(1).is_some_and(is_said) {
             self.recipe.note_own(name);
         }
         self.costs_named.push(name.to_string());

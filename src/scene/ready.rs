@@ -1,7 +1,8 @@
 //! The ready parts of a scene as data, in the order in which they were added: what a file of the scene has.
 
+use super::EndState;
 use crate::model::{Control, Coordinate, Design, Frame, Param, Point};
-use crate::{Multiplier, Scene};
+use crate::{Multiplier, Output, Scene};
 
 /// What was added to a scene, besides elements, costs and outputs of the user's own.
 #[derive(Clone, Debug)]
@@ -130,6 +131,8 @@ pub(super) struct Recipe {
     pub(super) added: Vec<(String, Added)>,
     /// Names of the user's own elements, costs and outputs.
     pub(super) own: Vec<String>,
+    /// Outputs that are no user's own.
+    ready_outputs: Vec<usize>,
     within: bool,
 }
 
@@ -144,6 +147,17 @@ impl Recipe {
         if !self.within {
             self.own.push(name.to_string());
         }
+    }
+
+    pub(super) fn note_output(&mut self, name: &str, output: usize) {
+        match self.within {
+            true => self.ready_outputs.push(output),
+            false => self.note_own(name),
+        }
+    }
+
+    pub(super) fn is_own(&self, output: usize) -> bool {
+        self.ready_outputs.binary_search(&output).is_err()
     }
 }
 
@@ -257,6 +271,27 @@ impl Scene {
     pub fn coordinate_named(&self, name: &str) -> Option<Coordinate> {
         let at = self.parts.coordinates.iter().position(|known| known == name)?;
         Some(Coordinate(self.tag.handle(at)))
+    }
+
+    /// The output of a name.
+    pub fn output_named(&self, name: &str) -> Option<Output> {
+        let at = self.parts.outputs.iter().position(|known| known == name)?;
+        Some(Output(self.tag.handle(at)))
+    }
+
+    /// The outputs of [`end_state`](Self::end_state) of a coordinate, if the scene has them.
+    pub fn end_state_of(&self, coordinate: Coordinate) -> Option<EndState> {
+        let of = self.tag.owns(&coordinate.0).then(|| &self.parts.coordinates[coordinate.index()])?;
+        let [position, rate] = EndState::names(of).map(|name| self.output_named(&name));
+        Some(EndState { coordinate, position: position?, rate: rate? })
+    }
+
+    /// The multipliers of a constraint or joint by its name.
+    pub fn multipliers_named(&self, name: &str) -> Option<Vec<Multiplier>> {
+        let at = self.parts.constraints.iter().position(|(known, _)| known == name)?;
+        let first: usize = self.parts.constraints[..at].iter().map(|(_, count)| count).sum();
+        let equations = first..first + self.parts.constraints[at].1;
+        Some(equations.map(|equation| Multiplier(self.tag.handle(equation))).collect())
     }
 
     /// The frame of a body or particle by its name.

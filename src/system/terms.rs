@@ -120,9 +120,11 @@ impl System {
         self.all_terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
     }
 
-    /// Whether any element or cost may depend on time itself.
-    pub(crate) fn depends_on_time(&self) -> bool {
-        self.terms.uses.time > Depends::Never || self.formulas.elements.iter().any(|element| element.formula.timed)
+    /// The name of an element or a cost that may depend on time itself.
+    pub(crate) fn timed(&self) -> Option<&str> {
+        let mut elements = self.formulas.elements.iter().filter(|element| element.formula.timed);
+        let mut terms = self.all_terms().filter(|term| term.uses.time > Depends::Never);
+        elements.next().map(|element| element.name.as_str()).or_else(|| terms.next().map(|term| term.name))
     }
 
     /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.

@@ -134,7 +134,7 @@ pub struct HessianRow {
     pub transposed: f64,
     /// By hyper-dual numbers, or differences of gradients.
     pub reference: f64,
-    /// What the reference may be off by: 0 by hyper-dual numbers.
+    /// What the reference may be off by: 0 by hyper-dual numbers, ∞ where there is none.
     pub uncertainty: f64,
     /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to; 0 where all of it is rounding.
     pub size: f64,
@@ -156,7 +156,7 @@ impl HessianRow {
             true => Verdict::Right,
             false => Verdict::Wrong,
         };
-        let size = if size <= floor { 0.0 } else { size };
+        let size = if size <= floor && uncertainty.is_finite() { 0.0 } else { size };
         HessianRow { name, product, transposed, reference, uncertainty, size, verdict }
     }
 
@@ -212,6 +212,11 @@ impl fmt::Display for HessianReport {
             Verdict::NothingCompared if self.rows.iter().all(|row| row.size == 0.0) => {
                 "FAILED, because nothing was compared: it is linear in the inputs".to_string()
             }
+            Verdict::NothingCompared if self.rows.iter().any(|row| row.uncertainty == f64::INFINITY) => {
+                "FAILED, because nothing was compared: no motions beside this one take the same steps, so there are no differences of \
+                 gradients; take shorter steps, of which none is halved"
+                    .to_string()
+            }
             Verdict::NothingCompared => "FAILED, because differences of gradients are too rough here".to_string(),
             other => other.to_string(),
         };
@@ -220,14 +225,14 @@ impl fmt::Display for HessianReport {
         let way = if self.by_differences { "by differences" } else { "by hyper-dual numb." };
         writeln!(f, "  {:20}  {way:>19}  {:>9}  {:>9}   verdict", "a in", "a·(H b)", "b·(H a)")?;
         for row in &self.rows {
-            let off = |x: f64| if row.size == 0.0 { 0.0 } else { (x - row.reference).abs() / row.size };
+            let off = |x: f64| match row.size {
+                0.0 => format!("{:.1e}", 0.0),
+                _ if row.reference.is_nan() => "–".to_string(),
+                size => format!("{:.1e}", (x - row.reference).abs() / size),
+            };
             let HessianRow { name, product, transposed, reference, verdict, .. } = row;
-            writeln!(
-                f,
-                "  {name:20}  {reference:>+19.12e}  {:>9.1e}  {:>9.1e}   {verdict}",
-                off(*product),
-                off(*transposed)
-            )?;
+            let [product, transposed] = [product, transposed].map(|x| off(*x));
+            writeln!(f, "  {name:20}  {reference:>+19.12e}  {product:>9}  {transposed:>9}   {verdict}")?;
         }
         if self.rows.iter().any(|row| row.verdict == Verdict::Wrong) {
             explain_difference(f, self.rounding, &self.warnings)?;

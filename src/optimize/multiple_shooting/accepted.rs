@@ -84,9 +84,9 @@ pub(super) fn check(
         return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
     }
     let is_duration = |of: &Free| of.quantity == Quantity::Duration;
-    if segments > 1 && free.iter().any(is_duration) && system.depends_on_time() {
-        let why = "an element or a cost depends on time itself, and segments would begin at other times; fix the duration";
-        return Err(Error::NotInSegments { what: "a free duration".into(), why });
+    if let Some(name) = system.timed().filter(|_| segments > 1 && free.iter().any(is_duration)) {
+        let why = "it depends on time itself, and segments would begin at other times; fix the duration";
+        return Err(Error::NotInSegments { what: format!("`{name}` and a free duration"), why });
     }
     Ok(())
 }

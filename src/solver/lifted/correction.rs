@@ -7,6 +7,8 @@ use crate::number::Real;
 ///
 /// Corrections by a wrong matrix, or along a slow projection, shrink at every one, if slowly, or grow from the first.
 const LOST: (f64, usize) = (1e-5, 4);
+/// So are those below this part of all, where a part is what is left of terms that cancel, such as the force of a body that creeps.
+const LOST_OF_ALL: f64 = 1e-12;
 
 /// The sizes of corrections, one after the other.
 #[derive(Clone, Copy)]
@@ -24,11 +26,11 @@ impl Shrinking {
     }
 
     /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
-    pub(super) fn is_stalled(&mut self, size: f64) -> bool {
+    pub(super) fn is_stalled(&mut self, Size { of_part: size, of_all }: Size) -> bool {
         let is_noise = size <= NOISE && size >= self.last;
         (self.halved, self.idle) = if size <= 0.5 * self.halved { (size, 0) } else { (self.halved, self.idle + 1) };
         self.last = size;
-        is_noise || size <= LOST.0 && self.idle >= LOST.1
+        is_noise || (size <= LOST.0 || of_all <= LOST_OF_ALL) && self.idle >= LOST.1
     }
 }
 

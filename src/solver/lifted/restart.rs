@@ -1,6 +1,6 @@
 //! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
-use super::correction::{Shrinking, add};
+use super::correction::{Shrinking, Size, add};
 use super::stage::CONVERGED;
 use super::{Lifted, Near, overflow};
 use crate::Error;
@@ -62,7 +62,7 @@ impl<R: Real> Lifted<R> {
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
                 // The perturbation may be that of an input in far larger units: what still shrinks, if by a third, is no rounding.
                 let shrinks = size < SHRINKING * sizes.last && correction + 1 < MOST_CORRECTIONS_OF_PROJECTION;
-                let is_stalled = sizes.is_stalled(size);
+                let is_stalled = sizes.is_stalled(Size { of_part: size, of_all: f64::INFINITY });
                 done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);
             }
             if done {

@@ -49,7 +49,7 @@ impl<R: Real> Lifted<R> {
             self.evaluate(near, (i, s), h);
             let (size, is_rounding) =
                 self.correct(near, (i, s), h).ok_or_else(|| overflow(near, i, "the complex or dual part of the motion"))?;
-            let is_stalled = sizes.is_stalled(size.of_part);
+            let is_stalled = sizes.is_stalled(size);
             if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
                 self.rounding = self.rounding.max(size.of_all);
                 self.evaluate(near, (i, s), h);

@@ -55,6 +55,7 @@ pub struct LongSolver<'s> {
     /// The nodes of the given grid.
     given: usize,
     forward: ForwardSweep,
+    /// One for each right-hand side; none for a motion alone.
     sweeps: Vec<AdjointSweep>,
     /// Of all of them.
     adjoint_report: Report,
@@ -80,7 +81,7 @@ impl<'s> LongSolver<'s> {
             bytes,
             given: 0,
             forward: ForwardSweep::new(system, settings.scheme),
-            sweeps: vec![AdjointSweep::new(system, settings.scheme)],
+            sweeps: Vec::new(),
             adjoint_report: Report::default(),
             plan: Plan::NONE,
             leaves_out: false,
@@ -95,8 +96,7 @@ impl<'s> LongSolver<'s> {
     /// # Errors
     /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
     pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
-        // Those of a Jacobian that did not fit.
-        self.sweeps.truncate(1);
+        self.sweeps.clear();
         self.begin(inputs)?;
         self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
     }

@@ -42,11 +42,11 @@ impl LongSolver<'_> {
     /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
     pub(super) fn bytes_of_grid(&self, nodes: usize) -> usize {
         let number = size_of::<f64>();
+        let inserted = nodes - self.given;
         // Inputs on the grid taken, and the gradients on the given one.
         let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
-        // The list of the inserted nodes may have room for twice as many.
-        let inserted = 2 * (nodes - self.given) * size_of::<usize>();
-        columns + inserted + if nodes > self.given { Refinement::bytes(nodes) } else { 0 }
+        // Their list may have room for twice as many, and a motion is summed as well as a gradient.
+        columns + 2 * inserted * size_of::<usize>() + self.sweeps.len().max(1) * Refinement::bytes(self.given, inserted)
     }
 
     /// How much would do for so many nodes, and as much as this at least.
@@ -70,6 +70,11 @@ impl LongSolver<'_> {
         let behind = self.system.m() + self.system.n();
         let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
         let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
+        // Nothing leads back.
+        if self.sweeps.is_empty() {
+            let window = nodes.min(free / stored);
+            return (window >= SHORTEST.min(nodes)).then_some(Plan { nodes, window, checkpoints: 0, levels: 0 });
+        }
         if free >= nodes * stored {
             return Some(Plan { nodes, window: nodes, checkpoints: 0, levels: 0 });
         }
