@@ -98,3 +98,27 @@ impl Watch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[test]
+    fn a_guess_that_grows_is_told_of_every_hundred_steps_at_least() {
+        let told = Arc::new(Mutex::new(vec![0]));
+        let seen = told.clone();
+        let mut watch = Watch::new(move |progress| {
+            seen.lock().expect("no panic").push(progress.done);
+            ControlFlow::Continue(())
+        });
+        watch.begin();
+        // Its hundredth part is never one of which what is done is a multiple.
+        for done in 1..2000 {
+            let of = if done % 97 == 0 { 8900 } else { 9700 };
+            watch.tell_of_guess(Task::Simulation, done, of).expect("nobody stops");
+        }
+        let told = told.lock().expect("no panic");
+        assert!(told.windows(2).all(|pair| pair[1] - pair[0] <= 100) && told.last() == Some(&1900), "{told:?}");
+    }
+}

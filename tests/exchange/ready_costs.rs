@@ -51,6 +51,28 @@ fn ready_costs_and_outputs_come_back_to_the_last_bit() {
 }
 
 #[test]
+fn outputs_and_multipliers_are_found_by_name() {
+    let (mut was, _) = scene();
+    let [x, y] = ["cart.x", "cart.y"].map(|name| was.coordinate_named(name).expect("there"));
+    let rod = was.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    was.revolute("axle", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let is = SceneFile::from_json(&was.to_json().expect("a file")).expect("a scene").scene;
+    let [is_x, is_y] = ["cart.x", "cart.y"].map(|name| is.coordinate_named(name).expect("there"));
+    for (scene, x, y) in [(&was, x, y), (&is, is_x, is_y)] {
+        assert_eq!(scene.output_named("seen last").map(|output| output.index()), Some(3));
+        let state = scene.end_state_of(y).expect("both outputs");
+        assert_eq!((state.position.index(), state.rate.index(), state.coordinate), (4, 5, y));
+        assert_eq!(scene.end_state_of(x).map(|state| state.rate.index()), Some(2));
+        let of = scene.multipliers_named("axle").expect("a joint");
+        assert_eq!(of.iter().map(|multiplier| multiplier.index()).collect::<Vec<usize>>(), [0, 1]);
+        assert!(scene.output_named("axle").is_none() && scene.multipliers_named("seen last").is_none());
+    }
+    // A coordinate of another scene, and one that nobody asked for.
+    let angle = is.coordinate_named("rod.φ").expect("there");
+    assert!(was.end_state_of(is_x).is_none() && is.end_state_of(angle).is_none());
+}
+
+#[test]
 fn costs_and_outputs_that_a_file_cannot_hold_are_named_once() {
     let (mut scene, _) = scene();
     let x = scene.coordinate_named("cart.x").expect("there");
@@ -58,8 +80,10 @@ fn costs_and_outputs_that_a_file_cannot_hold_are_named_once() {
     let [own, seen] = [scene.output("own"), scene.reading("seen", x, 2, 0.0, 1.0)];
     scene.term(own, "own", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
     scene.term(seen, "more", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    // One that has the name of the ready output that it adds to.
+    scene.term(seen, "seen", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
     let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
-    assert_eq!(file.left_out, ["aim", "own", "more"]);
+    assert_eq!(file.left_out, ["aim", "own", "more", "seen"]);
     let Err(error) = file.complete() else { panic!("it is not whole") };
     assert_says(&error, &["`aim`"]);
 }
