@@ -7,7 +7,8 @@
 //!   |r(x + α δ)| ≤ (1 − α/4) |r(x)|
 //! ```
 //!
-//! in the weighted maximum norm, or the residual may be rounding. It takes more evaluations than whole corrections where these converge, and is for steps in which they do not.
+//! in the weighted maximum norm, or the residual may be rounding. It takes more evaluations than whole corrections where these converge, and is for steps in which
+//! they do not.
 
 use super::convergence::{Convergence, NOISE, STALLED};
 use super::newton::{DIRECT, Newton};
