@@ -80,21 +80,19 @@ impl Watch {
 
     #[inline]
     fn tell_every(&mut self, most: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
+        let Some(callback) = &mut self.callback else { return Ok(()) };
         let [before, behind] = self.around;
         let (done, of) = (before + done, before + of + behind);
         // A period that changes with the guess may pass over its multiples.
         let is_due =
             done == of || done.is_multiple_of(of.div_ceil(TIMES).min(most)) || done >= self.told.saturating_add(most);
-        match &mut self.callback {
-            Some(_) if self.is_back && task == Task::Simulation => Ok(()),
-            Some(callback) if is_due => {
-                self.told = done;
-                match callback(Progress { task, done, of }) {
-                    ControlFlow::Continue(()) => Ok(()),
-                    ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
-                }
-            }
-            _ => Ok(()),
+        if !is_due || self.is_back && task == Task::Simulation {
+            return Ok(());
+        }
+        self.told = done;
+        match callback(Progress { task, done, of }) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
         }
     }
 }

@@ -27,6 +27,13 @@ struct Part {
     end: f64,
 }
 
+impl Part {
+    #[inline]
+    fn whole(step: usize) -> Self {
+        Part { step, share: 1.0, end: 1.0 }
+    }
+}
+
 /// A given step that was halved.
 #[derive(Clone, Copy, Debug)]
 struct Halved {
@@ -84,16 +91,20 @@ impl Refinement {
     }
 
     /// The step taken that ends at node ≥ 1: its given step, counted from 0, its share of it and where in it it ends.
+    #[inline]
     fn part(&self, node: usize) -> Part {
-        let whole = |step: usize| Part { step, share: 1.0, end: 1.0 };
-        let Some(k) = self.halved.partition_point(|halved| halved.node < node).checked_sub(1) else {
-            return whole(node - 1);
-        };
+        if self.halved.is_empty() { Part::whole(node - 1) } else { self.part_of_refined(node) }
+    }
+
+    #[cold]
+    fn part_of_refined(&self, node: usize) -> Part {
+        let before = self.halved.partition_point(|halved| halved.node < node);
+        let Some(k) = before.checked_sub(1) else { return Part::whole(node - 1) };
         let (Halved { node: begin, step }, parts) = (self.halved[k], self.parts_of(k));
         let behind = node - begin - 1;
         match parts.get(behind) {
             Some(&(share, end)) => Part { step, share, end },
-            None => whole(step + 1 + behind - parts.len()),
+            None => Part::whole(step + 1 + behind - parts.len()),
         }
     }
 

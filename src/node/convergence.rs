@@ -21,7 +21,7 @@ pub(super) struct Convergence {
     pub(super) next: f64,
     /// Whether the factors of this iteration will do for the next one.
     pub(super) may_reuse: bool,
-    /// Whether a correction that has stopped shrinking is rounding; from one side of a bend to the other it is none.
+    /// Whether the correction that is judged next is rounding, as one that has stopped shrinking may be.
     pub(super) is_noise: bool,
 }
 
@@ -40,8 +40,7 @@ impl Convergence {
     /// Whether a relative correction is small and has stopped shrinking, or comes where none was to come.
     #[inline]
     pub(super) fn may_be_noise(&self, correction: f64) -> bool {
-        let is_late = correction > 0.5 * self.last || self.next <= self.tolerance;
-        is_late && correction <= NOISE && self.residual > STALLED
+        correction <= NOISE && self.residual > STALLED && (correction > 0.5 * self.last || self.next <= self.tolerance)
     }
 
     /// Whether a relative correction was the last one: the next would be below the tolerance, or nothing but rounding is left of the residual.
@@ -51,8 +50,7 @@ impl Convergence {
     pub(super) fn is_reached(&mut self, correction: f64, residual: Sizes, terms: Sizes, multipliers: f64) -> bool {
         let before = std::mem::replace(&mut self.sizes, residual).relative_to(terms);
         // Once there is nothing but rounding in the residual, or in corrections that stop shrinking, nothing is left to gain.
-        let is_stalled =
-            correction > 0.25 * self.last && before <= STALLED || self.is_noise && self.may_be_noise(correction);
+        let is_stalled = correction > 0.25 * self.last && before <= STALLED || std::mem::take(&mut self.is_noise);
         self.last = correction;
         self.residual = residual.relative_to(terms);
         // The next correction would be smaller than this one as the residual is.

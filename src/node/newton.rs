@@ -157,10 +157,10 @@ impl<F: Factorization> Newton<F> {
                 self.miss = Miss { change, guess: if is_at_rest { f64::INFINITY } else { guess } };
             }
             if convergence.may_be_noise(correction) {
-                if !self.is_rounding(system, from) && self.is_smooth_before(system, from, given, report) {
+                convergence.is_noise = self.is_noise(system, from, given, report);
+                if !convergence.is_noise {
                     return self.solve_step_damped(system, from, given, y, (settings, 0.0), report);
                 }
-                convergence.is_noise = true;
             }
             self.residual(system, from, given, report);
             report.newton_iterations += 1;
@@ -199,6 +199,12 @@ impl<F: Factorization> Newton<F> {
             q = q.max((start + from.h * self.x[position]).abs());
         }
         change <= ULPS * v || from.h.abs() * change <= ULPS * q
+    }
+
+    /// Whether it is that, or no small part of it takes of the residual what it should.
+    #[cold]
+    fn is_noise(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
+        self.is_rounding(system, from) || !self.is_smooth_before(system, from, given, report)
     }
 
     /// Refuses a solution whose velocities are far from their guess, in parts of a size.
