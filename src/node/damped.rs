@@ -91,10 +91,10 @@ impl<F: Factorization> Newton<F> {
                 now = self.weights.of_residual(&self.delta);
             }
             if part <= shortest {
-                is_reached = correction <= NOISE;
-                if !is_reached {
+                if correction > NOISE {
                     break;
                 }
+                is_reached = true;
             }
             if part < 1.0 {
                 convergence.go_on_from(now);
@@ -114,24 +114,24 @@ impl<F: Factorization> Newton<F> {
     }
 
     /// Whether a small part of the correction that was made takes as much of the residual as K says. What does not shrink then may go to and fro over a
-    /// bend; otherwise it is rounding. Everything is as before after it.
+    /// bend; otherwise it is rounding.
     ///
     /// ```text
     ///   |r(x + α δ) − (1 − α) r(x)| ≤ α/4 |r(x)|      for some α and α/4
     /// ```
     #[cold]
     pub(super) fn is_smooth_before(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
+        // From its end, to which all comes back.
         self.line.begin(&self.x, &self.linear);
         self.line.direction.copy_from_slice(&self.delta);
         self.take(-1.0);
-        self.line.begin(&self.x, &self.linear);
         self.residual(system, from, given, report);
         self.line.residual.copy_from_slice(&self.delta);
         let before = self.weights.of_residual(&self.delta);
         let mut smooth = 0;
         for k in 1..=PARTS {
             let part = 0.25f64.powi(k);
-            self.take(part);
+            self.take(part - 1.0);
             self.residual(system, from, given, report);
             self.delta.iter_mut().zip(&self.line.residual).for_each(|(r, before)| *r -= (1.0 - part) * before);
             let (off, most) = (self.weights.of_residual(&self.delta), 0.25 * part);
@@ -140,11 +140,11 @@ impl<F: Factorization> Newton<F> {
                 break;
             }
         }
-        self.take(1.0);
+        self.take(0.0);
         smooth == 2
     }
 
-    /// Takes so much of a correction, anew: taking back the rest would leave rounding of the whole, which may be far too long.
+    /// Goes to the point x + α δ, anew from x: taking back the rest would leave rounding of the whole, which may be far too long.
     fn take(&mut self, part: f64) {
         let Line { direction, x, linear, .. } = &self.line;
         self.x.copy_from_slice(x);

@@ -212,7 +212,7 @@ impl Scene {
         let first = self.parts.equations;
         add(self);
         match self.parts.equations == first + M {
-            true => std::array::from_fn(|j| Multiplier(self.tag.handle(first + j))),
+            true => self.multipliers(first),
             false => self.no_multipliers(),
         }
     }

@@ -111,12 +111,14 @@ fn notes(experiment: &Experiment) -> Vec<Series> {
         format!("friction in the hinge of {joined} (assumed):"),
         format!("{} N m s/rad", example.hinge_friction),
     ];
-    let above = |row: usize| 0.14 * (lines.len() - 1 - row) as f64;
-    let row = |row: usize, line: &String| text((-1.5, LOWEST_NOTE + above(row)), line, Side::Left);
+    let row = |(below, line): (usize, &String)| {
+        let above = 0.14 * (lines.len() - 1 - below) as f64;
+        text((-1.5, LOWEST_NOTE + above), line, Side::Left)
+    };
     let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));
     let (from, to) = ((0.85, 0.7), (0.85, 0.25));
     let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
-    lines.iter().enumerate().map(|(index, line)| row(index, line)).chain([down]).collect()
+    lines.iter().enumerate().map(row).chain([down]).collect()
 }
 
 /// The number in subscript digits.
