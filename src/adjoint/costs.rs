@@ -177,7 +177,7 @@ impl CostNode {
             self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, place))?;
         }
         let here = self.view(at);
-        system.costs().iter().for_each(|costs| costs.gradient(&here, weights, rows));
+        system.costs().gradient(&here, weights, rows);
         if uses > Depends::Never && self.accelerations.missing.is_none() {
             self.check_aside(system, at, weights, rows)?;
         }
@@ -204,7 +204,7 @@ impl CostNode {
         std::mem::swap(&mut aside.memory, &mut rows.memory);
         let at = NodeView { u_dot, ..*at };
         let checked = accelerations.check_aside(system, &at, aside, |there, aside| {
-            system.costs().iter().for_each(|costs| costs.gradient(there, weights, aside));
+            system.costs().gradient(there, weights, aside);
         });
         std::mem::swap(&mut aside.memory, &mut rows.memory);
         checked

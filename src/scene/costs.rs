@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
+use super::Scene;
 use super::ready::{Added, ReadyCost};
-use super::{Scene, as_mut};
 use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
-use crate::system::{AnyCosts, CostShape, Costs, Fixed, PlacedCost};
+use crate::system::{CostShape, Fixed, PlacedCost};
 
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,10 +221,10 @@ impl Scene {
         }
     }
 
-    fn add_cost<C: ListCost>(
+    fn add_cost(
         &mut self,
         (name, output): (&str, usize),
-        (cost, sum): (C, Sum),
+        (cost, sum): (impl ListCost, Sum),
         (q, sigma, u): (&[Coordinate], &[Multiplier], &[Control]),
         b: &[Param],
     ) {
@@ -246,14 +246,7 @@ impl Scene {
             sigma.iter().map(|s| s.index()).collect(),
             u.iter().map(|u| u.index()).collect(),
         ];
-        let item = PlacedCost::new((name, output), (cost, sum), CostShape::new(&q, &sigma, &u), b.to_vec());
-        let like = |costs: &mut Box<dyn AnyCosts>| as_mut::<Costs<C>>(costs.as_any_mut()).is_some();
-        let at = self.parts.costs.iter_mut().position(like).unwrap_or_else(|| {
-            self.parts.costs.push(Box::new(Costs::<C>::default()));
-            self.parts.costs.len() - 1
-        });
-        if let Some(costs) = as_mut::<Costs<C>>(self.parts.costs[at].as_any_mut()) {
-            costs.push(item);
-        }
+        let shape = CostShape::new(&q, &sigma, &u);
+        self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), shape, b.to_vec()));
     }
 }

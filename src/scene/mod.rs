@@ -8,7 +8,7 @@ pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
 
-use std::any::{Any, TypeId};
+use std::any::TypeId;
 use std::ops::Range;
 
 use nalgebra::SVector;
@@ -341,8 +341,4 @@ impl Scene {
     pub(crate) fn no_multipliers<const M: usize>(&self) -> [Multiplier; M] {
         std::array::from_fn(|_| Multiplier(self.tag.handle(0)))
     }
-}
-
-fn as_mut<T: Any>(any: &mut dyn Any) -> Option<&mut T> {
-    any.downcast_mut()
 }

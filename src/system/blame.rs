@@ -74,7 +74,7 @@ impl System {
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        if let Some(suspect) = self.costs.iter().find_map(|costs| costs.find_not_finite(at, weights, rows)) {
+        if let Some(suspect) = self.costs.find_not_finite(at, weights, rows) {
             return self.blame(suspect, at, node);
         }
         // Accelerations have the derivatives of forces.
@@ -86,12 +86,11 @@ impl System {
     pub(crate) fn bad_cost_along(
         &self,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
-        (weights, programs): (&Weights<Dual64>, &mut [Vec<Option<CostSecondOrder>>]),
+        (weights, programs): (&Weights<Dual64>, &mut [Option<CostSecondOrder>]),
         rows: &mut CostRows,
         node: usize,
     ) -> Error {
-        let mut costs = self.costs.iter().zip(programs);
-        let suspect = costs.find_map(|(costs, programs)| costs.find_not_finite_along(programs, (at, along), weights, rows));
+        let suspect = self.costs.find_not_finite_along(programs, (at, along), weights, rows);
         self.second_derivative(suspect, at, node)
     }
 

@@ -1,6 +1,6 @@
 //! A [`System`] from the parts of a scene, and its formulas as they are when a motion begins.
 
-use super::cost::AnyCosts;
+use super::costs::Costs;
 use super::element::{Element, Formulas, Recordings};
 use super::jet::ElementKind;
 use super::names::Names;
@@ -23,7 +23,7 @@ impl System {
         let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
         let mut resolve = |param: Param| parameters.resolve(param, &gravity);
         scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
-        scene.costs.iter_mut().for_each(|costs| costs.resolve(&mut resolve));
+        scene.costs.resolve(&mut resolve);
         scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
         parameters.differentiate();
         let names = Names::new(&scene);
@@ -38,8 +38,7 @@ impl System {
         let mut recordings = Recordings::new(without_programs);
         batches.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
         let elements = recordings.elements;
-        let mut fixed = 0;
-        costs.iter_mut().for_each(|costs| costs.prepare(&at, without_programs, &mut fixed));
+        costs.prepare(&at, without_programs);
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
@@ -109,7 +108,7 @@ impl System {
         if let Some(element) = moved {
             return Err(changed(element));
         }
-        if let Some(cost) = self.costs.iter().find_map(|costs| costs.find_changed(start)) {
+        if let Some(cost) = self.costs.find_changed(start) {
             return Err(changed(cost));
         }
         Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
@@ -121,16 +120,16 @@ impl System {
         if changed || !memory.is_ready || memory.design != at.design {
             memory.design.clear();
             memory.design.extend_from_slice(at.design);
-            memory.is_ready = self.costs.iter().map(|costs| costs.fix(at, changed, memory)).sum::<usize>() == 0;
+            memory.is_ready = self.costs.fix(at, changed, memory);
         }
     }
 }
 
-fn fingerprint(batches: &[Batch], costs: &[Box<dyn AnyCosts>]) -> u64 {
+fn fingerprint(batches: &[Batch], costs: &Costs) -> u64 {
     let mut sum = Fingerprint::NONE;
     take_look();
     batches.iter().flat_map(|batch| &batch.items).for_each(|item| item.fingerprint(&mut sum));
-    costs.iter().for_each(|costs| costs.fingerprint(&mut sum));
+    costs.fingerprint(&mut sum);
     sum.value(take_look())
 }
 

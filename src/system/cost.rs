@@ -1,21 +1,10 @@
 //! Costs and their derivatives h_y, h_u, S_y at one node (Eq. 5, 8).
 
-use num_dual::Dual64;
-use std::any::Any;
-
 use super::argument::Argument;
-use super::blame::Suspect;
 use super::cost_factors::CostFactors;
 use super::cost_formula::CostMemory;
-use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::Of;
-use super::terms::{CostUse, Term};
-use super::view::NodeView;
-use super::weights::Weights;
-use crate::Cx;
-use crate::model::Param;
-use crate::model::element::Sum;
-use crate::number::{Fingerprint, Hyper, Real, all_finite};
+use crate::number::all_finite;
 
 /// The cost at one node and its derivatives J_q, J_v, J_p*, J_ṗ*, J_v̇, J_σ, J_λ, J_u, J_u̇, J_b, J_t.
 #[derive(Clone, Debug, Default)]
@@ -143,53 +132,4 @@ impl Slopes<'_> {
     pub fn clear(&mut self, (of, place): (Of, usize)) {
         self.lists[of as usize][place] = 0.0;
     }
-}
-
-/// Costs on numbers of type R.
-pub trait PlainCosts<R: Real>: Send + Sync {
-    /// Adds every cost of the batch at one node, with its weight and the factor of J or of the output that it belongs to, to that (0 for J).
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &CostFactors, add: &mut dyn FnMut(usize, R));
-}
-
-/// Costs in real numbers, with derivatives.
-pub trait AnyCosts: PlainCosts<f64> + PlainCosts<Cx> + PlainCosts<Hyper> + Any {
-    /// Takes the parameters of all costs through `resolve`.
-    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param);
-    /// Puts costs in order, records every one and makes its program, unless there shall be none; `fixed` counts what their preludes compute.
-    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize);
-    /// Takes over design variables, and formulas as they are now if they are `changed`; counts costs whose programs do not hold any more.
-    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize;
-    /// Joins what identifies the formulas that anything was concluded of.
-    fn fingerprint(&self, sum: &mut Fingerprint);
-    /// The first cost from whose formula other things would be concluded now.
-    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str>;
-    /// Its costs, without their formulas.
-    fn terms(&self) -> Vec<Term<'_>>;
-    /// What is needed by those that are summed at a given node, or between given nodes.
-    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse;
-    /// The programs for second derivatives, of all costs that can be recorded.
-    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>>;
-    /// Takes over design variables.
-    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]);
-    /// Adds the changes of value and derivatives along a direction of what they depend on and of the weights, with these programs.
-    fn gradient_along(
-        &self,
-        programs: &mut [Option<CostSecondOrder>],
-        at: (&NodeView<f64>, &NodeView<f64>),
-        weights: &Weights<Dual64>,
-        rows: &mut CostRows,
-    );
-    /// Adds value and derivatives.
-    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows);
-    /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
-    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>>;
-    /// The first cost whose derivatives along a direction are not finite; `rows` is overwritten.
-    fn find_not_finite_along(
-        &self,
-        programs: &mut [Option<CostSecondOrder>],
-        at: (&NodeView<f64>, &NodeView<f64>),
-        weights: &Weights<Dual64>,
-        rows: &mut CostRows,
-    ) -> Option<Suspect<'_>>;
-    fn as_any_mut(&mut self) -> &mut dyn Any;
 }

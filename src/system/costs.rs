@@ -1,11 +1,10 @@
-//! [`Costs`]: all costs of one type, and which of them count at a node.
+//! [`Costs`]: all costs of a scene, and which of them count at a node.
 
 use num_dual::Dual64;
-use std::any::Any;
 use std::ops::Range;
 
 use super::blame::Suspect;
-use super::cost::{AnyCosts, CostRows, PlainCosts};
+use super::cost::CostRows;
 use super::cost_factors::CostFactors;
 use super::cost_formula::{CostFormula, CostMemory};
 use super::cost_second_order::CostSecondOrder;
@@ -14,26 +13,21 @@ use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::Param;
-use crate::model::element::{ListCost, Sum};
-use crate::number::{Fingerprint, Real};
+use crate::model::element::Sum;
+use crate::number::Fingerprint;
 
-/// All costs of one type.
-pub struct Costs<C> {
-    items: Vec<PlacedCost<C>>,
+/// All costs of a scene.
+#[derive(Default)]
+pub struct Costs {
+    items: Vec<PlacedCost>,
     /// Those that may count anywhere, by the output that they belong to: of many outputs, only those need to be looked at that are asked for.
     anywhere: Vec<(usize, usize)>,
     /// Those that count at a single node, by that node and their output: with a reading at each of many, nodes need not look at all.
     at_node: Vec<((usize, usize), usize)>,
 }
 
-impl<C> Default for Costs<C> {
-    fn default() -> Self {
-        Costs { items: Vec::new(), anywhere: Vec::new(), at_node: Vec::new() }
-    }
-}
-
-impl<C: ListCost> Costs<C> {
-    pub fn push(&mut self, item: PlacedCost<C>) {
+impl Costs {
+    pub fn push(&mut self, item: PlacedCost) {
         self.items.push(item);
     }
 
@@ -54,84 +48,78 @@ impl<C: ListCost> Costs<C> {
         let anywhere = among(&self.anywhere, outputs).iter().map(|(_, index)| *index);
         anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
-}
 
-/// Those of a sorted list whose keys are in a range.
-fn among<K: Ord>(list: &[(K, usize)], keys: Range<K>) -> &[(K, usize)] {
-    let first = list.partition_point(|(key, _)| *key < keys.start);
-    let rest = &list[first..];
-    &rest[..rest.partition_point(|(key, _)| *key < keys.end)]
-}
-
-impl<C: ListCost, R: Real> PlainCosts<R> for Costs<C> {
-    fn add(&self, at: &NodeView<R>, weights: &Weights<R>, factors: &CostFactors, add: &mut dyn FnMut(usize, R)) {
-        for item in self.here(weights.node(), factors.some()).map(|index| &self.items[index]) {
-            let factor = factors.of(item.output);
-            let Some(weight) = weights.of(item.sum).filter(|_| factor != 0.0) else { continue };
-            if (0..R::PARTS).any(|part| weight.part(part) != 0.0) {
-                add(item.output, item.value(at) * weight * factor);
-            }
-        }
+    /// Those costs.
+    pub(super) fn items_here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = &PlacedCost> {
+        self.here(node, outputs).map(|index| &self.items[index])
     }
-}
 
-impl<C: ListCost> AnyCosts for Costs<C> {
-    fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
+    /// Takes the parameters of all costs through `resolve`.
+    pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
         self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
     }
 
-    fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, fixed: &mut usize) {
+    /// Puts costs in order, records every one and makes its program, unless there shall be none.
+    pub fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool) {
         self.arrange();
+        let mut fixed = 0;
         for item in &mut self.items {
             let recorded = item.record(at);
             item.uses = item.find_uses(recorded.as_ref().ok().map(|(template, _)| template));
             if !without_programs {
                 let bound = Param::which_are_bound(&item.b);
-                let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, *fixed));
+                let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, fixed));
                 (item.obstacle, item.formula) = (formula.as_ref().err().copied(), formula.ok());
-                *fixed = item.formula.as_ref().map_or(*fixed, CostFormula::end);
+                fixed = item.formula.as_ref().map_or(fixed, CostFormula::end);
             }
         }
     }
 
-    fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> usize {
+    /// Takes over design variables, and formulas as they are now if they are `changed`; whether the programs of all costs hold still.
+    pub fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> bool {
         let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
         let broken = programs.filter(|(item, formula)| {
             let now = changed.then(|| item.record(at).ok()).flatten();
             let constants: Vec<f64> = item.b.iter().map(|b| b.value(at.design)).collect();
             changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
         });
-        broken.count()
+        // All of them, also behind a broken one: the others take over their constants.
+        broken.count() == 0
     }
 
-    fn fingerprint(&self, sum: &mut Fingerprint) {
+    /// Joins what identifies the formulas that anything was concluded of.
+    pub fn fingerprint(&self, sum: &mut Fingerprint) {
         self.items.iter().for_each(|item| item.fingerprint(sum));
     }
 
-    fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
+    /// The first cost from whose formula other things would be concluded now.
+    pub fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
         let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
-        let depends = |item: &PlacedCost<C>| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
+        let depends = |item: &PlacedCost| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
         let mut changed = programs.filter(|(item, formula)| depends(item).as_ref() != Ok(&formula.depends));
         changed.next().map(|(item, _)| item.name.as_str())
     }
 
-    fn terms(&self) -> Vec<Term<'_>> {
-        self.items.iter().map(PlacedCost::term).collect()
+    /// All costs, without their formulas.
+    pub fn terms(&self) -> impl Iterator<Item = Term<'_>> {
+        self.items.iter().map(PlacedCost::term)
     }
 
-    fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
-        let here = self.here(node, factors.some()).map(|index| &self.items[index]);
+    /// What is needed by those that are summed at a given node, or between given nodes.
+    pub fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
+        let here = self.items_here(node, factors.some());
         let summed = here.filter(|item| factors.of(item.output) != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 
-    fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        let here = self.here(weights.node(), rows.factors.some());
-        here.for_each(|index| self.items[index].gradient(at, weights, rows));
+    /// Adds value and derivatives.
+    pub fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
+        self.items_here(weights.node(), rows.factors.some()).for_each(|item| item.gradient(at, weights, rows));
     }
 
-    fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
-        let of = |item: &PlacedCost<C>| {
+    /// The programs for second derivatives, of all costs that can be recorded.
+    pub fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
+        let of = |item: &PlacedCost| {
             item.formula.as_ref()?;
             let bound = Param::which_are_bound(&item.b);
             CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
@@ -139,13 +127,15 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         self.items.iter().map(of).collect()
     }
 
-    fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
+    /// Takes over design variables.
+    pub fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
         for (item, program) in self.items.iter().zip(programs) {
             program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
         }
     }
 
-    fn gradient_along(
+    /// Adds the changes of value and derivatives along a direction of what they depend on and of the weights, with these programs.
+    pub fn gradient_along(
         &self,
         programs: &mut [Option<CostSecondOrder>],
         at: (&NodeView<f64>, &NodeView<f64>),
@@ -156,7 +146,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         here.for_each(|index| self.items[index].gradient_along(&mut programs[index], at, weights, rows));
     }
 
-    fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
+    /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
+    pub fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
         let item = self.items.iter().find(|item| {
             rows.clear();
             item.gradient(at, weights, rows);
@@ -166,7 +157,8 @@ impl<C: ListCost> AnyCosts for Costs<C> {
         Some(Suspect { element: &item.name, arguments: item.to_blame(at).unwrap_or_else(|| rows.bad_arguments()) })
     }
 
-    fn find_not_finite_along(
+    /// The first cost whose derivatives along a direction are not finite; `rows` is overwritten.
+    pub fn find_not_finite_along(
         &self,
         programs: &mut [Option<CostSecondOrder>],
         at: (&NodeView<f64>, &NodeView<f64>),
@@ -179,17 +171,20 @@ impl<C: ListCost> AnyCosts for Costs<C> {
             item.clear_others(at.0, rows);
         })
     }
+}
 
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
+/// Those of a sorted list whose keys are in a range.
+fn among<K: Ord>(list: &[(K, usize)], keys: Range<K>) -> &[(K, usize)] {
+    let first = list.partition_point(|(key, _)| *key < keys.start);
+    let rest = &list[first..];
+    &rest[..rest.partition_point(|(key, _)| *key < keys.end)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Scalar;
-    use crate::model::element::ListPoint;
+    use crate::model::element::{ListCost, ListPoint};
     use crate::system::CostShape;
 
     struct Nothing;
@@ -199,7 +194,7 @@ mod tests {
         }
     }
 
-    fn arranged(sums: &[(Sum, usize)]) -> Costs<Nothing> {
+    fn arranged(sums: &[(Sum, usize)]) -> Costs {
         let mut costs = Costs::default();
         for &(sum, output) in sums {
             costs.push(PlacedCost::new(("of a node", output), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));

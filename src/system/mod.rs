@@ -34,6 +34,7 @@ mod parameters;
 mod parts;
 mod placed_cost;
 mod plain;
+mod plain_cost;
 mod point;
 mod position;
 mod print;
@@ -59,7 +60,7 @@ pub(crate) use applied::Applied;
 pub(crate) use assembly::Workspace;
 pub(crate) use batch::{Batch, Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
 pub(crate) use constants::{Constants, Entry};
-pub(crate) use cost::{AnyCosts, CostRows};
+pub(crate) use cost::CostRows;
 pub(crate) use cost_factors::CostFactors;
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_second_order::CostSecondOrder;
@@ -70,7 +71,8 @@ pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use parts::Parts;
-pub(crate) use placed_cost::{Fixed, PlacedCost};
+pub(crate) use placed_cost::PlacedCost;
+pub(crate) use plain_cost::Fixed;
 pub(crate) use position::PositionConstraints;
 pub(crate) use products::Wanted;
 pub(crate) use restricted::Restricted;
@@ -107,7 +109,7 @@ pub struct System {
     k: usize,
     batches: Vec<Batch>,
     formulas: Formulas,
-    costs: Vec<Box<dyn AnyCosts>>,
+    costs: Costs,
     terms: Terms,
     symbolic: Symbolic,
     positions: Positions,
@@ -246,7 +248,7 @@ impl System {
     /// The elements and costs without a program, which num-dual differentiates at every point, and why: slower, but not less exact.
     pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
         let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
-        let costs = self.costs.iter().flat_map(|costs| costs.terms()).filter(|cost| !cost.has_program);
+        let costs = self.costs.terms().filter(|cost| !cost.has_program);
         let of_elements = elements.map(|element| (element.name.as_str(), element.formula.obstacle));
         of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
             let why = match obstacle {

@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::ops::Range;
 
 use super::batch::Batch;
-use super::cost::AnyCosts;
+use super::costs::Costs;
 use super::item::PlacedElement;
 use crate::model::{Param, Sketch};
 use crate::program::Graph;
@@ -32,7 +32,7 @@ pub(crate) struct Parts {
     pub(crate) gravity: [Option<Param>; 3],
     pub(crate) sketch: Sketch,
     pub(crate) batches: Vec<Batch>,
-    pub(crate) costs: Vec<Box<dyn AnyCosts>>,
+    pub(crate) costs: Costs,
     /// Parameters with a range of values that make sense, and their descriptions.
     pub(crate) positive: Vec<(Param, String)>,
 }

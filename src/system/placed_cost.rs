@@ -1,6 +1,5 @@
 //! [`PlacedCost`]: one cost, its program, and its value and derivatives at a node.
 
-use nalgebra::SVector;
 use num_dual::{Dual64, DualSVec64};
 
 use super::argument::{Argument, to_blame};
@@ -9,52 +8,25 @@ use super::cost_formula::{CostFormula, Partial};
 use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::jet::Number;
+use super::plain_cost::{AnyCost, PlainCost, SEEDS};
 use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::{Beside, Weights};
+use crate::Scalar;
 use crate::model::Param;
-use crate::model::element::{CostPoint, ListCost, ListPoint, Sum};
-use crate::number::{Fingerprint, Real, hyper, hyper_parts};
+use crate::model::element::{ListCost, Sum};
+use crate::number::{Fingerprint, hyper, hyper_parts};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
-use crate::{Cost, Scalar};
-
-/// How many derivatives dual numbers carry at once.
-const SEEDS: usize = 4;
 
 /// So many arguments and constants need no memory of the heap: values of costs are asked for at every node.
 const FEW: usize = 32;
 
-/// A cost of fixed numbers of arguments as one of lists.
-pub struct Fixed<C, const N: usize, const M: usize, const K: usize, const P: usize>(pub C);
-
-impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> ListCost for Fixed<C, N, M, K, P> {
-    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
-        fn vector<S: Scalar, const L: usize>(x: &[S]) -> SVector<S, L> {
-            SVector::from_fn(|i, _| x[i])
-        }
-        let ListPoint { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, t, b } = *at;
-        let point = CostPoint {
-            q: vector(q),
-            v: vector(v),
-            p_star: vector(p_star),
-            p_star_dot: vector(p_star_dot),
-            v_dot: vector(v_dot),
-            sigma: vector(sigma),
-            lambda: vector(lambda),
-            u: vector(u),
-            u_dot: vector(u_dot),
-            t,
-        };
-        self.0.cost(&point, &vector(b))
-    }
-}
-
 /// One cost and what it is connected to.
-pub struct PlacedCost<C> {
+pub struct PlacedCost {
     pub name: String,
     /// 0 for J, or 1 + the number of the output.
     pub(super) output: usize,
-    cost: C,
+    pub(super) cost: Box<dyn AnyCost>,
     pub(super) sum: Sum,
     pub(super) shape: CostShape,
     pub(super) b: Vec<Param>,
@@ -64,14 +36,19 @@ pub struct PlacedCost<C> {
     pub(super) uses: CostUse,
 }
 
-impl<C: ListCost> PlacedCost<C> {
-    pub fn new((name, output): (&str, usize), (cost, sum): (C, Sum), shape: CostShape, b: Vec<Param>) -> Self {
-        let (name, uses) = (name.to_string(), CostUse::UNKNOWN);
+impl PlacedCost {
+    pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), shape: CostShape, b: Vec<Param>) -> Self {
+        let (name, cost, uses) = (name.to_string(), Box::new(cost), CostUse::UNKNOWN);
         PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses }
     }
 
     /// The cost for given arguments and constants, by their numbers.
-    fn evaluate<S: Scalar>(&self, argument: impl Fn(usize) -> S, constant: impl Fn(usize) -> S) -> S {
+    fn evaluate<S: Scalar>(
+        &self,
+        cost: &dyn PlainCost<S>,
+        argument: impl Fn(usize) -> S,
+        constant: impl Fn(usize) -> S,
+    ) -> S {
         let (count, (mut few, mut many)) = (self.shape.len() + self.b.len(), ([S::zero(); FEW], Vec::new()));
         let all = few.get_mut(..count).unwrap_or_else(|| {
             many.resize(count, S::zero());
@@ -80,7 +57,7 @@ impl<C: ListCost> PlacedCost<C> {
         let (arguments, constants) = all.split_at_mut(self.shape.len());
         arguments.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
         constants.iter_mut().enumerate().for_each(|(p, x)| *x = constant(p));
-        self.cost.cost(&self.shape.point(arguments, constants))
+        cost.value(&self.shape.point(arguments, constants))
     }
 
     fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
@@ -98,7 +75,7 @@ impl<C: ListCost> PlacedCost<C> {
 
     fn symbol(&self, at: &NodeView<f64>) -> Symbol {
         let argument = |i: usize| Symbol::input(i, self.argument(at, i));
-        self.evaluate(argument, |p| Symbol::parameter(p, self.b[p].value(at.design)))
+        self.evaluate(&*self.cost, argument, |p| Symbol::parameter(p, self.b[p].value(at.design)))
     }
 
     /// The arguments to blame where it has no number; nothing if it has.
@@ -106,7 +83,7 @@ impl<C: ListCost> PlacedCost<C> {
         let value = |changed: Option<(Partial, f64)>| {
             let read = |of: Partial, x: f64| changed.filter(|(other, _)| *other == of).map_or(x, |(_, other)| other);
             let argument = |i: usize| read(Partial::Argument(i), self.argument(at, i));
-            self.evaluate(argument, |p| read(Partial::Constant(p), self.b[p].value(at.design)))
+            self.evaluate::<f64>(&*self.cost, argument, |p| read(Partial::Constant(p), self.b[p].value(at.design)))
         };
         if value(None).is_finite() {
             return None;
@@ -152,7 +129,7 @@ impl<C: ListCost> PlacedCost<C> {
     pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {
         if self.formula.is_some() {
             let constant = |p: usize| Fingerprint::input(self.shape.len() + p);
-            sum.join(self.evaluate(Fingerprint::input, constant));
+            sum.join(self.evaluate(&*self.cost, Fingerprint::input, constant));
         }
     }
 
@@ -230,7 +207,7 @@ impl<C: ListCost> PlacedCost<C> {
             let argument = |i: usize| seeded(of == Some(Partial::Argument(i)), self.argument(at, i), rate(i));
             let constant =
                 |p: usize| seeded(of == Some(Partial::Constant(p)), self.b[p].value(at.design), rate_of_constant(p));
-            hyper_parts(&self.evaluate(argument, constant))
+            hyper_parts(&self.evaluate(&*self.cost, argument, constant))
         };
         for of in self.partials() {
             let [_, slope, _, change] = evaluate(Some(of));
@@ -275,15 +252,17 @@ impl<C: ListCost> PlacedCost<C> {
                 None => Dual::from_re(value),
             };
             let argument = |i: usize| seeded(Partial::Argument(i), self.argument(at, i));
-            let cost = self.evaluate(argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
+            let cost =
+                self.evaluate::<Dual>(&*self.cost, argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
             for (k, of) in seeds.iter().enumerate() {
                 self.add_partial(*of, weight, cost.eps.0.map_or(0.0, |eps| eps[k]), &mut slopes);
             }
         }
-        self.value(at)
+        self.value(&*self.cost, at)
     }
 
-    pub(super) fn value<R: Real>(&self, at: &NodeView<R>) -> R {
-        self.evaluate(|which| self.argument(at, which), |p| self.b[p].value(at.design))
+    /// h by its formula on the numbers that are asked for.
+    pub(super) fn value<R: Number>(&self, cost: &dyn PlainCost<R>, at: &NodeView<R>) -> R {
+        self.evaluate(cost, |which| self.argument(at, which), |p| self.b[p].value(at.design))
     }
 }

@@ -8,10 +8,11 @@ use num_dual::Dual64;
 
 use super::System;
 use super::batch::{Batch, Sums};
-use super::cost::{AnyCosts, PlainCosts};
 use super::cost_factors::CostFactors;
+use super::costs::Costs;
 use super::item::PlacedElement;
 use super::jet::Number;
+use super::plain_cost::{AnyCost, PlainCost};
 use super::typed::{AnyElement, OnNumbers};
 use super::view::{NodeValues, NodeView};
 use super::weights::Weights;
@@ -43,47 +44,53 @@ impl<'a> Family for OfElement<'a> {
     }
 }
 
-struct OfCosts<'a>(&'a dyn AnyCosts);
-
-/// The costs of a batch, for numbers of one type.
-enum PlainCost<'a, R: Real> {
-    Direct(&'a dyn PlainCosts<R>),
-    ByHyper(&'a dyn PlainCosts<Hyper>),
+/// The formula of a cost, for numbers of one type.
+enum PlainOfCost<'a, R: Real> {
+    Direct(&'a dyn PlainCost<R>),
+    ByHyper(&'a dyn PlainCost<Hyper>),
 }
 
-impl<'a> Family for OfCosts<'a> {
-    type Of<R: Real> = PlainCost<'a, R>;
+struct OfCost<'a>(&'a dyn AnyCost);
 
-    fn real(self) -> PlainCost<'a, f64> {
-        PlainCost::Direct(self.0)
+impl<'a> Family for OfCost<'a> {
+    type Of<R: Real> = PlainOfCost<'a, R>;
+
+    fn real(self) -> PlainOfCost<'a, f64> {
+        PlainOfCost::Direct(self.0)
     }
-    fn complex(self) -> PlainCost<'a, Cx> {
-        PlainCost::Direct(self.0)
+    fn complex(self) -> PlainOfCost<'a, Cx> {
+        PlainOfCost::Direct(self.0)
     }
-    fn dual(self) -> PlainCost<'a, Dual64> {
-        PlainCost::ByHyper(self.0)
+    fn dual(self) -> PlainOfCost<'a, Dual64> {
+        PlainOfCost::ByHyper(self.0)
     }
-    fn hyper(self) -> PlainCost<'a, Hyper> {
-        PlainCost::Direct(self.0)
+    fn hyper(self) -> PlainOfCost<'a, Hyper> {
+        PlainOfCost::Direct(self.0)
     }
 }
 
-/// Adds all costs of some batches at one node, each to J or to the output that it belongs to.
+/// Adds every cost at one node, with its weight and the factor of J or of the output that it belongs to, to that (0 for J).
 pub(super) fn add_costs<R: Real>(
-    all: &[Box<dyn AnyCosts>],
+    costs: &Costs,
     (at, weights): (&NodeView<R>, &Weights<R>),
     factors: &CostFactors,
     add: &mut dyn FnMut(usize, R),
 ) {
-    let mut lifted: Option<(NodeValues<Hyper>, Weights<Hyper>)> = None;
-    for costs in all {
-        match R::of(OfCosts(costs.as_ref())) {
-            PlainCost::Direct(costs) => costs.add(at, weights, factors, add),
-            PlainCost::ByHyper(costs) => {
-                let (point, weights) = lifted.get_or_insert_with(|| (NodeValues::of_costs(at, lift), weights.map(lift)));
-                costs.add(&point.view(), weights, factors, &mut |output, term| add(output, lower(term)));
-            }
+    let mut lifted: Option<NodeValues<Hyper>> = None;
+    for item in costs.items_here(weights.node(), factors.some()) {
+        let factor = factors.of(item.output);
+        let Some(weight) = weights.of(item.sum).filter(|_| factor != 0.0) else { continue };
+        if (0..R::PARTS).all(|part| weight.part(part) == 0.0) {
+            continue;
         }
+        let value = match R::of(OfCost(&*item.cost)) {
+            PlainOfCost::Direct(cost) => item.value(cost, at),
+            PlainOfCost::ByHyper(cost) => {
+                let point = lifted.get_or_insert_with(|| NodeValues::of_costs(at, lift));
+                lower(item.value(cost, &point.view()))
+            }
+        };
+        add(item.output, value * weight * factor);
     }
 }
 

@@ -1,9 +1,9 @@
 //! [`Terms`]: what J and the outputs are sums of, how each term is summed, and what it needs of a node.
 
 use super::System;
-use super::cost::AnyCosts;
 use super::cost_factors::CostFactors;
 use super::cost_shape::{CostShape, Of};
+use super::costs::Costs;
 use super::plain::add_costs;
 use super::view::NodeView;
 use super::weights::Weights;
@@ -37,8 +37,8 @@ pub struct Terms {
 }
 
 impl Terms {
-    pub fn new(costs: &[Box<dyn AnyCosts>], outputs: usize) -> Self {
-        let all: Vec<Term> = costs.iter().flat_map(|costs| costs.terms()).collect();
+    pub fn new(costs: &Costs, outputs: usize) -> Self {
+        let all: Vec<Term> = costs.terms().collect();
         let mut running = vec![false; 1 + outputs];
         all.iter().filter(|term| term.sum != Sum::Terminal).for_each(|term| running[term.output] = true);
         let single =
@@ -102,12 +102,8 @@ impl CostUse {
 }
 
 impl System {
-    pub(crate) fn costs(&self) -> &[Box<dyn AnyCosts>] {
+    pub(crate) fn costs(&self) -> &Costs {
         &self.costs
-    }
-
-    fn all_terms(&self) -> impl Iterator<Item = Term<'_>> {
-        self.costs.iter().flat_map(|costs| costs.terms())
     }
 
     /// Whether any cost with one of these factors has a value before the last node.
@@ -117,19 +113,19 @@ impl System {
 
     /// The ways in which the terms of an output (0 for J) are summed, and their names.
     pub(crate) fn sums(&self, output: usize) -> impl Iterator<Item = (Sum, &str)> {
-        self.all_terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
+        self.costs.terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
     }
 
     /// The name of an element or a cost that may depend on time itself.
     pub(crate) fn timed(&self) -> Option<&str> {
         let mut elements = self.formulas.elements.iter().filter(|element| element.formula.timed);
-        let mut terms = self.all_terms().filter(|term| term.uses.time > Depends::Never);
+        let mut terms = self.costs.terms().filter(|term| term.uses.time > Depends::Never);
         elements.next().map(|element| element.name.as_str()).or_else(|| terms.next().map(|term| term.name))
     }
 
     /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
-        let mut terms = self.all_terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
+        let mut terms = self.costs.terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
         terms.next().map(|term| term.name)
     }
 
@@ -138,8 +134,8 @@ impl System {
         let reads =
             |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.shape.places.contains(&(Of::Sigma, j));
         let is_one = |term: &Term| equations.iter().any(|&j| reads(term, j));
-        let costs = self.all_terms().filter(is_one).map(|term| term.name).collect();
-        let read = |j: &usize| self.all_terms().any(|term| reads(&term, *j));
+        let costs = self.costs.terms().filter(is_one).map(|term| term.name).collect();
+        let read = |j: &usize| self.costs.terms().any(|term| reads(&term, *j));
         (costs, equations.iter().copied().filter(read).collect())
     }
 
@@ -176,7 +172,6 @@ impl System {
         }
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        let uses = self.costs.iter().map(|costs| costs.uses_here(weights.node(), &is_summed, factors));
-        uses.fold(CostUse::NONE, CostUse::and).accelerations
+        self.costs.uses_here(weights.node(), &is_summed, factors).accelerations
     }
 }

@@ -133,11 +133,13 @@ pub fn each<R: Copy, S: nalgebra::Scalar + Copy + Zero, const N: usize>(x: &SVec
 fn arguments<R: nalgebra::Scalar + Copy + Zero, const N: usize, const M: usize, const K: usize, const P: usize>(
     read: Read<R>,
 ) -> (Local<R, N, M, K>, SVector<R, P>) {
-    let q = vector(|i| read(Slot::Q(i)));
-    let v = vector(|i| read(Slot::V(i)));
-    let sigma = vector(|j| read(Slot::Sigma(j)));
-    let u = vector(|k| read(Slot::U(k)));
-    (Local { q, v, sigma, u, t: read(Slot::T) }, vector(|p| read(Slot::B(p))))
+    let (q, v, sigma, u) = (slots(read, Slot::Q), slots(read, Slot::V), slots(read, Slot::Sigma), slots(read, Slot::U));
+    (Local { q, v, sigma, u, t: read(Slot::T) }, slots(read, Slot::B))
+}
+
+/// The arguments of one kind; compiled for each number of them, not for each element.
+fn slots<R: nalgebra::Scalar + Copy + Zero, const N: usize>(read: Read<R>, of: fn(usize) -> Slot) -> SVector<R, N> {
+    vector(|i| read(of(i)))
 }
 
 fn put_all<R: Copy, const N: usize, const M: usize>(first: &FirstDerivatives<R, N, M>, put: &mut dyn FnMut(Component, R)) {

@@ -11,8 +11,7 @@ pub(super) struct Programs {
     /// The values of parameters that preludes were run for.
     design: Vec<f64>,
     pub(super) equations: SecondOrderEquations,
-    /// Of each batch of costs.
-    pub(super) costs: Vec<Vec<Option<CostSecondOrder>>>,
+    pub(super) costs: Vec<Option<CostSecondOrder>>,
 }
 
 impl Programs {
@@ -21,7 +20,7 @@ impl Programs {
         let fingerprint = evaluation.fingerprint();
         let elements = &evaluation.formulas(system).elements;
         if fingerprint.is_none() || self.fingerprint != fingerprint {
-            let costs = system.costs().iter().map(|costs| costs.second_order(at)).collect();
+            let costs = system.costs().second_order(at);
             let equations = SecondOrderEquations::new(system, elements);
             *self = Programs { fingerprint, design: vec![f64::NAN], equations, costs };
         }
@@ -31,9 +30,7 @@ impl Programs {
         self.design.clear();
         self.design.extend_from_slice(at.design);
         self.equations.fix(elements, at.design);
-        for (costs, programs) in system.costs().iter().zip(&mut self.costs) {
-            costs.fix_second_order(at.design, programs);
-        }
+        system.costs().fix_second_order(at.design, &mut self.costs);
     }
 
     /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction, at a point with these second derivatives.

@@ -95,9 +95,7 @@ impl SecondOrderSweep {
         let at = NodeView { u_dot, v_dot: &x.v, lambda: &x.sigma, ..motion.at_stage(node, s) };
         let along =
             NodeView { u_dot: u_dot_change, v_dot: &x_change.v, lambda: &x_change.sigma, ..self.change.at_stage(node, s) };
-        for (costs, programs) in system.costs().iter().zip(&mut self.programs.costs) {
-            costs.gradient_along(programs, (&at, &along), weights, &mut self.sweep.cost);
-        }
+        system.costs().gradient_along(&mut self.programs.costs, (&at, &along), weights, &mut self.sweep.cost);
         if system.has_control_rates() || is_felt {
             let (first, memory) = (&mut self.first_rows, &mut self.sweep.cost.memory);
             first.clear();
@@ -105,7 +103,7 @@ impl SecondOrderSweep {
             // What programs need was made for the sweep: without it costs would be evaluated by num-dual.
             std::mem::swap(&mut first.memory, memory);
             let weights = weights.map(|weight| weight.re);
-            system.costs().iter().for_each(|costs| costs.gradient(&at, &weights, first));
+            system.costs().gradient(&at, &weights, first);
             std::mem::swap(&mut first.memory, memory);
         }
         if let Some(accelerations) = self.accelerations.own.as_mut().filter(|_| is_felt) {
