@@ -1,7 +1,8 @@
 //! A motion as a picture that moves: one HTML page, or SVG.
 //!
 //! Drawn is what the scene knows of its planar bodies and of what joins them: hinges, sliders, rods, springs, cylinders, wheels, contacts; controls
-//! as arrows. Elements of one's own have no place in the plane and are not drawn.
+//! as arrows. Elements of one's own have no place in the plane: [`Scene::draw_spring`](crate::Scene::draw_spring) and
+//! [`Scene::draw_rod`](crate::Scene::draw_rod) show where they are.
 
 mod figure;
 mod page;

@@ -27,6 +27,15 @@ impl Frame {
         self.0
     }
 
+    /// The coordinates of its body or particle; none for the ground.
+    pub(crate) fn own_coordinates(self) -> Vec<Coordinate> {
+        match self.0 {
+            Owner::Ground => Vec::new(),
+            Owner::Body(q) => q.to_vec(),
+            Owner::Particle(q) => q.to_vec(),
+        }
+    }
+
     /// The coordinates of its body; none for the ground and for particles.
     pub fn coordinates(self) -> Option<[Coordinate; 3]> {
         match self.0 {

@@ -124,6 +124,34 @@ fn all_parts_are_drawn() {
 }
 
 #[test]
+fn elements_of_ones_own_are_drawn_where_it_is_said() {
+    let drawn = |springs: usize, foreign: bool| {
+        let mut scene = Scene::new();
+        let body = scene.body("body", 1.0, 0.1, [1.0, 0.0, 0.0]);
+        let particle = scene.particle("particle", 1.0, [2.0, 0.0]);
+        scene.draw_rod("rope", body.at(0.5, 0.0), particle.point());
+        let mut other = Scene::new();
+        let stranger = other.body("body", 1.0, 0.1, [1.0, 0.0, 0.0]);
+        (0..springs).for_each(|_| scene.draw_spring("law", Body::GROUND.at(0.0, 1.0), body.at(-0.5, 0.0)));
+        if foreign {
+            scene.draw_spring("law", Body::GROUND.at(0.0, 1.0), stranger.at(-0.5, 0.0));
+        }
+        scene.compile()
+    };
+    let svg = |springs: usize| {
+        let system = drawn(springs, false).expect("a scene");
+        let (inputs, motion) = moved(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.1)));
+        let animation = Animation::new(&system, &inputs, &motion).expect("an animation");
+        assert_balanced(&animation.svg(0.1));
+        animation.html()
+    };
+    let (with, without) = (svg(1), svg(0));
+    assert!(with.contains("<title>law</title>") && with.contains("<title>rope</title>"));
+    assert!(!without.contains("<title>law</title>"));
+    assert!(matches!(drawn(1, true), Err(Error::Foreign { element, .. }) if element == "law"));
+}
+
+#[test]
 fn names_of_strangers_stay_names() {
     let name = "{{picture}}{{data}}</script><script>alert('\"1\"')</script>";
     let mut scene = Scene::new();

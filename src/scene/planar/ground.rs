@@ -14,11 +14,6 @@ struct Pair {
 
 impl Pair {
     fn of(frames: (Frame, Frame)) -> Option<Pair> {
-        let list = |owner: Owner| match owner {
-            Owner::Ground => Vec::new(),
-            Owner::Body(q) => q.to_vec(),
-            Owner::Particle(q) => q.to_vec(),
-        };
         let (a, b) = (frames.0.0, frames.1.0);
         let there: &[usize] = match (a, b) {
             (Owner::Body(_), Owner::Body(_)) => &[0, 1, 2, 3, 4, 5],
@@ -31,7 +26,7 @@ impl Pair {
             (Owner::Particle(_), Owner::Ground) => &[0, 1],
             (Owner::Ground, Owner::Ground) => return None,
         };
-        Some(Pair { q: [list(a), list(b)].concat(), there })
+        Some(Pair { q: [frames.0.own_coordinates(), frames.1.own_coordinates()].concat(), there })
     }
 }
 

@@ -20,6 +20,7 @@
 
 mod body;
 mod contact;
+mod drawing;
 mod drives;
 mod forces;
 mod gears;

@@ -1,0 +1,48 @@
+//! How elements of one's own are drawn.
+
+use super::Point;
+use crate::Scene;
+use crate::model::Shape;
+
+impl Scene {
+    /// Draws a spring between two points that an element of one's own pulls at. Only pictures know of it: nothing is computed with it, and files
+    /// of scenes do not keep it.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{PotentialEnergy, Scalar, Scene, planar::Body};
+    /// use nalgebra::SVector;
+    ///
+    /// /// V = ½ c x² + ¼ d x⁴, b = [c, d] in N/m and N/m³.
+    /// struct Stiffening;
+    /// impl PotentialEnergy<1, 2> for Stiffening {
+    ///     fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 2>) -> S {
+    ///         let square = q[0] * q[0];
+    ///         square * (b[0] + b[1] * square * 0.5) * 0.5
+    ///     }
+    /// }
+    ///
+    /// let mut scene = Scene::new();
+    /// let cart = scene.body("cart", 1.0, 0.1, [0.3, 0.0, 0.0]);
+    /// scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.0);
+    /// scene.potential_energy("bumper", Stiffening, [cart.coordinates[0]], [100.0.into(), 4e4.into()]);
+    /// scene.draw_spring("bumper", Body::GROUND.at(-1.0, 0.0), cart.at(0.0, 0.0));
+    /// scene.compile()?;
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn draw_spring(&mut self, name: &str, a: Point, b: Point) {
+        self.draw_own(name, Shape::Spring, a, b);
+    }
+
+    /// Draws a rod between two points that a constraint of one's own holds, as [`draw_spring`](Scene::draw_spring) does a spring.
+    pub fn draw_rod(&mut self, name: &str, a: Point, b: Point) {
+        self.draw_own(name, Shape::Rod, a, b);
+    }
+
+    fn draw_own(&mut self, name: &str, shape: Shape, a: Point, b: Point) {
+        let coordinates = [a, b].into_iter().flat_map(|point| point.frame.own_coordinates().into_iter().map(|q| q.0));
+        let is_known = self.check(name, "coordinate", coordinates) & self.check_params(name, &[a.at, b.at].concat());
+        if is_known {
+            self.draw(name, shape, a, b);
+        }
+    }
+}
