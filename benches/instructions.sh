@@ -6,7 +6,7 @@
 #   instructions.sh record    records them
 #
 # They belong to a compiler and to a number of codegen units (CARGO_PROFILE_RELEASE_CODEGEN_UNITS, as Cargo.toml has it if that is not set). Others
-# are printed and not compared.
+# are printed and not compared. PROGRAMS names a folder of examples that are built already.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 repository=$(cd "$here/.." && pwd)
@@ -17,8 +17,8 @@ units=${CARGO_PROFILE_RELEASE_CODEGEN_UNITS:-$(sed -n '/^\[profile.release\]/,/^
 compiler=$(rustc --version)
 
 command -v valgrind >/dev/null || { echo "error: valgrind is not installed (Debian: valgrind)" >&2; exit 2; }
-cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm
-programs=${CARGO_TARGET_DIR:-$repository/target}/release/examples
+programs=${PROGRAMS:-${CARGO_TARGET_DIR:-$repository/target}/release/examples}
+[ -n "${PROGRAMS:-}" ] || cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm
 
 # All instructions of a program that computes so often.
 total() {
