@@ -36,6 +36,7 @@ pub fn turned<S: Scalar>(v: &SVector<S, 2>) -> SVector<S, 2> {
 /// let q = [a.coordinates, b.coordinates].concat().try_into().expect("six");
 /// let tips = [0.1, 0.2, -0.1, 0.2, 3.0].map(Into::into);
 /// scene.force("magnet", Magnet, q, [], tips);
+/// scene.draw_spring("magnet", a.at(0.1, 0.2), b.at(-0.1, 0.2));
 /// scene.compile()?;
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
