@@ -48,7 +48,7 @@ impl Augmented {
         })
     }
 
-    fn multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+    fn multipliers(&self, problem: &Counted) -> Vec<f64> {
         problem.c.iter().zip(&problem.intervals).enumerate().map(|(j, (c, of))| self.multiplier(j, *c, of)).collect()
     }
 
@@ -60,14 +60,14 @@ impl Augmented {
     }
 
     /// The augmented Lagrangian at the point that was evaluated last.
-    fn of<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> f64 {
+    fn of(&self, problem: &Counted) -> f64 {
         let multipliers = self.multipliers(problem);
         let of_penalty = multipliers.iter().enumerate().filter_map(|(j, w)| Some(0.5 * w * w / self.penalty(j)?));
         self.cost + of_penalty.sum::<f64>()
     }
 
     /// Takes note of f at the point that was evaluated last.
-    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+    fn note(&mut self, problem: &mut Counted) -> Result<(), Error> {
         let none = vec![0.0; problem.c.len()];
         self.steepness[0] = self.steepness[0].max(length_of_gradient(problem, 1.0, &none)?);
         Ok(())
@@ -80,7 +80,7 @@ impl Augmented {
     }
 
     /// Takes the first penalty where constraints are violated first: f and what they add to it begin alike.
-    fn weigh<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+    fn weigh(&mut self, problem: &mut Counted) -> Result<(), Error> {
         if self.penalty.is_some() {
             return Ok(());
         }
@@ -100,13 +100,13 @@ impl Augmented {
     }
 }
 
-impl<P: Problem + ?Sized> Merit<P> for Augmented {
-    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64 {
+impl Merit for Augmented {
+    fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64 {
         self.cost = problem.evaluate(x);
         if self.cost.is_finite() && self.weigh(problem).is_ok() { self.of(problem) } else { f64::INFINITY }
     }
 
-    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error> {
+    fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error> {
         let weights = self.multipliers(problem);
         problem.gradient(1.0, &weights, gradient)
     }
@@ -117,7 +117,7 @@ impl<P: Problem + ?Sized> Merit<P> for Augmented {
 }
 
 /// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them; 1 where any value is allowed.
-fn shares<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
+fn shares(problem: &mut Counted) -> Result<Vec<f64>, Error> {
     let asked = Vec::from_iter(problem.asked());
     let jacobian = problem.jacobian(&asked)?;
     let share = |row: usize| norm(&Vec::from_iter(jacobian.row(row).iter().copied())).powi(-2);
@@ -128,7 +128,7 @@ fn shares<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Err
     Ok(shares)
 }
 
-fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {
+fn length_of_gradient(problem: &mut Counted, of_cost: f64, of_c: &[f64]) -> Result<f64, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(of_cost, of_c, &mut gradient)?;
     Ok(norm(&gradient))
@@ -138,8 +138,8 @@ fn length_of_gradient<P: Problem + ?Sized>(problem: &mut Counted<P>, of_cost: f6
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()).
-pub fn augmented_lagrangian<P: Problem + ?Sized>(
-    problem: &mut P,
+pub fn augmented_lagrangian(
+    problem: &mut dyn Problem,
     start: &[f64],
     options: &Options,
     watch: &mut Watcher,
@@ -165,8 +165,8 @@ pub fn augmented_lagrangian<P: Problem + ?Sized>(
 }
 
 /// Descents, each with multipliers that the one before left, and greater penalties where constraints come no closer. The problem is left at the end.
-fn rounds<P: Problem + ?Sized>(
-    problem: &mut Counted<P>,
+fn rounds(
+    problem: &mut Counted,
     merit: &mut Augmented,
     descent: &mut Descent,
     options: &Options,

@@ -15,8 +15,8 @@ const LEADS_ON: f64 = 0.1;
 const NO_ROOM: f64 = 1e-4;
 
 /// A problem with what was asked of it.
-pub(super) struct Counted<'p, P: ?Sized> {
-    pub(super) problem: &'p mut P,
+pub(super) struct Counted<'p> {
+    pub(super) problem: &'p mut dyn Problem,
     pub(super) c: Vec<f64>,
     pub(super) intervals: Vec<Interval>,
     pub(super) bounds: Vec<Interval>,
@@ -36,12 +36,12 @@ pub(super) struct Counted<'p, P: ?Sized> {
     pub(super) first_failure: Option<Error>,
 }
 
-impl<'p, P: Problem + ?Sized> Counted<'p, P> {
+impl<'p> Counted<'p> {
     /// With the start, moved into its bounds.
     ///
     /// # Errors
     /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
-    pub(super) fn new(problem: &'p mut P, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
+    pub(super) fn new(problem: &'p mut dyn Problem, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
         options.fit(problem, start)?;
         let (intervals, bounds) = (problem.constraints(), problem.bounds());
         let c = vec![0.0; intervals.len()];

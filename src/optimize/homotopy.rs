@@ -24,7 +24,7 @@ const VIOLATION: f64 = 1e-5;
 /// # Errors
 /// As [`interior_point`](interior_point()); those of the first `set`. Errors of `set` on the way, and at a start that was extrapolated, are taken for no
 /// solution ([`Outcome::first_failure`]).
-pub fn homotopy<P: Problem + ?Sized>(
+pub fn homotopy<P: Problem>(
     problem: &mut P,
     start: &[f64],
     options: &Options,

@@ -15,12 +15,12 @@ use std::collections::VecDeque;
 const ROUNDING: f64 = 1e-14;
 
 /// What a line search goes down on: f, or a function of f and c.
-pub(super) trait Merit<P: Problem + ?Sized> {
+pub(super) trait Merit {
     /// At a point; infinite where there is none.
-    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64;
+    fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64;
 
     /// At the point of the last value.
-    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error>;
+    fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error>;
 
     /// f at the point of the last value.
     fn cost(&self) -> f64;
@@ -29,13 +29,13 @@ pub(super) trait Merit<P: Problem + ?Sized> {
 /// f itself.
 struct Cost(f64);
 
-impl<P: Problem + ?Sized> Merit<P> for Cost {
-    fn value(&mut self, problem: &mut Counted<P>, x: &[f64]) -> f64 {
+impl Merit for Cost {
+    fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64 {
         self.0 = problem.evaluate(x);
         self.0
     }
 
-    fn gradient(&mut self, problem: &mut Counted<P>, gradient: &mut [f64]) -> Result<(), Error> {
+    fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error> {
         let none = vec![0.0; problem.c.len()];
         problem.gradient(1.0, &none, gradient)
     }
@@ -50,12 +50,7 @@ impl<P: Problem + ?Sized> Merit<P> for Cost {
 /// # Errors
 /// Sizes, bounds or options that do not fit, a start without a value or without a gradient, constraints, which
 /// [`augmented_lagrangian`](super::augmented_lagrangian()) knows.
-pub fn lbfgs<P: Problem + ?Sized>(
-    problem: &mut P,
-    start: &[f64],
-    options: &Options,
-    watch: &mut Watcher,
-) -> Result<Outcome, Error> {
+pub fn lbfgs(problem: &mut dyn Problem, start: &[f64], options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
     let (mut counted, x) = Counted::new(problem, start, options)?;
     refuse_constraints(&counted)?;
     let value = counted.evaluate_start(&x)?;
@@ -72,7 +67,7 @@ pub fn lbfgs<P: Problem + ?Sized>(
 
 /// # Errors
 /// Constraints that are not free, by name.
-fn refuse_constraints<P: Problem + ?Sized>(problem: &Counted<P>) -> Result<(), Error> {
+fn refuse_constraints(problem: &Counted) -> Result<(), Error> {
     const NAMED: usize = 3;
     let bounded: Vec<usize> = problem.asked().collect();
     if bounded.is_empty() {
@@ -103,9 +98,9 @@ impl<'o> Descent<'o> {
     ///
     /// # Errors
     /// A start without a gradient.
-    pub(super) fn begin<P: Problem + ?Sized>(
-        problem: &mut Counted<P>,
-        merit: &mut dyn Merit<P>,
+    pub(super) fn begin(
+        problem: &mut Counted,
+        merit: &mut dyn Merit,
         (x, value): (Vec<f64>, f64),
         options: &'o Options,
     ) -> Result<Self, Error> {
@@ -117,7 +112,7 @@ impl<'o> Descent<'o> {
         Ok(descent)
     }
 
-    fn note<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, value: f64, step: f64) {
+    fn note(&mut self, problem: &mut Counted, value: f64, step: f64) {
         let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
         self.history.push(problem.iterate(value, stationarity, step));
     }
@@ -131,10 +126,10 @@ impl<'o> Descent<'o> {
     ///
     /// # Errors
     /// As [`begin`](Self::begin).
-    pub(super) fn renew<P: Problem + ?Sized>(
+    pub(super) fn renew(
         &mut self,
-        problem: &mut Counted<P>,
-        merit: &mut dyn Merit<P>,
+        problem: &mut Counted,
+        merit: &mut dyn Merit,
         value: f64,
         forget: bool,
     ) -> Result<(), Error> {
@@ -145,10 +140,10 @@ impl<'o> Descent<'o> {
         merit.gradient(problem, &mut self.at.gradient)
     }
 
-    pub(super) fn run<P: Problem + ?Sized>(
+    pub(super) fn run(
         &mut self,
-        problem: &mut Counted<P>,
-        merit: &mut dyn Merit<P>,
+        problem: &mut Counted,
+        merit: &mut dyn Merit,
         tolerance: f64,
         watch: &mut Watcher,
     ) -> Reason {
@@ -182,7 +177,7 @@ impl<'o> Descent<'o> {
     }
 
     /// A lower point, if any is found.
-    fn next<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> Option<Point> {
+    fn next(&mut self, problem: &mut Counted, merit: &mut dyn Merit) -> Option<Point> {
         let given = self.options.first_step;
         let mut found = self.step(problem, merit, given);
         if found.is_none() && !self.pairs.is_empty() && !problem.is_stopped() {
@@ -197,12 +192,7 @@ impl<'o> Descent<'o> {
         found
     }
 
-    fn step<P: Problem + ?Sized>(
-        &self,
-        problem: &mut Counted<P>,
-        merit: &mut dyn Merit<P>,
-        given: Option<f64>,
-    ) -> Option<Point> {
+    fn step(&self, problem: &mut Counted, merit: &mut dyn Merit, given: Option<f64>) -> Option<Point> {
         let direction = self.direction(problem);
         search(problem, merit, &self.at, &direction, self.first(&direction, given))
     }
@@ -226,7 +216,7 @@ impl<'o> Descent<'o> {
 
     /// −H g over the variables that are not held by a bound, by the two loops. What is held has no part in any product: its gradient changes as others
     /// move, and would be taken for curvature along their steps.
-    fn direction<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+    fn direction(&self, problem: &Counted) -> Vec<f64> {
         let Point { x, gradient, .. } = &self.at;
         let parts = x.iter().zip(gradient).zip(&problem.bounds);
         let held: Vec<bool> = parts.map(|((x, g), of)| of.holds(*x, *g).is_some()).collect();

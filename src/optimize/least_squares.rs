@@ -21,8 +21,8 @@ const ROUNDING: f64 = 1e-14;
 /// # Errors
 /// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian, or with squares beyond the range of
 /// numbers, too large or too small.
-pub fn levenberg_marquardt<P: Problem + ?Sized>(
-    problem: &mut P,
+pub fn levenberg_marquardt(
+    problem: &mut dyn Problem,
     start: &[f64],
     options: &Options,
     watch: &mut Watcher,
@@ -105,7 +105,7 @@ fn half_square(r: &DVector<f64>) -> f64 {
     0.5 * r.norm_squared()
 }
 
-fn residuals<P: Problem + ?Sized>(problem: &Counted<P>) -> DVector<f64> {
+fn residuals(problem: &Counted) -> DVector<f64> {
     let all = problem.asked().map(|j| problem.intervals[j].excess(problem.c[j])).collect::<Vec<f64>>();
     DVector::from_vec(all)
 }
@@ -121,7 +121,7 @@ impl State {
     ///
     /// # Errors
     /// Those of a Jacobian; sums of squares beyond the range of numbers.
-    fn at<P: Problem + ?Sized>(problem: &mut Counted<P>, x: Vec<f64>) -> Result<Self, Error> {
+    fn at(problem: &mut Counted, x: Vec<f64>) -> Result<Self, Error> {
         let rows: Vec<usize> = problem.asked().collect();
         let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
         for (k, of) in rows.iter().map(|&j| &problem.intervals[j]).enumerate() {
@@ -136,7 +136,7 @@ impl State {
     }
 
     /// Refuses sums of finite terms that are not finite themselves: nothing could be compared with them.
-    fn check_range<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Result<(), Error> {
+    fn check_range(&self, problem: &Counted) -> Result<(), Error> {
         let value = half_square(&self.r);
         if !value.is_finite() {
             return Err(Error::Overflow { what: "½‖r‖² of the residuals".into(), value });
@@ -177,7 +177,7 @@ impl State {
         self.gradient().iter().zip(self.jacobian.column_iter()).zip(lengths).map(of).collect()
     }
 
-    fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
+    fn iterate(&self, problem: &mut Counted, step: f64) -> Iterate {
         let stationarity = problem.stationarity(&self.x, self.gradient().as_slice());
         problem.iterate(half_square(&self.r), stationarity, step)
     }
@@ -188,7 +188,7 @@ impl State {
     }
 
     /// The largest derivative by a variable that no bound holds, each in units of such a length: the same whatever the units of the variables are.
-    fn slope<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
+    fn slope(&self, problem: &Counted, lengths: &[f64]) -> f64 {
         problem.stationarity(&self.x, &self.derivatives(lengths))
     }
 
@@ -207,7 +207,7 @@ impl State {
     }
 
     /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds, in units of such lengths.
-    fn along_gradient<P: Problem + ?Sized>(&self, problem: &Counted<P>, lengths: &[f64]) -> f64 {
+    fn along_gradient(&self, problem: &Counted, lengths: &[f64]) -> f64 {
         let a = self.free(problem, scaled(&self.jacobian, lengths), lengths);
         let gradient = a.tr_mul(&self.r);
         let square = gradient.norm_squared();
@@ -221,7 +221,7 @@ impl State {
     }
 
     /// A Jacobian without the columns of variables that bounds hold.
-    fn free<P: Problem + ?Sized>(&self, problem: &Counted<P>, mut a: DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
+    fn free(&self, problem: &Counted, mut a: DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
         let gradient = self.derivatives(lengths);
         for (i, of) in problem.bounds.iter().enumerate() {
             if of.holds(self.x[i], gradient[i]).is_some() {
@@ -232,7 +232,7 @@ impl State {
     }
 
     /// The step, with variables that bounds hold left out; none if nothing is left.
-    fn step<P: Problem + ?Sized>(&self, problem: &Counted<P>, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
+    fn step(&self, problem: &Counted, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
         let a = self.free(problem, self.in_units(lengths), lengths);
         let (m, n) = a.shape();
         let damped = |mut square: DMatrix<f64>| {

@@ -1,6 +1,5 @@
 //! A line search for the weak Wolfe conditions by interpolation and bisection (Lewis and Overton 2013), along P(x + α d).
 
-use super::Problem;
 use super::counted::Counted;
 use super::lbfgs::Merit;
 
@@ -19,9 +18,9 @@ pub(super) struct Point {
 }
 
 /// A better point in the direction, none if there is none within rounding. The problem is left there. A point without a gradient is taken for none.
-pub(super) fn search<P: Problem + ?Sized>(
-    problem: &mut Counted<P>,
-    merit: &mut dyn Merit<P>,
+pub(super) fn search(
+    problem: &mut Counted,
+    merit: &mut dyn Merit,
     from: &Point,
     direction: &[f64],
     first: f64,

@@ -36,7 +36,7 @@ impl Options {
     ///
     /// # Errors
     /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
-    pub fn fit<P: Problem + ?Sized>(&self, problem: &P, start: &[f64]) -> Result<(), Error> {
+    pub fn fit(&self, problem: &dyn Problem, start: &[f64]) -> Result<(), Error> {
         self.check()?;
         let (bounds, n) = (problem.bounds(), problem.variables());
         for (what, found) in [("the variables of the start", start.len()), ("the bounds of the variables", bounds.len())] {

@@ -498,7 +498,7 @@ fn first_steps_of_any_length_lead_to_where_constraints_hold() {
     for length in [1e-300, 1e-20, 1e-12, 1e12, 1e100, 1e155, 1e300] {
         let options = Options { first_step: Some(length), ..Options::default() };
         for (method, tolerance) in
-            [(augmented_lagrangian as fn(&mut Given, &[f64], &_, &mut _) -> _, 1e-6), (interior_point, 1e-6)]
+            [(augmented_lagrangian as fn(&mut dyn Problem, &[f64], &_, &mut _) -> _, 1e-6), (interior_point, 1e-6)]
         {
             for (function, expected) in [(product, [1.0, 1.0]), (bowl as Function, [1.0 + 10.0 / 11.0, -2.0 + 1.0 / 11.0])] {
                 let mut problem = Given::new(function, vec![Interval::FREE; 2], vec![Interval::ZERO]);

@@ -1,7 +1,7 @@
 //! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), s the values of constraints that are inequalities.
 
 use super::super::counted::Counted;
-use super::super::problem::{Interval, Problem};
+use super::super::problem::Interval;
 
 /// A start is moved so far into its bounds: variables relative to their size or to their distance, the smaller of both; slacks relative to their distance
 /// or, with one bound, to its size or to what is far from it.
@@ -29,7 +29,7 @@ pub(super) struct Barrier {
 
 impl Barrier {
     /// Of a problem and those of its constraints that have slacks.
-    pub(super) fn new<P: Problem + ?Sized>(problem: &Counted<P>, inequalities: &[usize]) -> Self {
+    pub(super) fn new(problem: &Counted, inequalities: &[usize]) -> Self {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
         Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, unit: 1.0, mu: 0.0 }

@@ -27,7 +27,7 @@ pub(super) struct Found {
 }
 
 /// Goes from x towards constraints, whatever f becomes.
-pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64], options: &Options) -> Result<Found, Error> {
+pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> Result<Found, Error> {
     let target = Some(0.5 * options.violation.powi(2));
     let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
     let (mut end, mut before, mut iterations) = (x.to_vec(), f64::INFINITY, 0);
@@ -54,8 +54,8 @@ pub(super) fn approach<P: Problem + ?Sized>(problem: &mut Counted<P>, x: &[f64],
 }
 
 /// ½ Σ excess² of the constraints of a problem.
-struct Excess<'c, 'p, P: ?Sized> {
-    of: &'c mut Counted<'p, P>,
+struct Excess<'c, 'p> {
+    of: &'c mut Counted<'p>,
     excess: Vec<f64>,
     /// Of the constraints that are violated.
     jacobian: Option<DMatrix<f64>>,
@@ -63,13 +63,13 @@ struct Excess<'c, 'p, P: ?Sized> {
     factor: f64,
 }
 
-impl<'c, 'p, P: Problem + ?Sized> Excess<'c, 'p, P> {
-    fn new(of: &'c mut Counted<'p, P>) -> Self {
+impl<'c, 'p> Excess<'c, 'p> {
+    fn new(of: &'c mut Counted<'p>) -> Self {
         Excess { excess: vec![0.0; of.c.len()], of, jacobian: None, factor: 0.0 }
     }
 }
 
-impl<P: Problem + ?Sized> Problem for Excess<'_, '_, P> {
+impl Problem for Excess<'_, '_> {
     fn variables(&self) -> usize {
         self.of.bounds.len()
     }

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use super::super::counted::Counted;
 use super::super::norm::{magnitude, norm};
 use super::super::problem::Interval;
-use super::super::{Iterate, Options, Problem};
+use super::super::{Iterate, Options};
 use super::ROUNDING;
 use super::barrier::{Barrier, INSIDE};
 use super::step::{Model, Projection, product};
@@ -74,7 +74,7 @@ pub(super) struct Method {
 
 impl Method {
     /// At a start, moved inside its bounds, by less where that leads to no value.
-    pub(super) fn new<P: Problem + ?Sized>(problem: &mut Counted<P>, start: &[f64], allowed: f64) -> Result<Self, Error> {
+    pub(super) fn new(problem: &mut Counted, start: &[f64], allowed: f64) -> Result<Self, Error> {
         let mut share = INSIDE;
         loop {
             let mut x = start.to_vec();
@@ -91,12 +91,7 @@ impl Method {
     }
 
     /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
-    pub(super) fn at<P: Problem + ?Sized>(
-        problem: &mut Counted<P>,
-        start: &[f64],
-        x: Vec<f64>,
-        allowed: f64,
-    ) -> Result<Self, Error> {
+    pub(super) fn at(problem: &mut Counted, start: &[f64], x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
         let inequalities: Vec<usize> = rows.iter().copied().filter(is_inequality).collect();
@@ -149,7 +144,7 @@ impl Method {
     }
 
     /// C(y), with the values of c that the problem has at hand.
-    fn constraints<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &DVector<f64>) -> DVector<f64> {
+    fn constraints(&self, problem: &Counted, y: &DVector<f64>) -> DVector<f64> {
         let mut slacks = y.iter().skip(problem.bounds.len());
         let differences = self.rows.iter().zip(&self.still).map(|(&j, is_still)| {
             let of = problem.intervals[j];
@@ -160,12 +155,12 @@ impl Method {
     }
 
     /// ∇f and the Jacobian at the point that was evaluated last.
-    fn derivatives<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(Vec<f64>, DMatrix<f64>), Error> {
+    fn derivatives(&self, problem: &mut Counted) -> Result<(Vec<f64>, DMatrix<f64>), Error> {
         Ok((slope(problem)?, problem.jacobian(&self.rows)?))
     }
 
     /// Takes derivatives, and from them how far from their bounds slacks are.
-    fn differentiate<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, (gradient, jacobian): (Vec<f64>, DMatrix<f64>)) {
+    fn differentiate(&mut self, problem: &Counted, (gradient, jacobian): (Vec<f64>, DMatrix<f64>)) {
         let n = problem.bounds.len();
         self.gradient.rows_mut(0, n).copy_from_slice(&gradient);
         self.jacobian.columns_mut(0, n).copy_from(&jacobian);
@@ -181,7 +176,7 @@ impl Method {
     }
 
     /// C, the scales, and what constraints leave.
-    fn take_scales<P: Problem + ?Sized>(&mut self, problem: &Counted<P>) {
+    fn take_scales(&mut self, problem: &Counted) {
         let n = problem.bounds.len();
         self.scales = self.barrier.scales(self.y.as_slice(), self.barrier.unit).into();
         for (slack, k) in self.slacks(n) {
@@ -210,7 +205,7 @@ impl Method {
     }
 
     /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
-    fn forces<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+    fn forces(&self, problem: &mut Counted) -> Result<f64, Error> {
         let scales = &self.scales;
         let forces = self.gradient.component_mul(scales).amax();
         if forces > 0.0 {
@@ -236,7 +231,7 @@ impl Method {
     }
 
     /// The multipliers of all constraints of the problem.
-    pub(super) fn all_multipliers<P: Problem + ?Sized>(&self, problem: &Counted<P>) -> Vec<f64> {
+    pub(super) fn all_multipliers(&self, problem: &Counted) -> Vec<f64> {
         let mut all = vec![0.0; problem.c.len()];
         self.rows.iter().zip(&self.multipliers).for_each(|(&j, w)| all[j] = *w);
         all
@@ -246,7 +241,7 @@ impl Method {
         options.first_step.unwrap_or(self.barrier.unit).max(self.x().amax()) / self.barrier.unit
     }
 
-    pub(super) fn iterate<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, step: f64) -> Iterate {
+    pub(super) fn iterate(&self, problem: &mut Counted, step: f64) -> Iterate {
         let lagrangian = &self.gradient + self.jacobian.tr_mul(&self.multipliers);
         let stationarity = self.barrier.stationarity(self.y.as_slice(), lagrangian.as_slice(), self.length());
         problem.iterate(self.value, stationarity, step)
@@ -267,11 +262,7 @@ impl Method {
     }
 
     /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
-    pub(super) fn advance<P: Problem + ?Sized>(
-        &mut self,
-        problem: &mut Counted<P>,
-        radius: &mut f64,
-    ) -> Result<Option<(f64, bool)>, Error> {
+    pub(super) fn advance(&mut self, problem: &mut Counted, radius: &mut f64) -> Result<Option<(f64, bool)>, Error> {
         let (scales, mut gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let unit = magnitude(gradient.amax());
         gradient /= unit;
@@ -318,23 +309,19 @@ impl Method {
     }
 
     /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
-    fn prepare_products<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<(), Error> {
+    fn prepare_products(&self, problem: &mut Counted) -> Result<(), Error> {
         let mut lagrangian = vec![0.0; problem.bounds.len()];
         problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
     }
 
     /// Those of a trial, behind which another one may have been evaluated; none where there are none: it is no way then.
-    fn derivatives_at<P: Problem + ?Sized>(
-        &self,
-        problem: &mut Counted<P>,
-        y: &DVector<f64>,
-    ) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    fn derivatives_at(&self, problem: &mut Counted, y: &DVector<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let has_value = problem.ensure(&y.as_slice()[..problem.bounds.len()]);
         if has_value { self.derivatives(problem).ok() } else { None }
     }
 
     /// Goes to the point that was evaluated last.
-    fn take<P: Problem + ?Sized>(&mut self, problem: &Counted<P>, to: Trial, derivatives: (Vec<f64>, DMatrix<f64>)) -> f64 {
+    fn take(&mut self, problem: &Counted, to: Trial, derivatives: (Vec<f64>, DMatrix<f64>)) -> f64 {
         let length = (to.y.rows(0, self.x().len()) - self.x()).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
         (self.y, self.value) = (to.y, to.value);
@@ -347,7 +334,7 @@ impl Method {
 }
 
 /// ∇f at the point that was evaluated last.
-fn slope<P: Problem + ?Sized>(problem: &mut Counted<P>) -> Result<Vec<f64>, Error> {
+fn slope(problem: &mut Counted) -> Result<Vec<f64>, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;
     Ok(gradient)

@@ -34,8 +34,8 @@ const ROUNDING: f64 = 1e-14;
 ///
 /// # Errors
 /// Sizes, bounds or options that do not fit; a start without a value or without derivatives, as of a problem without products.
-pub fn interior_point<P: Problem + ?Sized>(
-    problem: &mut P,
+pub fn interior_point(
+    problem: &mut dyn Problem,
     start: &[f64],
     options: &Options,
     watch: &mut Watcher,
@@ -53,8 +53,8 @@ pub fn interior_point<P: Problem + ?Sized>(
 }
 
 /// Goes on from a point until there is a reason to stop.
-fn iterate<P: Problem + ?Sized>(
-    counted: &mut Counted<P>,
+fn iterate(
+    counted: &mut Counted,
     method: &mut Method,
     iterations: &mut Iterations,
     options: &Options,
@@ -113,30 +113,20 @@ fn iterate<P: Problem + ?Sized>(
 }
 
 /// Whether constraints hold but for rounding where the method is.
-fn holds_to_rounding<P: Problem + ?Sized>(method: &Method, problem: &mut Counted<P>) -> Result<bool, Error> {
+fn holds_to_rounding(method: &Method, problem: &mut Counted) -> Result<bool, Error> {
     let x = method.x();
     Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice(), 0.0)?)
 }
 
 /// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
-fn is_stationary<P: Problem + ?Sized>(
-    method: &Method,
-    problem: &mut Counted<P>,
-    iterations: &Iterations,
-    asked: f64,
-) -> Result<bool, Error> {
+fn is_stationary(method: &Method, problem: &mut Counted, iterations: &Iterations, asked: f64) -> Result<bool, Error> {
     let last = iterations.last();
     let is_small = last.stationarity <= asked && method.barrier.mu <= method.small_mu(asked);
     Ok(is_small || iterations.stays() && last.stationarity <= method.rounding(problem)?)
 }
 
 /// Why there is no further step where constraints hold; multipliers are those of a smaller barrier by now.
-fn last_reason<P: Problem + ?Sized>(
-    method: &Method,
-    problem: &mut Counted<P>,
-    iterations: &mut Iterations,
-    asked: f64,
-) -> Result<Reason, Error> {
+fn last_reason(method: &Method, problem: &mut Counted, iterations: &mut Iterations, asked: f64) -> Result<Reason, Error> {
     let rounding = method.rounding(problem)?;
     let now = method.iterate(problem, iterations.last().step);
     iterations.history.pop();

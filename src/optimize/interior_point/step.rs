@@ -9,7 +9,6 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use super::super::Problem;
 use super::super::counted::Counted;
 use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
@@ -110,8 +109,8 @@ impl Projection {
 pub(super) type Product<'a> = &'a mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>;
 
 /// D (H + Σ) D p.
-pub(super) fn product<P: Problem + ?Sized>(
-    problem: &mut Counted<P>,
+pub(super) fn product(
+    problem: &mut Counted,
     p: &DVector<f64>,
     scales: &DVector<f64>,
     curvature: &[f64],

@@ -1,9 +1,9 @@
 //! Why a descent ended: at a minimum, as far as rounding lets it be seen, or on a way that falls without end.
 
+use super::super::Reason;
 use super::super::counted::Counted;
 use super::super::line_search::Point;
 use super::super::outcome::largest_change;
-use super::super::{Problem, Reason};
 use super::{Descent, Merit, ROUNDING, add};
 use crate::number::{dot, largest};
 
@@ -17,10 +17,10 @@ const NOTICED: f64 = 1e-3;
 
 impl Descent<'_> {
     /// Why it ended, where constraints hold: far away, without a minimum on the way, that the value falls without end. The problem may be left elsewhere.
-    pub(in super::super) fn or_unbounded<P: Problem + ?Sized>(
+    pub(in super::super) fn or_unbounded(
         &self,
-        problem: &mut Counted<P>,
-        merit: &mut dyn Merit<P>,
+        problem: &mut Counted,
+        merit: &mut dyn Merit,
         (reason, tolerance): (Reason, f64),
     ) -> Reason {
         let (rounding, size) = (f64::EPSILON * largest_change(&self.at.x, &self.start), largest(&self.start));
@@ -42,7 +42,7 @@ impl Descent<'_> {
     }
 
     /// The larger gradient of here and of where rounding of the largest variable may lead.
-    fn steepest_nearby<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> f64 {
+    fn steepest_nearby(&self, problem: &mut Counted, merit: &mut dyn Merit) -> f64 {
         let (mut x, mut gradient) = (self.at.x.clone(), vec![0.0; self.at.x.len()]);
         if let Some(x) = x.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())) {
             *x *= 1.0 - 4.0 * f64::EPSILON;
@@ -62,7 +62,7 @@ impl Descent<'_> {
 
     /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or
     /// a wall. The problem is left elsewhere.
-    pub(super) fn is_flat<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, merit: &mut dyn Merit<P>) -> bool {
+    pub(super) fn is_flat(&self, problem: &mut Counted, merit: &mut dyn Merit) -> bool {
         let Point { x, value, gradient } = &self.at;
         let direction = self.direction(problem);
         let length = largest(&direction).max(f64::MIN_POSITIVE);

@@ -2,7 +2,6 @@
 
 use nalgebra::DVector;
 
-use super::super::super::Problem;
 use super::super::super::counted::Counted;
 use super::super::super::outcome::largest_change;
 use super::super::step::product;
@@ -56,7 +55,7 @@ impl Method {
     }
 
     /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
-    pub(in super::super) fn rounding<P: Problem + ?Sized>(&self, problem: &mut Counted<P>) -> Result<f64, Error> {
+    pub(in super::super) fn rounding(&self, problem: &mut Counted) -> Result<f64, Error> {
         problem.ensure(self.x().as_slice());
         self.prepare_products(problem)?;
         let ones = DVector::from_element(self.y.len(), 1.0);

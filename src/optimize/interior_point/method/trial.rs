@@ -5,7 +5,6 @@
 
 use nalgebra::DVector;
 
-use super::super::super::Problem;
 use super::super::super::counted::Counted;
 use super::super::ROUNDING;
 use super::super::barrier::TO_BOUND;
@@ -44,9 +43,9 @@ impl Method {
 
     /// Where a step leads, or where it leads when what constraints bent away meanwhile is taken back, if that is better; and what φ fell by, in parts of
     /// what was foreseen.
-    pub(super) fn better_trial<P: Problem + ?Sized>(
+    pub(super) fn better_trial(
         &self,
-        problem: &mut Counted<P>,
+        problem: &mut Counted,
         (step, projection, scales): (&Step, &Projection, &DVector<f64>),
         (here, foreseen): (f64, f64),
     ) -> (Trial, f64) {
@@ -77,7 +76,7 @@ impl Method {
         (best, ratio)
     }
 
-    fn try_step<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
+    fn try_step(&self, problem: &mut Counted, p: &DVector<f64>, scales: &DVector<f64>) -> Trial {
         let mut y = &self.y + p.component_mul(scales);
         self.barrier.keep_inside(self.y.as_slice(), y.as_mut_slice());
         let value = problem.evaluate(&y.as_slice()[..problem.bounds.len()]);
@@ -87,7 +86,7 @@ impl Method {
 
     /// Moves slacks to where φ is least, and gives C: each to where −μ ln(its distances) + ν (c − s)²/2N is least, N = ‖C‖ before, which φ falls by for
     /// any N, until N is what it was.
-    fn settle<P: Problem + ?Sized>(&self, problem: &Counted<P>, y: &mut DVector<f64>) -> DVector<f64> {
+    fn settle(&self, problem: &Counted, y: &mut DVector<f64>) -> DVector<f64> {
         let mut c = self.constraints(problem, y);
         for _ in 0..MOVES {
             let before = c.norm();

@@ -2,7 +2,6 @@
 
 use nalgebra::DVector;
 
-use super::super::super::Problem;
 use super::super::super::counted::Counted;
 use super::super::step::Projection;
 use super::Method;
@@ -18,7 +17,7 @@ const LEFT: f64 = 1e-10;
 
 impl Method {
     /// Takes as the unit of variables the step against the gradient, asked for last, to where f is least; where f is straight, their size at the start, or 1.
-    pub(super) fn take_unit<P: Problem + ?Sized>(&mut self, problem: &mut Counted<P>) -> Result<(), Error> {
+    pub(super) fn take_unit(&mut self, problem: &mut Counted) -> Result<(), Error> {
         let gradient = self.moving(self.gradient.as_slice());
         let (step, square) = self.parabola(problem, &gradient)?;
         let (slope, known) = (largest(&gradient), largest(&self.moving(&self.start)));
@@ -36,7 +35,7 @@ impl Method {
     }
 
     /// How many times a direction it is to where f is least along it, 0 where f is straight; and the square of the direction in units of its largest entry.
-    fn parabola<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, direction: &[f64]) -> Result<(f64, f64), Error> {
+    fn parabola(&self, problem: &mut Counted, direction: &[f64]) -> Result<(f64, f64), Error> {
         // Its largest entry may be of any size.
         let largest = largest(direction);
         let unit: Vec<f64> = direction.iter().map(|d| if largest > 0.0 { d / largest } else { 0.0 }).collect();
@@ -55,7 +54,7 @@ impl Method {
     }
 
     /// The largest change of a variable on a way down, from bound to bound, that equalities hold on.
-    fn way<P: Problem + ?Sized>(&self, problem: &mut Counted<P>, mut d: Vec<f64>) -> Result<f64, Error> {
+    fn way(&self, problem: &mut Counted, mut d: Vec<f64>) -> Result<f64, Error> {
         let (n, mut way) = (d.len(), 0.0f64);
         let slacks = self.slacks(n);
         let mut held: Vec<usize> = (0..self.rows.len()).filter(|k| slacks.iter().all(|(_, row)| row != k)).collect();
