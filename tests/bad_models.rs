@@ -7,8 +7,8 @@ mod sled;
 use common::assert_says;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings,
-    Solver, Sum, System, Warning, gradient, simulate,
+    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, Scalar, Scene, Scheme,
+    Settings, Solver, Sum, System, Warning, gradient, simulate,
 };
 use nalgebra::SVector;
 use sled::{Formula, Mass, Own, sled};
@@ -237,6 +237,52 @@ struct SingularCost;
 impl Formula for SingularCost {
     fn at<S: Scalar>(&self, q: S, _v: S, t: S) -> S {
         (t - 0.5).sqrt().recip() + q
+    }
+}
+
+/// ln((t − 0.45)² − 0.04²), which has no number from 0.41 s to 0.49 s, and ln u̇.
+struct Hole;
+impl Cost<0> for Hole {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _b: &SVector<S, 0>) -> S {
+        ((at.t - 0.45).powi(2) - 0.04 * 0.04).ln()
+    }
+}
+impl Cost<0, 0, 1> for Hole {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.u_dot[0].ln()
+    }
+}
+
+/// Values name the cost and the place that gradients name: a stage between nodes, or the step after a node.
+#[test]
+fn costs_without_a_number_between_nodes_are_named_by_values_as_by_gradients() {
+    let make = |slew: bool, sum: Sum| {
+        let mut scene = Scene::new();
+        let body = scene.body("body", 1.0, 0.1, [0.3, 0.0, 0.0]);
+        let push = scene.control("push");
+        scene.actuator("actuator", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.0), push);
+        if slew {
+            scene.cost("bad", Hole, sum, [], [], [push], []);
+        } else {
+            scene.cost("bad", Hole, sum, [], [], [], []);
+        }
+        scene.compile().expect("a scene")
+    };
+    let sums = [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral];
+    let cases = sums.map(|sum| (true, sum)).into_iter().chain([(false, Sum::Integral)]);
+    for (slew, sum) in cases {
+        let system = make(slew, sum);
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
+        let controls = [0.0, 1.0, 2.0, 3.0, 4.0, 3.5, 5.0, 6.0, 7.0];
+        inputs.controls.iter_mut().zip(controls).for_each(|(u, value)| *u = value);
+        let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK4, ..Settings::default() });
+        solver.simulate(&inputs).expect("a motion");
+        let (of_value, of_gradient) = (solver.cost().expect_err("no number"), solver.gradient().expect_err("no number"));
+        let is_named = matches!(&of_value, Error::Model { element, .. } if element == "`bad`");
+        assert!(is_named, "{of_value}");
+        if !slew {
+            assert!(of_value.to_string().contains("t = 0.4") && of_gradient.to_string().contains("t = 0.4"), "{of_value}");
+        }
     }
 }
 

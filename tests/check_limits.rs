@@ -188,6 +188,24 @@ fn a_kink_is_named_and_blames_nobody() {
     }
 }
 
+/// Exactly at a kink, rounding of the arguments changes the derivative as much as it jumps: that is no rounding of the formula.
+#[test]
+fn a_kink_at_a_given_point_hides_no_wrong_block() {
+    struct Beside(f64);
+    impl Function for Beside {
+        fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+            vec![-(x[0] - self.0).abs()]
+        }
+    }
+    for at in [3.0, -0.7, 1e5] {
+        for wrong in [40.0, -1.0, 1e-3] {
+            let report = verdict(&Beside(at), Some(at), |_| wrong);
+            assert_eq!(report.verdict(), Verdict::OraclesDisagree, "{report}");
+            assert!(report.to_string().contains("kink"), "{report}");
+        }
+    }
+}
+
 #[test]
 fn points_outside_of_the_domain_are_drawn_again_and_counted() {
     let report = verdict(&One(Root), None, |x| 0.5 / x.sqrt());

@@ -91,6 +91,26 @@ impl KineticEnergy<1> for Mass {
     }
 }
 
+/// Slopes of squares of small differences of large numbers, too.
+#[test]
+fn slopes_of_many_arguments_keep_their_digits() {
+    for far in [0.0, 1e3, 5e6, 1e8] {
+        let mut scene = Scene::new();
+        let free: [Coordinate; 6] = std::array::from_fn(|i| scene.coordinates(&format!("free {i}"), ["x"])[0]);
+        for (i, x) in free.into_iter().enumerate() {
+            scene.place(x, far + 1.0 + 0.125 * i as f64);
+            scene.kinetic_energy(&format!("mass {i}"), Mass, [x], []);
+        }
+        scene.cost("tracking", Tracking, Sum::Terminal, free, [], [], [far.into(); 6]);
+        let system = scene.compile().expect("scene");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.125));
+        let gradient = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+        for (i, slope) in gradient.start.q().iter().enumerate() {
+            assert_eq!(*slope, 2.0 * (1.0 + 0.125 * i as f64), "{far:e}");
+        }
+    }
+}
+
 #[test]
 fn small_sums_of_squares_of_many_arguments_keep_their_digits() {
     for [with, without] in [[true, false].map(tracking::<3>), [true, false].map(tracking::<8>)] {

@@ -27,7 +27,7 @@ impl AdjointSweep {
         let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
         motion.trajectory.check_complete(&motion.inputs)?;
         for (k, sweep) in sweeps.iter_mut().enumerate() {
-            sweep.begin(system, motion, &stepper.newton, settings);
+            sweep.begin(system, motion, settings)?;
             choose(k, &mut sweep.cost.factors);
         }
         Self::back(sweeps, system, motion, &mut stepper.newton, (0..motion.nodes(), watch))?;

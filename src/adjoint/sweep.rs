@@ -152,11 +152,14 @@ impl AdjointSweep {
     }
 
     /// Makes room for the gradient of J with respect to the given inputs and sets it to zero.
-    pub(crate) fn begin(&mut self, system: &System, motion: &Motion, newton: &Newton, settings: &Settings) {
+    ///
+    /// # Errors
+    /// A cost that depends on other things than before.
+    pub(crate) fn begin(&mut self, system: &System, motion: &Motion, settings: &Settings) -> Result<(), Error> {
         let inputs = &motion.inputs;
         let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
         let at = NodeView::of_equations(state, (&self.u, 0.0, &motion.design));
-        system.fix_costs(&at, newton.evaluation.fingerprint(), &mut self.cost.memory);
+        system.fix_costs(&at, &mut self.cost.memory)?;
         self.refinement = motion.refinement();
         self.sigma_before.fill(0.0);
         self.sigma_before_at = None;
@@ -187,6 +190,7 @@ impl AdjointSweep {
         self.carried.clear();
         self.is_idle = true;
         self.variables = settings.keep_adjoint.then(|| AdjointVariables::zeros(system, inputs.grid.nodes()));
+        Ok(())
     }
 
     pub(super) fn singular(&self, system: &System, motion: &Motion, node: usize, breakdown: &Breakdown) -> Error {

@@ -64,6 +64,13 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
                 }
             }
         }
+        // What rounding of the arguments changes as much is a kink, or nothing that can be compared.
+        if why.is_none() && found.conflict.is_none() && noise > 0.5 * size {
+            let sides = one_sided(of, &place.x, (of.by.start + at.1, magnitudes), at.0, size);
+            if let Some(sides) = sides {
+                found.conflict = Some(Conflict { is_kink: true, text: kink(&rows[at.0], &columns[at.1], sides) });
+            }
+        }
         if let Some(text) = why.filter(|_| found.conflict.is_none()) {
             let sides = one_sided(of, &place.x, (of.by.start + at.1, magnitudes), at.0, size);
             let kink = sides.map(|sides| kink(&rows[at.0], &columns[at.1], sides));

@@ -30,7 +30,8 @@ impl fmt::Display for Error {
                 write!(f, "more than one {kind} is called `{name}`; give each its own name")
             }
             Error::Foreign { element, kind } => {
-                write!(f, "`{element}` refers to a {kind} of another scene; use handles of the scene it is added to")
+                let article = if kind.starts_with('o') { "an" } else { "a" };
+                write!(f, "`{element}` refers to {article} {kind} of another scene; use handles of the scene it is added to")
             }
             Error::ParameterFormula { parameter, branches: true } => write!(
                 f,

@@ -114,49 +114,71 @@ impl<R: Real> Trajectory<R> {
         (costs, i, column): (&mut CostSum, usize, usize),
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
-        let (has_rates, place) = (system.has_control_rates(), (i, self.compliance_from(i)));
         costs.accelerations.missing = None;
+        let (place, refinement) = ((i, self.compliance_from(i)), costs.refinement);
+        self.each_place(system, (inputs, design), (refinement, i, column), &mut |at, weights| {
+            costs.add(system, (at, place), weights, add)
+        })
+    }
+
+    /// Visits the places at which costs of a step are evaluated, the stages between its nodes and the node at its end, with their weights.
+    fn each_place(
+        &self,
+        system: &System,
+        (inputs, design): (&Inputs<R>, &[R]),
+        (refinement, i, column): (&Refinement, usize, usize),
+        visit: &mut dyn FnMut(&NodeView<R>, &Weights<R>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let has_rates = system.has_control_rates();
         let mut u_dot = vec![R::zero(); if has_rates { system.k() } else { 0 }];
         if i > 0 && system.has_integral() {
             control_rates(inputs, i, &mut u_dot);
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(column, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
-                costs.add(system, (&at, place), &weights, add)?;
+                visit(&at, &weights)?;
             }
         }
         for &side in Beside::of(i, inputs.grid.nodes(), has_rates) {
             control_rates(inputs, side.step(i), &mut u_dot);
-            let weights = costs.refinement.weights(&self.scheme, &inputs.grid.steps, i, side);
+            let weights = refinement.weights(&self.scheme, &inputs.grid.steps, i, side);
             let at = NodeView { u_dot: &u_dot, ..self.columns(column).with_inputs((inputs.controls_at(i), design)) };
-            costs.add(system, (&at, place), &weights, add)?;
+            visit(&at, &weights)?;
         }
         Ok(())
     }
 
-    /// Which cost of a node is not finite.
+    /// Which cost of a step is not finite.
     fn bad_cost(
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
         (costs, node, column): (&CostSum, usize, usize),
     ) -> Error {
-        let mut u_dot = vec![R::zero(); system.k()];
-        // Of the step before where there are two: all weights are not zero there.
-        control_rates(inputs, node.max(1), &mut u_dot);
-        let at = NodeView { u_dot: &u_dot, ..self.columns(column).with_inputs((inputs.controls_at(node), design)) };
-        let real = NodeValues::of_costs(&at, |x| x.part(0));
-        let at = real.view();
-        let mut accelerations = Accelerations::new(system);
-        if accelerations.evaluate(system, &at, (node, self.compliance_from(node))).is_err() {
-            accelerations.forget();
-        }
-        let at = accelerations.with(at);
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from(&costs.factors);
-        let steps: Vec<f64> = inputs.grid.steps.iter().map(|dt| dt.part(0)).collect();
-        let weights = costs.refinement.weights(&self.scheme, &steps, node, Beside::Both);
-        system.bad_cost(&at, &weights, &mut rows, costs.refinement.node_of_whole(node))
+        let (mut accelerations, given) = (Accelerations::new(system), costs.refinement.node_of_whole(node));
+        // Of the last place, where no cost by itself is to blame.
+        let mut of_all = Error::Overflow { what: "J".into(), value: f64::NAN };
+        let visited = self.each_place(system, (inputs, design), (costs.refinement, node, column), &mut |at, weights| {
+            let (real, weights) = (NodeValues::of_costs(at, |x| x.part(0)), weights.map(|x| x.part(0)));
+            let at = real.view();
+            if accelerations.evaluate(system, &at, (node, self.compliance_from(node))).is_err() {
+                accelerations.forget();
+            }
+            let at = accelerations.with(at);
+            let mut has_values = R::PARTS == 1;
+            system.add_costs(&at, &weights, &costs.factors, &mut |_, term| has_values &= is_finite(term));
+            if has_values {
+                return Ok(());
+            }
+            if let Some(error) = system.find_bad_cost(&at, &weights, &mut rows, given) {
+                return Err(error);
+            }
+            of_all = system.bad_cost(&at, &weights, &mut rows, given);
+            Ok(())
+        });
+        visited.err().unwrap_or(of_all)
     }
 }
 

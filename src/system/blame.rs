@@ -73,9 +73,20 @@ impl System {
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
+    pub(crate) fn find_bad_cost(
+        &self,
+        at: &NodeView<f64>,
+        weights: &Weights<f64>,
+        rows: &mut CostRows,
+        node: usize,
+    ) -> Option<Error> {
+        Some(self.blame(self.costs.find_not_finite(at, weights, rows)?, at, node))
+    }
+
+    /// The same; where no cost is one, the element or the input to blame.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        if let Some(suspect) = self.costs.find_not_finite(at, weights, rows) {
-            return self.blame(suspect, at, node);
+        if let Some(error) = self.find_bad_cost(at, weights, rows, node) {
+            return error;
         }
         // Accelerations have the derivatives of forces.
         let of_element = self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));

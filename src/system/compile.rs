@@ -54,7 +54,7 @@ impl System {
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let terms = Terms::new(&costs, names.outputs.len());
         let (initial, positive) = (scene.initial, scene.positive);
-        let fingerprint = fingerprint(&batches, &costs);
+        let (costs_compiled, fingerprint) = (fingerprint(&[], &costs), fingerprint(&batches, &costs));
         Ok(System {
             n,
             m,
@@ -76,6 +76,7 @@ impl System {
             sketch: scene.sketch,
             scene: scene.scene,
             fingerprint,
+            costs_compiled,
         })
     }
 
@@ -114,14 +115,30 @@ impl System {
         Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
     }
 
-    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now if they are other ones than were compiled.
-    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, fingerprint: Option<u64>, memory: &mut CostMemory) {
-        let changed = fingerprint != Some(self.fingerprint);
-        if changed || !memory.is_ready || memory.design != at.design {
-            memory.design.clear();
-            memory.design.extend_from_slice(at.design);
-            memory.is_ready = self.costs.fix(at, changed, memory);
+    /// Identifies the formulas of the costs as they are now.
+    pub(crate) fn fingerprint_of_costs(&self) -> u64 {
+        fingerprint(&[], &self.costs)
+    }
+
+    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now, which may be others than when the motion was
+    /// computed.
+    ///
+    /// # Errors
+    /// A cost that depends on other things than before: the motion does not have them.
+    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, memory: &mut CostMemory) -> Result<(), Error> {
+        let now = Some(self.fingerprint_of_costs());
+        if memory.fingerprint == now && memory.is_ready && memory.design == at.design {
+            return Ok(());
         }
+        let changed = now != Some(self.costs_compiled);
+        if let Some(cost) = self.costs.find_changed(at).filter(|_| changed) {
+            return Err(Error::Changed { element: cost.to_string() });
+        }
+        memory.design.clear();
+        memory.design.extend_from_slice(at.design);
+        memory.fingerprint = now;
+        memory.is_ready = self.costs.fix(at, changed, memory);
+        Ok(())
     }
 }
 

@@ -21,8 +21,6 @@ impl Partial {
 /// The program of a cost.
 #[derive(Clone, Debug)]
 pub struct CostFormula {
-    /// Which arguments it depends on.
-    pub depends: Vec<bool>,
     template: Template,
     /// The numbers in it.
     numbers: Vec<f64>,
@@ -40,12 +38,11 @@ pub struct CostFormula {
 struct Quadratic {
     /// The second derivatives H by columns, which are constant.
     second: Kernel,
-    /// The value as it is written, for where the sum cancels: a sum of squares far smaller than the numbers in it.
-    value: Kernel,
 }
 
-/// Of the magnitudes that are added up in a value, at least so much must be left of it.
-const LEAST_LEFT: f64 = 1.0 / 64.0;
+/// Of the magnitudes that are added up in a value, and in a slope, at least so much must be left of it. Where it is not, as in squares of small
+/// differences of large numbers, the formula is evaluated as it is written.
+const LEAST_LEFT: [f64; 2] = [1.0 / 64.0, 1.0 / 1024.0];
 
 /// For fewer arguments than these a program is at least as fast as a matrix.
 const FEW: usize = 6;
@@ -58,13 +55,15 @@ const ENTRIES: usize = 8;
 pub struct CostMemory {
     /// Whether the programs of all costs can be run: those that were fixed, for formulas as they are now.
     pub is_ready: bool,
-    /// The design variables that preludes were run for.
+    /// The formulas and the design variables that preludes were run for.
+    pub fingerprint: Option<u64>,
     pub design: Vec<f64>,
     fixed: Vec<f64>,
     registers: Vec<[f64; 1]>,
-    /// x, then H x.
+    /// x, then H x, and Σ |H_ij x_j|.
     x: Vec<f64>,
     product: Vec<f64>,
+    sizes: Vec<f64>,
 }
 
 impl CostFormula {
@@ -82,13 +81,12 @@ impl CostFormula {
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
         let is_worth_it = partials.len() >= FEW && partials.len().pow(2) <= ENTRIES * kernel.main().len();
         let quadratic = is_worth_it.then(|| quadratic(&mut graph, &partials, &results, template.parameters)).flatten();
-        Ok(CostFormula { depends, template, numbers, kernel, partials, quadratic, offset })
+        Ok(CostFormula { template, numbers, kernel, partials, quadratic, offset })
     }
 
     /// Where the next cost's fixed numbers may stand.
     pub fn end(&self) -> usize {
-        let n = self.partials.len();
-        self.offset + self.quadratic.as_ref().map_or(self.kernel.fixed(), |form| n * n + 2 * n + 1 + form.value.fixed())
+        self.first_of_prelude() + self.kernel.fixed()
     }
 
     /// Takes over constants, and the numbers in the formula if it was recorded anew; whether its program is still the right one.
@@ -99,62 +97,60 @@ impl CostFormula {
         }
         let parameters: Vec<f64> = b.iter().chain(numbers).copied().collect();
         memory.fixed.resize(memory.fixed.len().max(self.end()), 0.0);
-        let program = self.program();
-        memory.registers.resize(memory.registers.len().max(program.main().registers()), [0.0]);
+        memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
         let (n, first) = (self.partials.len(), self.first_of_prelude());
-        program.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
+        self.kernel.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
         let Some(form) = &self.quadratic else { return true };
-        memory.x.resize(memory.x.len().max(n), 0.0);
-        memory.product.resize(memory.product.len().max(n), 0.0);
-        let (matrix, rest) = memory.fixed[self.offset..first].split_at_mut(n * n);
-        matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
-        let (sums, at_zero) = rest.split_at_mut(n);
-        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
-        for (sum, column) in sums.iter_mut().zip(matrix.chunks_exact(n)) {
-            *sum = column.iter().map(|h| h.abs()).sum();
+        for list in [&mut memory.x, &mut memory.product, &mut memory.sizes] {
+            list.resize(list.len().max(n), 0.0);
         }
+        let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
+        matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
+        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
-    }
-
-    /// What runs at every node: value and slopes, or the value alone where a matrix makes the slopes.
-    fn program(&self) -> &Kernel {
-        self.quadratic.as_ref().map_or(&self.kernel, |form| &form.value)
     }
 
     /// Where what its prelude computes stands, behind the quadratic form if there is one.
     fn first_of_prelude(&self) -> usize {
-        self.end() - self.program().fixed()
+        let n = self.partials.len();
+        self.offset + if self.quadratic.is_some() { n * n + 1 + n } else { 0 }
     }
 
-    /// c + gᵀx + ½ xᵀH x, with c and g at zero, unless it cancels; and g + H x.
+    /// c + gᵀx + ½ xᵀH x and g + H x, with c and g at zero; nothing where they cancel.
     fn evaluate_quadratic(
         &self,
         memory: &mut CostMemory,
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
     ) -> Option<f64> {
-        let (n, CostMemory { fixed, x, product, .. }) = (self.partials.len(), memory);
-        let (matrix, rest) = fixed[self.offset..self.first_of_prelude()].split_at(n * n);
-        let (sums, at_zero) = rest.split_at(n);
+        let (n, CostMemory { fixed, x, product, sizes, .. }) = (self.partials.len(), memory);
+        let (matrix, at_zero) = fixed[self.offset..self.first_of_prelude()].split_at(n * n);
         let (constant, gradient) = (at_zero[0], &at_zero[1..]);
-        let (x, product) = (&mut x[..n], &mut product[..n]);
+        let (x, product, sizes) = (&mut x[..n], &mut product[..n], &mut sizes[..n]);
         for (x, of) in x.iter_mut().zip(&self.partials) {
             *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
         }
         product.fill(0.0);
+        sizes.fill(0.0);
         for (column, x) in matrix.chunks_exact(n).zip(&*x) {
-            product.iter_mut().zip(column).for_each(|(y, h)| *y += h * x);
+            for ((y, size), h) in product.iter_mut().zip(&mut *sizes).zip(column) {
+                let term = h * x;
+                *y += term;
+                *size += term.abs();
+            }
         }
-        for ((of, y), g) in self.partials.iter().zip(&*product).zip(gradient) {
-            put(*of, g + y);
+        let (mut value, mut magnitude, mut cancels) = (constant, constant.abs(), false);
+        for ((x, g), (y, size)) in x.iter().zip(gradient).zip(product.iter_mut().zip(&*sizes)) {
+            value += x * (g + 0.5 * *y);
+            magnitude += x.abs() * (g.abs() + 0.5 * size);
+            *y += g;
+            cancels |= y.abs() < LEAST_LEFT[1] * (g.abs() + size);
         }
-        let (mut value, mut magnitude) = (constant, constant.abs());
-        for ((x, g), (y, sum)) in x.iter().zip(gradient).zip(product.iter().zip(sums)) {
-            value += x * (g + 0.5 * y);
-            // |x_i H_ij x_j| is at most ½ |H_ij| (x_i² + x_j²).
-            magnitude += (x * g).abs() + 0.5 * sum * x * x;
+        if cancels || value.abs() < LEAST_LEFT[0] * magnitude {
+            return None;
         }
-        (value.abs() >= LEAST_LEFT * magnitude).then_some(value)
+        self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
+        Some(value)
     }
 
     /// The value, and each partial derivative by what it is one.
@@ -169,16 +165,14 @@ impl CostFormula {
         {
             return value;
         }
-        let (program, CostMemory { fixed, registers, .. }) = (self.program(), &mut *memory);
+        let CostMemory { fixed, registers, .. } = memory;
         let fixed = &fixed[self.first_of_prelude()..self.end()];
-        let given = program.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
+        let given = self.kernel.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
         registers.iter_mut().zip(given).for_each(|(register, x)| *register = [x]);
-        program.main().run(registers);
-        let mut results = program.main().results().map(|register| registers[register][0]);
+        self.kernel.main().run(registers);
+        let mut results = self.kernel.main().results().map(|register| registers[register][0]);
         let value = results.next().unwrap_or(0.0);
-        if self.quadratic.is_none() {
-            self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
-        }
+        self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
         value
     }
 }
@@ -196,8 +190,7 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
     if !is_quadratic || graph.is_piecewise(results.iter().copied()) {
         return None;
     }
-    let [second, value] = [&second[..], &results[..1]].map(|results| Kernel::new(graph, parameters, results));
-    Some(Quadratic { second: second?, value: value? })
+    Some(Quadratic { second: Kernel::new(graph, parameters, &second)? })
 }
 
 /// The partial derivatives of a node, without those that vanish.

@@ -65,7 +65,8 @@ impl Costs {
         let mut fixed = 0;
         for item in &mut self.items {
             let recorded = item.record(at);
-            item.uses = item.find_uses(recorded.as_ref().ok().map(|(template, _)| template));
+            item.depends = recorded.as_ref().ok().map(|(template, _)| template.depends(item.shape.len()));
+            item.uses = item.find_uses();
             if !without_programs {
                 let bound = Param::which_are_bound(&item.b);
                 let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, fixed));
@@ -94,9 +95,9 @@ impl Costs {
 
     /// The first cost from whose formula other things would be concluded now.
     pub fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
-        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
+        let recorded = self.items.iter().filter_map(|item| Some((item, item.depends.as_ref()?)));
         let depends = |item: &PlacedCost| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
-        let mut changed = programs.filter(|(item, formula)| depends(item).as_ref() != Ok(&formula.depends));
+        let mut changed = recorded.filter(|(item, known)| depends(item).as_ref() != Ok(*known));
         changed.next().map(|(item, _)| item.name.as_str())
     }
 

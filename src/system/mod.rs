@@ -125,8 +125,9 @@ pub struct System {
     sketch: Sketch,
     /// The number of the scene.
     scene: u64,
-    /// Identifies the formulas that were compiled.
+    /// Identifies the formulas that were compiled, and those of costs alone.
     fingerprint: u64,
+    costs_compiled: u64,
 }
 
 impl System {

@@ -34,12 +34,14 @@ pub struct PlacedCost {
     /// Why it has none, unless it was not to have one.
     pub(super) obstacle: Option<Obstacle>,
     pub(super) uses: CostUse,
+    /// Which arguments it depends on, if it could be recorded: what was concluded of it.
+    pub(super) depends: Option<Vec<bool>>,
 }
 
 impl PlacedCost {
     pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), shape: CostShape, b: Vec<Param>) -> Self {
         let (name, cost, uses) = (name.to_string(), Box::new(cost), CostUse::UNKNOWN);
-        PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses }
+        PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses, depends: None }
     }
 
     /// The cost for given arguments and constants, by their numbers.
@@ -113,9 +115,8 @@ impl PlacedCost {
         }
     }
 
-    pub(super) fn find_uses(&self, template: Option<&Template>) -> CostUse {
-        let Some(template) = template else { return CostUse::UNKNOWN };
-        let depends = template.depends(self.shape.len());
+    pub(super) fn find_uses(&self) -> CostUse {
+        let Some(depends) = &self.depends else { return CostUse::UNKNOWN };
         CostUse::of(depends.iter().zip(&self.shape.places).filter(|(depends, _)| **depends).map(|(_, (of, _))| *of))
     }
 
@@ -127,7 +128,7 @@ impl PlacedCost {
     }
 
     pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {
-        if self.formula.is_some() {
+        if self.depends.is_some() {
             let constant = |p: usize| Fingerprint::input(self.shape.len() + p);
             sum.join(self.evaluate(&*self.cost, Fingerprint::input, constant));
         }

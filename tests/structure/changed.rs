@@ -174,3 +174,54 @@ fn a_formula_that_begins_to_look_at_values_is_refused_by_name() {
     c.set(1.0);
     assert_refused(&mut solver, &all, "looking");
 }
+
+/// J = x², or with c ≠ 0 the square of the acceleration.
+struct Other(Cell);
+impl Cost<1> for Other {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        if self.0.get() == 0.0 { at.q[0] * at.q[0] } else { at.v_dot[0] * at.v_dot[0] }
+    }
+}
+
+/// Without programs, too: what it depends on was read off its formula, and accelerations are not computed where they are not needed.
+#[test]
+fn a_cost_without_a_program_that_depends_on_more_is_refused_by_name() {
+    let c = Cell::default();
+    let mut scene = Scene::new();
+    let [x] = scene.coordinates("a", ["x"]);
+    scene.kinetic_energy("mx", Mass, [x], [1.0.into()]);
+    scene.cost("other", Other(c.clone()), Sum::Integral, [x], [], [], []);
+    let system = scene.compile_without_programs().expect("a scene");
+    let all = inputs(&system);
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&all).expect("a motion");
+    c.set(1.0);
+    assert_eq!(solver.gradient().expect_err("a motion without accelerations"), Error::Changed { element: "other".into() });
+    assert_refused(&mut solver, &all, "other");
+}
+
+/// J, its gradient and its Hessian are those of the cost as it is when they are asked for.
+#[test]
+fn costs_that_change_between_a_motion_and_its_gradient_are_taken_over() {
+    let c = Cell::default();
+    c.set(1.0);
+    let make = || masses(|scene, [x, _]| scene.cost("energy", Energy(c.clone()), Sum::Integral, [x], [], [], []));
+    let system = make();
+    let all = inputs(&system);
+    let mut along = all.no_change();
+    along.start.rate_mut().fill(1.0);
+    let results = |solver: &mut Solver| {
+        let j = solver.cost().expect("J");
+        let gradient = solver.gradient().expect("a gradient").clone();
+        assert!((gradient.value - j).abs() <= 1e-14 * j.abs(), "{} {j}", gradient.value);
+        (gradient, solver.hessian_product(&along).expect("a product").clone())
+    };
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&all).expect("a motion");
+    for value in [1.0, 100.0, 1.0] {
+        c.set(value);
+        let mut fresh = Solver::new(&system, Settings::default());
+        fresh.simulate(&all).expect("a motion");
+        assert_eq!(results(&mut solver), results(&mut fresh), "{value}");
+    }
+}

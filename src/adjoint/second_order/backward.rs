@@ -19,7 +19,7 @@ impl SecondOrderSweep {
         (newton, first): (&mut Newton, &First),
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
-        self.sweep.begin(system, motion, newton, &Settings { keep_adjoint: false, ..Settings::default() });
+        self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
         self.sweep.cost.factors.copy_from(first.factors);
         self.suspect = None;
         newton.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));

@@ -7,7 +7,8 @@ use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEq
 /// Made when a product is asked for, and again when formulas change.
 #[derive(Default)]
 pub(super) struct Programs {
-    fingerprint: Option<u64>,
+    /// Of elements, and of costs.
+    fingerprint: Option<(u64, u64)>,
     /// The values of parameters that preludes were run for.
     design: Vec<f64>,
     pub(super) equations: SecondOrderEquations,
@@ -17,7 +18,7 @@ pub(super) struct Programs {
 impl Programs {
     /// Brings them up to date with the formulas that are evaluated, and with the design variables.
     pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) {
-        let fingerprint = evaluation.fingerprint();
+        let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, system.fingerprint_of_costs()));
         let elements = &evaluation.formulas(system).elements;
         if fingerprint.is_none() || self.fingerprint != fingerprint {
             let costs = system.costs().second_order(at);

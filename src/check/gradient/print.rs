@@ -83,7 +83,7 @@ impl GradientReport {
             writeln!(
                 f,
                 "  along `{name}` differences alone differ from all others: {} bends at these inputs, as by abs, max or min at zero, and has no \
-                 derivative there but that of one side; or it is rough; move the inputs a little and see",
+                 derivative there but that of one side; or it is rough, or a formula loses a derivative, as by `re()`; move the inputs a little and see",
                 self.of
             )?;
         }

@@ -83,7 +83,7 @@ impl State {
             |x: &[f64]| (0..x.len()).max_by(|&a, &b| size(&flexibilities, x, a).total_cmp(&size(&flexibilities, x, b)));
         let (lost, most_asked) = (most(&self.left.sigma)?, most(&asked)?);
         let [left, right] = [(&self.left.sigma, lost), (&asked, most_asked)].map(|(x, j)| size(&flexibilities, x, j));
-        (right > 0.0 && left > UNDETERMINED * right).then_some(lost)
+        (right > 0.0 && left > UNDETERMINED * right).then_some(most_asked)
     }
 
     /// An equation whose reaction is asked for, if what is left out may take it over: zᵀr_σ ≠ 0 with z_j = 1, and the others from K(0) (v, −z) = (Φ_qᵀ, 0)_j.

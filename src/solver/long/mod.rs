@@ -150,7 +150,7 @@ impl<'s> LongSolver<'s> {
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
         for (k, sweep) in self.sweeps.iter_mut().enumerate() {
-            sweep.begin(system, &self.forward.motion, &self.forward.stepper.newton, &settings);
+            sweep.begin(system, &self.forward.motion, &settings)?;
             choose(k, &mut sweep.cost.factors);
         }
         self.forward.watch.turn();
