@@ -64,8 +64,9 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
                 }
             }
         }
-        // What rounding of the arguments changes as much is a kink, or nothing that can be compared.
-        if why.is_none() && found.conflict.is_none() && noise > 0.5 * size {
+        // Where rounding of the arguments changes a derivative as much as it is large, and differences see another one, they may be beside a kink.
+        let is_other = (dual - differences).abs() > DIFFERENCED * size + CAUTION * place.differences_error[at];
+        if why.is_none() && found.conflict.is_none() && noise > 0.5 * size && is_other {
             let sides = one_sided(of, &place.x, (of.by.start + at.1, magnitudes), at.0, size);
             if let Some(sides) = sides {
                 found.conflict = Some(Conflict { is_kink: true, text: kink(&rows[at.0], &columns[at.1], sides) });
