@@ -102,8 +102,8 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     /// Multipliers (impulses) of the chosen constraints, N s or N m s.
     pub sigma: SVector<S, M>,
     /// λ = dσ/dt of the same constraints, N or N m: −Φ_qᵀλ are the forces of the constraints, M v̇ = Q + … − Φ_qᵀλ. So a revolute joint pushes its second body by
-    /// −λ and its first by λ. As functions of the state they do not depend on σ, and are the same before and behind a restart. Of constraints that depend on each other λ is not determined, and a
-    /// cost on it is refused.
+    /// −λ and its first by λ. As functions of the state they do not depend on σ, and are the same before and behind a restart. Of constraints that depend on each other λ is not determined, and the
+    /// gradient of a cost on it is refused; its value is that of one of many λ.
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,

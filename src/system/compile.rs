@@ -131,7 +131,7 @@ impl System {
             return Ok(());
         }
         let changed = now != Some(self.costs_compiled);
-        if let Some(cost) = self.costs.find_changed(at).filter(|_| changed) {
+        if changed && let Some(cost) = self.costs.find_changed(at) {
             return Err(Error::Changed { element: cost.to_string() });
         }
         memory.design.clear();
