@@ -8,6 +8,9 @@ use crate::number::Real;
 use crate::system::{Beside, CostFactors, CostRows, Depends, NodeValues, NodeView, Weights};
 use crate::{Error, Inputs, System, Trajectory};
 
+/// What is done at a place with the weights of its costs.
+type Visit<'a, R> = &'a mut dyn FnMut(&NodeView<R>, &Weights<R>) -> Result<(), Error>;
+
 /// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
 pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
@@ -127,7 +130,7 @@ impl<R: Real> Trajectory<R> {
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
         (refinement, i, column): (&Refinement, usize, usize),
-        visit: &mut dyn FnMut(&NodeView<R>, &Weights<R>) -> Result<(), Error>,
+        visit: Visit<R>,
     ) -> Result<(), Error> {
         let has_rates = system.has_control_rates();
         let mut u_dot = vec![R::zero(); if has_rates { system.k() } else { 0 }];
