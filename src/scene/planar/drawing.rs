@@ -15,7 +15,7 @@ impl Scene {
     /// /// V = ½ c x² + ¼ d x⁴, b = [c, d] in N/m and N/m³.
     /// struct Stiffening;
     /// impl PotentialEnergy<1, 2> for Stiffening {
-    ///     fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 2>) -> S {
+    ///     fn potential_energy<S: Scalar>(&self, q: &SVector<S, 1>, b: &SVector<S, 2>, _t: S) -> S {
     ///         let square = q[0] * q[0];
     ///         square * (b[0] + b[1] * square * 0.5) * 0.5
     ///     }
