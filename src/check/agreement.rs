@@ -66,16 +66,12 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
         }
         // Where rounding of the arguments changes a derivative as much as it is large, and differences see another one, they may be beside a kink.
         let is_other = (dual - differences).abs() > DIFFERENCED * size + CAUTION * place.differences_error[at];
-        if why.is_none() && found.conflict.is_none() && noise > 0.5 * size && is_other {
-            let sides = one_sided(of, &place.x, (of.by.start + at.1, magnitudes), at.0, size);
-            if let Some(sides) = sides {
-                found.conflict = Some(Conflict { is_kink: true, text: kink(&rows[at.0], &columns[at.1], sides) });
-            }
-        }
-        if let Some(text) = why.filter(|_| found.conflict.is_none()) {
+        let may_be_kink = why.is_some() || (noise > 0.5 * size && is_other);
+        if found.conflict.is_none() && may_be_kink {
             let sides = one_sided(of, &place.x, (of.by.start + at.1, magnitudes), at.0, size);
             let kink = sides.map(|sides| kink(&rows[at.0], &columns[at.1], sides));
-            found.conflict = Some(Conflict { is_kink: kink.is_some(), text: kink.unwrap_or(text) });
+            let is_kink = kink.is_some();
+            found.conflict = kink.or(why).map(|text| Conflict { is_kink, text });
         }
     }
     found

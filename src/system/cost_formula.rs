@@ -27,22 +27,17 @@ pub struct CostFormula {
     kernel: Kernel,
     /// What the results after the first, the value, are.
     partials: Vec<Partial>,
-    /// Of a polynomial of degree two in many arguments.
-    quadratic: Option<Quadratic>,
+    /// Of a polynomial c + gᵀx + ½ xᵀH x of degree two in many arguments: H by columns, which is constant.
+    quadratic: Option<Kernel>,
     /// Where what the prelude computes, or a quadratic form, stands among those of all costs.
     offset: usize,
 }
 
-/// A polynomial of degree two, c + gᵀx + ½ xᵀH x.
-#[derive(Clone, Debug)]
-struct Quadratic {
-    /// The second derivatives H by columns, which are constant.
-    second: Kernel,
-}
-
-/// Of the magnitudes that are added up in a value, and in a slope, at least so much must be left of it. Where it is not, as in squares of small
-/// differences of large numbers, the formula is evaluated as it is written.
-const LEAST_LEFT: [f64; 2] = [1.0 / 64.0, 1.0 / 1024.0];
+/// Of the magnitudes that are added up in a value at least so much must be left of it. Where it is not, as in squares of small differences of
+/// large numbers, the formula is evaluated as it is written.
+const LEAST_OF_VALUE: f64 = 1.0 / 64.0;
+/// The same of a slope.
+const LEAST_OF_SLOPE: f64 = 1.0 / 1024.0;
 
 /// For fewer arguments than these a program is at least as fast as a matrix.
 const FEW: usize = 6;
@@ -100,12 +95,12 @@ impl CostFormula {
         memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
         let (n, first) = (self.partials.len(), self.first_of_prelude());
         self.kernel.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
-        let Some(form) = &self.quadratic else { return true };
+        let Some(second) = &self.quadratic else { return true };
         for list in [&mut memory.x, &mut memory.product, &mut memory.sizes] {
             list.resize(list.len().max(n), 0.0);
         }
         let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
-        matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
+        matrix.copy_from_slice(&second.evaluate(&parameters, |_| 0.0));
         at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
@@ -144,9 +139,9 @@ impl CostFormula {
             value += x * (g + 0.5 * *y);
             magnitude += x.abs() * (g.abs() + 0.5 * size);
             *y += g;
-            cancels |= y.abs() < LEAST_LEFT[1] * (g.abs() + size);
+            cancels |= y.abs() < LEAST_OF_SLOPE * (g.abs() + size);
         }
-        if cancels || value.abs() < LEAST_LEFT[0] * magnitude {
+        if cancels || value.abs() < LEAST_OF_VALUE * magnitude {
             return None;
         }
         self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
@@ -177,8 +172,8 @@ impl CostFormula {
     }
 }
 
-/// A polynomial of degree two, if it is one of arguments alone; from its value and slopes.
-fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
+/// The second derivatives by columns of a polynomial of degree two, if it is one of arguments alone; from its value and slopes.
+fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Kernel> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
     for of in partials {
@@ -190,7 +185,7 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
     if !is_quadratic || graph.is_piecewise(results.iter().copied()) {
         return None;
     }
-    Some(Quadratic { second: Kernel::new(graph, parameters, &second)? })
+    Kernel::new(graph, parameters, &second)
 }
 
 /// The partial derivatives of a node, without those that vanish.
