@@ -74,6 +74,8 @@ impl<R: Real> Trajectory<R> {
         let refinement = self.refinement(&inputs.grid)?;
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
+        let at = NodeView { design: &design, ..self.columns(0).with_inputs((inputs.controls_at(0), &design)) };
+        system.costs_now(&NodeValues::of_costs(&at, |x| x.part(0)).view())?;
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.last() };
         let mut sums = vec![R::zero(); costs.factors.len()];
         for i in first..self.computed {
@@ -178,7 +180,7 @@ impl<R: Real> Trajectory<R> {
             if let Some(error) = system.find_bad_cost(&at, &weights, &mut rows, given) {
                 return Err(error);
             }
-            of_all = system.bad_cost(&at, &weights, &mut rows, given);
+            of_all = system.bad_part_of_cost(&at, given);
             Ok(())
         });
         visited.err().unwrap_or(of_all)

@@ -85,9 +85,11 @@ impl System {
 
     /// The same; where no cost is one, the element or the input to blame.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
-        if let Some(error) = self.find_bad_cost(at, weights, rows, node) {
-            return error;
-        }
+        self.find_bad_cost(at, weights, rows, node).unwrap_or_else(|| self.bad_part_of_cost(at, node))
+    }
+
+    /// Where no cost by itself is to blame, the element or the input that is.
+    pub(crate) fn bad_part_of_cost(&self, at: &NodeView<f64>, node: usize) -> Error {
         // Accelerations have the derivatives of forces.
         let of_element = self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
         of_element.unwrap_or_else(|| self.blame(Suspect { element: "the cost", arguments: Vec::new() }, at, node))

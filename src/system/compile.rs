@@ -116,28 +116,29 @@ impl System {
     }
 
     /// Identifies the formulas of the costs as they are now.
-    pub(crate) fn fingerprint_of_costs(&self) -> u64 {
-        fingerprint(&[], &self.costs)
+    ///
+    /// # Errors
+    /// A cost that depends on other things than before: a motion does not have them.
+    pub(crate) fn costs_now(&self, at: &NodeView<f64>) -> Result<u64, Error> {
+        let now = fingerprint(&[], &self.costs);
+        let changed = (now != self.costs_compiled).then(|| self.costs.find_changed(at)).flatten();
+        changed.map_or(Ok(now), |cost| Err(Error::Changed { element: cost.to_string() }))
     }
 
     /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now, which may be others than when the motion was
     /// computed.
     ///
     /// # Errors
-    /// A cost that depends on other things than before: the motion does not have them.
+    /// As [`costs_now`](Self::costs_now).
     pub(crate) fn fix_costs(&self, at: &NodeView<f64>, memory: &mut CostMemory) -> Result<(), Error> {
-        let now = Some(self.fingerprint_of_costs());
-        if memory.fingerprint == now && memory.is_ready && memory.design == at.design {
+        let now = self.costs_now(at)?;
+        if memory.fingerprint == Some(now) && memory.is_ready && memory.design == at.design {
             return Ok(());
-        }
-        let changed = now != Some(self.costs_compiled);
-        if changed && let Some(cost) = self.costs.find_changed(at) {
-            return Err(Error::Changed { element: cost.to_string() });
         }
         memory.design.clear();
         memory.design.extend_from_slice(at.design);
-        memory.fingerprint = now;
-        memory.is_ready = self.costs.fix(at, changed, memory);
+        memory.fingerprint = Some(now);
+        memory.is_ready = self.costs.fix(at, now != self.costs_compiled, memory);
         Ok(())
     }
 }

@@ -196,7 +196,12 @@ fn a_cost_without_a_program_that_depends_on_more_is_refused_by_name() {
     let mut solver = Solver::new(&system, Settings::default());
     solver.simulate(&all).expect("a motion");
     c.set(1.0);
-    assert_eq!(solver.gradient().expect_err("a motion without accelerations"), Error::Changed { element: "other".into() });
+    let changed = || Error::Changed { element: "other".into() };
+    assert_eq!(solver.gradient().expect_err("a motion without accelerations"), changed());
+    assert_eq!(solver.cost().expect_err("no accelerations"), changed());
+    assert_eq!(solver.outputs().expect_err("no accelerations"), changed());
+    assert_eq!(solver.push_forward(&all.no_change()).expect_err("no accelerations"), changed());
+    assert_eq!(solver.hessian_product(&all.no_change()).expect_err("no accelerations"), changed());
     assert_refused(&mut solver, &all, "other");
 }
 

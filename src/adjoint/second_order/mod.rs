@@ -186,7 +186,7 @@ impl SecondOrderSweep {
         if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();
         }
-        self.programs.prepare(system, &newton.evaluation, &motion.at(0));
+        self.programs.prepare(system, &newton.evaluation, &motion.at(0))?;
         self.along_assembly(system, motion, newton, direction)
     }
 }

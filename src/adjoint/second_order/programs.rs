@@ -1,8 +1,8 @@
 //! [`Programs`]: what second-order sweeps evaluate of elements and costs.
 
-use crate::System;
 use crate::node::Evaluation;
 use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEquations, Sums};
+use crate::{Error, System};
 
 /// Made when a product is asked for, and again when formulas change.
 #[derive(Default)]
@@ -17,8 +17,12 @@ pub(super) struct Programs {
 
 impl Programs {
     /// Brings them up to date with the formulas that are evaluated, and with the design variables.
-    pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) {
-        let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, system.fingerprint_of_costs()));
+    ///
+    /// # Errors
+    /// A cost that depends on other things than before.
+    pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
+        let of_costs = system.costs_now(at)?;
+        let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, of_costs));
         let elements = &evaluation.formulas(system).elements;
         if fingerprint.is_none() || self.fingerprint != fingerprint {
             let costs = system.costs().second_order(at);
@@ -26,12 +30,13 @@ impl Programs {
             *self = Programs { fingerprint, design: vec![f64::NAN], equations, costs };
         }
         if self.design == at.design {
-            return;
+            return Ok(());
         }
         self.design.clear();
         self.design.extend_from_slice(at.design);
         self.equations.fix(elements, at.design);
         system.costs().fix_second_order(at.design, &mut self.costs);
+        Ok(())
     }
 
     /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction, at a point with these second derivatives.
