@@ -4,10 +4,10 @@ mod common;
 
 use common::bench::number;
 use hamiltonian_adjoint::planar::{
-    Actuator, Damper, Distance, JointFriction, LinearSpring, Prismatic, Revolute, SlidingFriction, TorqueActuator,
-    TorsionalSpring, Weld,
+    Actuator, Body, Damper, Distance, JointFriction, LinearSpring, Prismatic, Revolute, SlidingFriction, TorqueActuator,
+    TorsionalSpring, Weld, ZeroLengthSpring,
 };
-use hamiltonian_adjoint::{Constraint, Force, ForcePoint, PotentialEnergy};
+use hamiltonian_adjoint::{Constraint, Force, ForcePoint, Grid, Inputs, PotentialEnergy, Scene, Settings, Solver};
 use nalgebra::SVector;
 use num_dual::{Dual64, DualVec64, gradient};
 
@@ -66,6 +66,7 @@ fn all(at: &ForcePoint<f64, 6, 1>) -> Vec<(&'static str, Coordinates, Option<f64
     let wind = |c: f64, rest: f64| -c * (twist(&at.q) - rest) * turn;
     vec![
         ("spring", force_of(&LinearSpring, at, with::<6>(&[30.0, 0.5])), Some(stretch(30.0, 0.5))),
+        ("spring without length", force_of(&ZeroLengthSpring, at, with::<5>(&[30.0])), Some(stretch(30.0, 0.0))),
         ("damper", Damper.force(&free, &with::<5>(&[2.0])), Some(-2.0 * approach * approach)),
         ("torsional spring", force_of(&TorsionalSpring, at, SVector::from([3.0, 0.4])), Some(wind(3.0, 0.4))),
         ("joint friction", JointFriction.force(&free, &SVector::from([0.3])), Some(-0.3 * turn * turn)),
@@ -129,4 +130,25 @@ fn forces_deliver_the_power_that_their_hand_formulas_give() {
             assert!(error < 1e-7, "{name}: Qᵀv is {} W instead of {power} W", f.dot(&at.v));
         }
     }
+}
+
+/// A spring without free length is smooth where its points coincide: from there a particle swings as v₀/ω sin ωt.
+#[test]
+fn points_of_a_spring_without_length_may_coincide() {
+    let mut scene = Scene::new();
+    let mass = scene.particle("mass", 2.0, [0.0; 2]);
+    scene.spring_damper("spring", Body::GROUND.at(0.0, 0.0), mass.point(), 8.0, 0.0, 0.0);
+    scene.end_state(mass.coordinates[0]);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(1000, 1e-3));
+    inputs.start.rate_mut()[0] = 3.0;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("a motion");
+    // ω² = 8/2, v₀ = 3 m/s.
+    let (position, rate) = (1.5 * 2f64.sin(), 3.0 * 2f64.cos());
+    let outputs = solver.outputs().expect("outputs");
+    assert!((outputs[0] - position).abs() < 1e-5 && (outputs[1] - rate).abs() < 1e-5, "{outputs}");
+    let gradients = solver.jacobian().expect("gradients of the outputs");
+    let slope = gradients[0].start.rate()[0];
+    assert!((slope - position / 3.0).abs() < 1e-5, "{slope}");
 }

@@ -25,6 +25,17 @@ impl PotentialEnergy<6, 6> for LinearSpring {
     }
 }
 
+/// V = ½ c dᵀd, of a spring whose free length is zero: smooth also where the points coincide; b = [s_a, s_b, c].
+#[derive(Clone, Copy, Debug)]
+pub struct ZeroLengthSpring;
+
+impl PotentialEnergy<6, 5> for ZeroLengthSpring {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, 6>, b: &SVector<S, 5>, _t: S) -> S {
+        let between = Link::new(q, b.as_slice()).between;
+        b[4] * between.dot(&between) * 0.5
+    }
+}
+
 /// F = −d d|d|/dt along the line between the points; b = [s_a, s_b, d].
 #[derive(Clone, Copy, Debug)]
 pub struct Damper;
@@ -101,18 +112,14 @@ pub(super) static SPRING_DAMPER: Kind =
     Kind::of_points("spring and damper", &["stiffness", "free_length", "damping"], |scene, name, part| {
         let ([a, b], [stiffness, free_length, damping]) = (part.both(), [0, 1, 2].map(|i| part.number(i)));
         scene.draw(name, Shape::Spring, a, b);
-        if stiffness.constant() != Some(0.0) {
-            let spring = points(a, b, [stiffness, free_length]);
-            scene.between_potential(&format!("{name} (spring)"), LinearSpring, (part.frames(), Ends::Points), spring);
+        let (spring, ends) = (format!("{name} (spring)"), (part.frames(), Ends::Points));
+        match (stiffness.constant(), free_length.constant()) {
+            (Some(0.0), _) => {}
+            (_, Some(0.0)) => scene.between_potential(&spring, ZeroLengthSpring, ends, points(a, b, [stiffness])),
+            _ => scene.between_potential(&spring, LinearSpring, ends, points(a, b, [stiffness, free_length])),
         }
         if damping.constant() != Some(0.0) {
-            scene.between_force(
-                &format!("{name} (damper)"),
-                Damper,
-                (part.frames(), Ends::Points),
-                [],
-                points(a, b, [damping]),
-            );
+            scene.between_force(&format!("{name} (damper)"), Damper, ends, [], points(a, b, [damping]));
         }
     });
 
@@ -160,7 +167,8 @@ pub(super) static TORQUE_ACTUATOR: Kind = Kind::of_frames("torque actuator", &[]
 impl Scene {
     /// Adds a spring and a damper between two points: stiffness (N/m), free length (m), damping (N s/m).
     ///
-    /// The points must not coincide: the direction of the force would be undefined.
+    /// The points must not coincide: the direction of the force would be undefined. Those of a spring with the number 0 as its free length, and as its
+    /// damping, may.
     pub fn spring_damper(
         &mut self,
         name: &str,

@@ -35,7 +35,9 @@ pub use crate::model::{Frame, Point};
 pub use body::{Body, Particle, PointMass, RigidBody, Weight};
 pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSliding};
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
-pub use forces::{Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring};
+pub use forces::{
+    Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring, ZeroLengthSpring,
+};
 pub use gears::{Curve, Gear, PointOnCurve, Rack};
 pub use geometry::{Link, rotated, turned};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};

@@ -37,6 +37,7 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         Applied, Actuator, 0, 1, 5;
         Applied, TorqueActuator, 0, 1, 0;
         Potential, LinearSpring, 0, 0, 6;
+        Potential, ZeroLengthSpring, 0, 0, 5;
         Potential, TorsionalSpring, 0, 0, 2;
         Holonomic, DrivenDistance::<_, 4>(Harmonic), 1, 0, 12;
         Holonomic, DrivenSlider::<_, 2>(ConstantSpeed), 1, 0, 13;
