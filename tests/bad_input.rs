@@ -228,10 +228,18 @@ fn constants_that_are_not_finite_are_refused() {
     scene.joint_friction("drag", Body::GROUND, rod, f64::NAN);
     let error = refused(scene);
     assert!(
-        matches!(&error, Error::NotFinite { what, value } if what == "parameter 0 of `drag`" && value.is_nan()),
+        matches!(&error, Error::NotFinite { what, value } if what == "`damping` of `drag`" && value.is_nan()),
         "{error:?}"
     );
-    assert_says(&error, &["parameter 0 of `drag`", "NaN", "finite"]);
+    assert_says(&error, &["`damping` of `drag`", "NaN", "finite"]);
+
+    let (mut scene, rod) = with_rod();
+    scene.spring_damper("sp", Body::GROUND.at(0.0, 0.0), rod.at(0.0, f64::NAN), 1.0, 1.0, 0.0);
+    assert_says(&refused(scene), &["point `b` of `sp` is NaN"]);
+
+    let (mut scene, rod) = with_rod();
+    scene.kinetic_energy("own", RigidBody, rod.coordinates, [1.0.into(), f64::INFINITY.into()]);
+    assert_says(&refused(scene), &["parameter 1 of `own` is inf"]);
 
     let (mut scene, _) = with_rod();
     scene.gravity(0.0, f64::NEG_INFINITY);

@@ -35,7 +35,7 @@ impl fmt::Display for Error {
             }
             Error::ParameterFormula { parameter, branches: true } => write!(
                 f,
-                "the formula of parameter `{parameter}` branches on a value; use `max`, `min` or `abs`, or choose the formula before"
+                "the formula of parameter `{parameter}` looks at a value (`re()`, a comparison, a branch); use `max`, `min` or `abs`, or choose the formula before"
             ),
             Error::ParameterFormula { parameter, .. } => write!(f, "the formula of parameter `{parameter}` panics"),
             Error::RepeatedCoordinate { element, coordinate } => {

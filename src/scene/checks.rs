@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::Scene;
+use super::ready::Part;
 use crate::Error;
 use crate::model::{Coordinate, Handle, Param};
 
@@ -20,11 +21,22 @@ impl Scene {
         if !known {
             self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
         }
-        let bad = params.iter().enumerate().find_map(|(i, p)| Some((i, p.factor())).filter(|(_, x)| !x.is_finite()));
-        if let Some((i, value)) = bad {
-            self.report(Error::NotFinite { what: format!("parameter {i} of `{element}`"), value });
-        }
+        self.check_finite(params.iter().enumerate().map(|(i, p)| (*p, move || format!("parameter {i} of `{element}`"))));
         known
+    }
+
+    /// Refuses parameters of a ready part by the names that they have there.
+    pub(super) fn check_part(&mut self, name: &str, part: &Part) {
+        let ends = part.points.iter().zip(part.kind.places);
+        self.check_finite(ends.flat_map(|(point, end)| point.at.map(|x| (x, move || format!("point `{end}` of `{name}`")))));
+        let numbers = part.numbers.iter().zip(part.kind.numbers);
+        self.check_finite(numbers.map(|(x, number)| (*x, move || format!("`{number}` of `{name}`"))));
+    }
+
+    fn check_finite<F: Fn() -> String>(&mut self, mut params: impl Iterator<Item = (Param, F)>) {
+        if let Some((param, what)) = params.find(|(param, _)| !param.factor().is_finite()) {
+            self.report(Error::NotFinite { what: what(), value: param.factor() });
+        }
     }
 
     pub(super) fn check_distinct(&mut self, element: &str, q: &[Coordinate]) -> bool {

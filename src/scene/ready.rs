@@ -173,6 +173,7 @@ impl Scene {
 
     /// Adds a ready part.
     pub(crate) fn ready(&mut self, name: &str, part: Part) {
+        self.check_part(name, &part);
         self.noted(name, Added::Part(part), |scene, added| {
             if let Added::Part(part) = added {
                 (part.kind.add)(scene, name, part);

@@ -254,7 +254,7 @@ impl System {
         of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
             let why = match obstacle {
                 None => "the scene was compiled without programs",
-                Some(Obstacle::Branches) => "its formula branches on a value",
+                Some(Obstacle::Branches) => "its formula looks at a value (`re()`, a comparison, a branch)",
                 Some(Obstacle::IsTooLong) => "its derivatives are too long for a program",
                 Some(Obstacle::Panics) => "its formula panics where the scene was placed",
             };
