@@ -60,11 +60,12 @@ impl Table {
     /// From CSV with a header; the first column is the time in s, whether its name says so or nothing of a unit.
     ///
     /// # Errors
-    /// No header, a time in another unit, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
+    /// No header, a time in another unit or in another column, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
     pub fn from_csv(text: &str) -> Result<Self, Error> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| problem(&error))?.clone();
-        check_time(header.get(0).unwrap_or_default())?;
+        check_unit(header.get(0).unwrap_or_default())?;
+        check_time(&header)?;
         let names: Vec<String> = header.iter().skip(1).map(str::to_string).collect();
         if names.is_empty() {
             return Err(wrong(1, "the header has no column besides the time; columns are divided by commas"));
@@ -187,8 +188,20 @@ impl Table {
     }
 }
 
+/// Refuses a header in which another column than the first is called as times are, and the first is not.
+fn check_time(header: &csv::StringRecord) -> Result<(), Error> {
+    let bare = |name: &str| name.split(['[', '(', '/']).next().unwrap_or_default().trim().to_lowercase();
+    let is_time = |name: &str| ["t", "time"].contains(&bare(name).as_str());
+    let (Some(first), Some(k)) = (header.get(0), header.iter().position(is_time)) else { return Ok(()) };
+    if k == 0 || bare(first).contains("time") {
+        return Ok(());
+    }
+    let problem = format!("column {} is called `{}`; the time is the first column, here `{first}`", k + 1, &header[k]);
+    Err(wrong(1, &problem))
+}
+
 /// Refuses a column of times that says that it is in another unit than s: `t [ms]`, `t (ms)`, `t / ms`.
-fn check_time(name: &str) -> Result<(), Error> {
+fn check_unit(name: &str) -> Result<(), Error> {
     let closed = |open: char, close: char| name.strip_suffix(close).and_then(|name| name.rsplit_once(open));
     let bracketed = closed('[', ']').map(|(_, unit)| unit.trim());
     // Other signs may belong to the name.

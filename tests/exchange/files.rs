@@ -176,6 +176,10 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     assert_says(&read("t,x\n0,inf\n"), &["line 2", "no finite number"]);
     assert_says(&read("t,x,x\n0,1,2\n"), &["`x`"]);
     assert_says(&read("t,x,y\n0,1,\n"), &["`y` has no values"]);
+    for (first, other) in [("x", "t"), ("", "Time [s]"), ("u", "t (s)")] {
+        let error = read(&format!("{first},y,{other}\n0,1,2\n"));
+        assert_says(&error, &["line 1", &format!("column 3 is called `{other}`"), &format!("here `{first}`")]);
+    }
     for (name, unit) in [("t [ms]", "`ms`"), ("time[min]", "`min`"), ("t [1]", "`1`"), ("t (µs)", "`µs`"), ("t / h", "`h`")]
     {
         let error = read(&format!("{name},x\n0,1\n"));
@@ -184,6 +188,7 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     for name in ["t", "t [s]", "time [ s ]", "t []", "t (relative)", "t (s)", "", "t/T"] {
         assert_eq!(Table::from_csv(&format!("{name},x\n0,1\n")).expect("a table").times, [0.0], "{name}");
     }
+    assert_eq!(Table::from_csv("timestamp,t\n0,1\n").expect("a table").times, [0.0]);
     let table = Table::from_csv("t [s], x [m]\n1,2\n2,4\n").expect("a table");
     assert_eq!([0.0, 1.25, 9.0].map(|t| table.value(0, t)), [2.0, 2.5, 4.0]);
     assert_says(&table.column("z").expect_err("no column"), &["`z`", "x [m]"]);
