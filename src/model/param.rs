@@ -179,22 +179,22 @@ impl Param {
         }
     }
 
-    fn apply(self, number: impl Fn(f64) -> f64, node: impl FnOnce(&mut Graph, Node) -> Node) -> Param {
+    fn apply(self, number: impl Fn(f64) -> f64, node: impl Fn(&mut Graph, Node) -> Node) -> Param {
         match self.of {
             Source::One => Param::from(number(self.factor)),
-            _ => Param::expression(&[self], |graph, of| node(graph, of[0])),
+            _ => Param::expression(&[self], &|graph, of| node(graph, of[0])),
         }
     }
 
-    fn combine(self, other: Param, number: fn(f64, f64) -> f64, node: impl FnOnce(&mut Graph, Node, Node) -> Node) -> Param {
+    fn combine(self, other: Param, number: fn(f64, f64) -> f64, node: fn(&mut Graph, Node, Node) -> Node) -> Param {
         match (self.of, other.of) {
             (Source::One, Source::One) => Param::from(number(self.factor, other.factor)),
-            _ => Param::expression(&[self, other], |graph, of| node(graph, of[0], of[1])),
+            _ => Param::expression(&[self, other], &|graph, of| node(graph, of[0], of[1])),
         }
     }
 
     /// What a formula makes of some parameters.
-    pub(crate) fn expression(of: &[Param], formula: impl FnOnce(&mut Graph, &[Node]) -> Node) -> Param {
+    pub(crate) fn expression(of: &[Param], formula: &dyn Fn(&mut Graph, &[Node]) -> Node) -> Param {
         let foreign = Param { of: Source::Foreign, factor: 1.0 };
         let scenes = of.iter().map(|param| match param.of {
             Source::One => Ok(None),

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::kernel::Kernel;
 use super::places::Places;
+use super::program::Program;
 
 /// Elements that are computed side by side. Where there are fewer than lanes, the last lanes repeat the last element; where there are more, those
 /// before are computed once more.
@@ -58,25 +59,38 @@ impl Chunk {
     }
 }
 
+/// The results of a chunk, one after the other, in their registers.
+#[derive(Clone, Copy)]
+struct Results<'a, const L: usize> {
+    program: &'a Program,
+    registers: &'a [[f64; L]],
+}
+
+impl<'a, const L: usize> Results<'a, L> {
+    fn iter(self) -> impl Iterator<Item = &'a [f64; L]> {
+        self.program.results().map(move |register| &self.registers[register])
+    }
+}
+
 /// What becomes of the results.
 trait Sink {
     /// Takes those of chunk number `which`.
-    fn take<'a, const L: usize>(&mut self, which: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>);
+    fn take<const L: usize>(&mut self, which: usize, chunk: &Chunk, results: Results<L>);
 }
 
 /// Shows the first of some elements, the number of the result and their values: of these lanes of a chunk.
 #[inline(always)]
-fn show<'a, const L: usize>(
-    chunk: &Chunk,
-    lanes: Range<usize>,
-    results: impl Iterator<Item = &'a [f64; L]>,
-    mut to: impl FnMut(usize, usize, &[f64]),
-) {
+fn show<const L: usize>(chunk: &Chunk, lanes: Range<usize>, results: Results<L>, to: &mut impl FnMut(usize, usize, &[f64])) {
+    // Loops, of which a compiler has less to do for every `to` than of iterators that are handed on.
     if lanes.len() == L {
         // Of a length that the compiler knows.
-        results.enumerate().for_each(|(k, values)| to(chunk.first, k, values));
+        for (k, values) in results.iter().enumerate() {
+            to(chunk.first, k, values);
+        }
     } else {
-        results.enumerate().for_each(|(k, values)| to(chunk.first + lanes.start, k, &values[lanes.clone()]));
+        for (k, values) in results.iter().enumerate() {
+            to(chunk.first + lanes.start, k, &values[lanes.clone()]);
+        }
     }
 }
 
@@ -85,7 +99,7 @@ struct Put<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
     #[inline]
-    fn take<'a, const L: usize>(&mut self, _: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
+    fn take<const L: usize>(&mut self, _: usize, chunk: &Chunk, results: Results<L>) {
         show(chunk, chunk.own.clone(), results, &mut self.0);
     }
 }
@@ -95,7 +109,7 @@ struct Write<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {
     #[inline]
-    fn take<'a, const L: usize>(&mut self, _: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
+    fn take<const L: usize>(&mut self, _: usize, chunk: &Chunk, results: Results<L>) {
         show(chunk, 0..chunk.own.end, results, &mut self.0);
     }
 }
@@ -108,17 +122,17 @@ struct Add<'a> {
 
 impl Sink for Add<'_> {
     #[inline]
-    fn take<'a, const L: usize>(&mut self, which: usize, chunk: &Chunk, results: impl Iterator<Item = &'a [f64; L]>) {
+    fn take<const L: usize>(&mut self, which: usize, chunk: &Chunk, results: Results<L>) {
         let targets = &self.targets[which];
         if chunk.own.len() == L {
-            targets.add(results.copied(), self.sums);
+            targets.add(results.iter().copied(), self.sums);
         } else {
             let counted = |values: &[f64; L]| {
                 let mut counted = [0.0; L];
                 counted[chunk.own.clone()].copy_from_slice(&values[chunk.own.clone()]);
                 counted
             };
-            targets.add(results.map(counted), self.sums);
+            targets.add(results.iter().map(counted), self.sums);
         }
     }
 }
@@ -207,7 +221,7 @@ impl Lanes {
             self.sources[which].gather(point, registers);
         }
         program.run(registers);
-        sink.take(which, chunk, program.results().map(|register| &registers[register]));
+        sink.take(which, chunk, Results { program, registers });
     }
 }
 

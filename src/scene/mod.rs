@@ -152,7 +152,7 @@ impl Scene {
         }
         let symbol = |i: usize| numbers[i].map_or_else(|| Symbol::input(i, 1.0), Symbol::from);
         match record(|result| result(formula.value(&SVector::from_fn(|i, _| symbol(i))))) {
-            Ok((graph, results)) => Param::expression(&of, |into, of| {
+            Ok((graph, results)) => Param::expression(&of, &|into, of| {
                 let nodes = into.import(&graph, of);
                 nodes[results[0].index()]
             }),
