@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::Interval;
+use crate::number::largest;
 use crate::{Error, Warning};
 
 /// The share of the terms of a constraint that may be rounding.
@@ -249,12 +250,14 @@ impl<'p> Counted<'p> {
         }))
     }
 
-    /// Whether violations end, at the point x that was evaluated last, where they are least, and not at points without a value.
+    /// Whether violations end, at the point x that was evaluated last, where they are least, and not beside points without a value, or a jump that a
+    /// change within such a reach would have to pass: a step may have several solutions.
     ///
     /// # Errors
     /// Those of a Jacobian.
-    pub(super) fn is_least_violated(&mut self, x: &[f64]) -> Result<bool, Error> {
-        Ok(self.failures == 0 || !self.leads_on(x, f64::INFINITY, &vec![1.0; self.c.len()])?)
+    pub(super) fn is_least_violated(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
+        let far = if self.failures == 0 { reach.max(largest(x)) } else { f64::INFINITY };
+        Ok(!self.leads_on(x, far, &vec![1.0; self.c.len()])?)
     }
 
     /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last: the sum

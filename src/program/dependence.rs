@@ -25,6 +25,39 @@ impl Graph {
         self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
     }
 
+    /// Whether any of these loses digits where its products are multiplied out, as (x − r)² where x is close to r: whether it multiplies sums, or a
+    /// sum of exact numbers, with what varies.
+    pub(crate) fn multiplies_sums(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
+        // Of every node, whether it has a sum of what varies, and one of exact numbers.
+        let mut sums = vec![[false; 2]; self.len()];
+        self.reachable(nodes).into_iter().filter(|&node| !self.is_fixed(node)).any(|node| {
+            let of = |x: Node| sums[x.index()];
+            let (own, loses) = match self.expression(node) {
+                Expression::Add(x, y) | Expression::Subtract(x, y) => {
+                    let is_exact = self.is_exact(x) && self.is_exact(y);
+                    ([true, is_exact || of(x)[1] || of(y)[1]], false)
+                }
+                Expression::Of(Function::Negative, x) => (of(x), false),
+                Expression::Multiply(x, y) if self.is_fixed(x) || self.is_fixed(y) => {
+                    (of(if self.is_fixed(x) { y } else { x }), false)
+                }
+                Expression::Multiply(x, y) => ([false; 2], of(x)[1] || of(y)[1] || (of(x)[0] && of(y)[0])),
+                other => ([false; 2], other.arguments().any(|x| of(x)[0])),
+            };
+            sums[node.index()] = own;
+            loses
+        })
+    }
+
+    /// Whether a node is a number without rounding.
+    fn is_exact(&self, node: Node) -> bool {
+        match self.expression(node) {
+            Expression::Input(_) => true,
+            Expression::Of(Function::Negative, x) => self.is_exact(x),
+            _ => self.is_fixed(node),
+        }
+    }
+
     /// Whether any of these may be undefined where its derivatives by the first inputs are not: logarithms, and what does not depend on these.
     pub(crate) fn is_partly_defined(&self, nodes: &[Node], inputs: usize) -> bool {
         let mut moves = vec![false; self.len()];
@@ -69,5 +102,48 @@ impl Graph {
         let is_input = |node| matches!(self.expression(node), Expression::Input(_));
         let needed = (0..self.len()).filter(|&i| needed[i]).map(node);
         needed.filter(|&node| self.is_fixed(node) || is_input(node)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether what is made of x, y, a parameter r and a number loses digits where it is multiplied out.
+    fn loses(formula: fn(&mut Graph, [Node; 4]) -> Node) -> bool {
+        let mut graph = Graph::default();
+        let (x, y, r, c) = (graph.input(0), graph.input(1), graph.parameter(0), graph.constant(1.5));
+        let result = formula(&mut graph, [x, y, r, c]);
+        graph.multiplies_sums([result])
+    }
+
+    #[test]
+    fn squares_of_differences_lose_digits_and_sums_of_products_do_not() {
+        // c (x − r)², (x − y) x, (c x − y) (y − x).
+        assert!(loses(|graph, [x, _, r, c]| {
+            let difference = graph.subtract(x, r);
+            let square = graph.multiply(difference, difference);
+            graph.multiply(c, square)
+        }));
+        assert!(loses(|graph, [x, y, ..]| {
+            let difference = graph.subtract(x, y);
+            graph.multiply(difference, x)
+        }));
+        assert!(loses(|graph, [x, y, _, c]| {
+            let [cx, difference] = [graph.multiply(c, x), graph.subtract(y, x)];
+            let sum = graph.subtract(cx, y);
+            graph.multiply(sum, difference)
+        }));
+        // c x y + r y², x (c x + r y).
+        assert!(!loses(|graph, [x, y, r, c]| {
+            let [xy, yy] = [graph.multiply(x, y), graph.multiply(y, y)];
+            let [first, second] = [graph.multiply(c, xy), graph.multiply(r, yy)];
+            graph.add(first, second)
+        }));
+        assert!(!loses(|graph, [x, y, r, c]| {
+            let [first, second] = [graph.multiply(c, x), graph.multiply(r, y)];
+            let sum = graph.add(first, second);
+            graph.multiply(x, sum)
+        }));
     }
 }

@@ -27,10 +27,18 @@ pub struct CostFormula {
     kernel: Kernel,
     /// What the results after the first, the value, are.
     partials: Vec<Partial>,
-    /// Of a polynomial c + gᵀx + ½ xᵀH x of degree two in many arguments: H by columns, which is constant.
-    quadratic: Option<Kernel>,
+    quadratic: Option<Quadratic>,
     /// Where what the prelude computes, or a quadratic form, stands among those of all costs.
     offset: usize,
+}
+
+/// A polynomial c + gᵀx + ½ xᵀH x of degree two in many arguments.
+#[derive(Clone, Debug)]
+struct Quadratic {
+    /// H by columns, which is constant.
+    second: Kernel,
+    /// Whether the formula as it is written keeps digits where this one cancels.
+    may_cancel: bool,
 }
 
 /// Of the magnitudes that are added up in a value at least so much must be left of it. Where it is not, as in squares of small differences of
@@ -95,12 +103,12 @@ impl CostFormula {
         memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
         let (n, first) = (self.partials.len(), self.first_of_prelude());
         self.kernel.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
-        let Some(second) = &self.quadratic else { return true };
+        let Some(form) = &self.quadratic else { return true };
         for list in [&mut memory.x, &mut memory.product, &mut memory.sizes] {
             list.resize(list.len().max(n), 0.0);
         }
         let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
-        matrix.copy_from_slice(&second.evaluate(&parameters, |_| 0.0));
+        matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
         at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
@@ -114,6 +122,7 @@ impl CostFormula {
     /// c + gᵀx + ½ xᵀH x and g + H x, with c and g at zero; nothing where they cancel.
     fn evaluate_quadratic(
         &self,
+        may_cancel: bool,
         memory: &mut CostMemory,
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
@@ -125,24 +134,19 @@ impl CostFormula {
         for (x, of) in x.iter_mut().zip(&self.partials) {
             *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
         }
-        product.fill(0.0);
-        sizes.fill(0.0);
-        for (column, x) in matrix.chunks_exact(n).zip(&*x) {
-            for ((y, size), h) in product.iter_mut().zip(&mut *sizes).zip(column) {
-                let term = h * x;
-                *y += term;
-                *size += term.abs();
+        multiply(matrix, x, product, |h, x| h * x);
+        let value = x.iter().zip(gradient).zip(&*product).fold(constant, |value, ((x, g), y)| value + x * (g + 0.5 * y));
+        product.iter_mut().zip(gradient).for_each(|(y, g)| *y += g);
+        if may_cancel {
+            multiply(matrix, x, sizes, |h, x| (h * x).abs());
+            let (mut magnitude, mut cancels) = (constant.abs(), false);
+            for ((x, g), (slope, size)) in x.iter().zip(gradient).zip(product.iter().zip(&*sizes)) {
+                magnitude += x.abs() * (g.abs() + 0.5 * size);
+                cancels |= slope.abs() < LEAST_OF_SLOPE * (g.abs() + size);
             }
-        }
-        let (mut value, mut magnitude, mut cancels) = (constant, constant.abs(), false);
-        for ((x, g), (y, size)) in x.iter().zip(gradient).zip(product.iter_mut().zip(&*sizes)) {
-            value += x * (g + 0.5 * *y);
-            magnitude += x.abs() * (g.abs() + 0.5 * size);
-            *y += g;
-            cancels |= y.abs() < LEAST_OF_SLOPE * (g.abs() + size);
-        }
-        if cancels || value.abs() < LEAST_OF_VALUE * magnitude {
-            return None;
+            if cancels || value.abs() < LEAST_OF_VALUE * magnitude {
+                return None;
+            }
         }
         self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
         Some(value)
@@ -155,8 +159,8 @@ impl CostFormula {
         argument: impl Fn(usize) -> f64,
         mut put: impl FnMut(Partial, f64),
     ) -> f64 {
-        if self.quadratic.is_some()
-            && let Some(value) = self.evaluate_quadratic(memory, &argument, &mut put)
+        if let Some(form) = &self.quadratic
+            && let Some(value) = self.evaluate_quadratic(form.may_cancel, memory, &argument, &mut put)
         {
             return value;
         }
@@ -172,8 +176,16 @@ impl CostFormula {
     }
 }
 
-/// The second derivatives by columns of a polynomial of degree two, if it is one of arguments alone; from its value and slopes.
-fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Kernel> {
+/// Adds up the products of a matrix's columns with a vector.
+fn multiply(columns: &[f64], x: &[f64], into: &mut [f64], product: impl Fn(f64, f64) -> f64) {
+    into.fill(0.0);
+    for (column, &x) in columns.chunks_exact(into.len()).zip(x) {
+        into.iter_mut().zip(column).for_each(|(y, &h)| *y += product(h, x));
+    }
+}
+
+/// A polynomial of degree two, if it is one of arguments alone; from its value and slopes.
+fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
     for of in partials {
@@ -185,7 +197,8 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
     if !is_quadratic || graph.is_piecewise(results.iter().copied()) {
         return None;
     }
-    Kernel::new(graph, parameters, &second)
+    let may_cancel = graph.multiplies_sums([results[0]]);
+    Some(Quadratic { second: Kernel::new(graph, parameters, &second)?, may_cancel })
 }
 
 /// The partial derivatives of a node, without those that vanish.

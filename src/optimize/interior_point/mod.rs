@@ -101,7 +101,7 @@ fn iterate(
                 if found.is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
-                        let is_least = counted.is_least_violated(x.as_slice())?;
+                        let is_least = counted.is_least_violated(x.as_slice(), unit)?;
                         return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
                     // No more can be asked for.
