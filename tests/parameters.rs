@@ -171,7 +171,7 @@ fn what_is_wrong_is_named() {
     let a = scene.design("alpha", 0.5);
     let mass = scene.parameter("branching", Branch, [a.into()]);
     body(&mut scene, mass);
-    assert_says(&scene.compile().expect_err("a branch"), &["branching", "branches"]);
+    assert_says(&scene.compile().expect_err("a branch"), &["branching", "looks at a value"]);
 
     for bound in [true, false] {
         let mut scene = Scene::new();
