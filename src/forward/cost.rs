@@ -74,7 +74,7 @@ impl<R: Real> Trajectory<R> {
         let refinement = self.refinement(&inputs.grid)?;
         let mut costs = CostSum::new(&refinement, factors);
         let design = system.parameters().values(inputs.design.as_slice());
-        let at = NodeView { design: &design, ..self.columns(0).with_inputs((inputs.controls_at(0), &design)) };
+        let at = self.columns(0).with_inputs((inputs.controls_at(0), &design));
         system.costs_now(&NodeValues::of_costs(&at, |x| x.part(0)).view())?;
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.last() };
         let mut sums = vec![R::zero(); costs.factors.len()];
