@@ -10,7 +10,7 @@ use super::norm::norm;
 use super::problem::Interval;
 use super::{Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
-use crate::number::{dot, largest};
+use crate::number::dot;
 
 /// The penalty grows by this factor where the violation did not shrink to this share.
 const GROWTH: f64 = 10.0;
@@ -200,11 +200,9 @@ fn rounds(
             if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
                 // The largest penalty alone proves nothing: it is one for constraints of any units.
                 let (x, reach, comes_closer) = (&descent.at.x, descent.reach(), now < CLOSER * violation);
-                // Beside points without a value it may be any way on.
-                let far = if problem.failures == 0 { reach.max(largest(x)) } else { f64::INFINITY };
-                let may_hold =
-                    comes_closer || problem.leads_on(x, far, &merit.shares)? || problem.holds_to_rounding(x, reach)?;
-                return Ok(if may_hold { Reason::NoLowerValue } else { Reason::Infeasible });
+                let is_least = !comes_closer && problem.is_least_violated(x, reach, &merit.shares)?;
+                let is_infeasible = is_least && !problem.holds_to_rounding(x, reach)?;
+                return Ok(if is_infeasible { Reason::Infeasible } else { Reason::NoLowerValue });
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);
         }

@@ -1,19 +1,13 @@
 //! [`Counted`]: a problem with what a method asked of it, and what was found.
 
-use nalgebra::{DMatrix, DVector};
+mod violated;
+
+use nalgebra::DMatrix;
 
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::Interval;
-use crate::number::largest;
 use crate::{Error, Warning};
-
-/// The share of the terms of a constraint that may be rounding.
-const ROUNDED: f64 = 1e-13;
-/// The cosine of violations and of what a variable changes in them, above which that variable would make them less: not at their least, but at a wall.
-const LEADS_ON: f64 = 0.1;
-/// A variable that as far as its bound would change them by no more than this share does not lead on.
-const NO_ROOM: f64 = 1e-4;
 
 /// A problem with what was asked of it.
 pub(super) struct Counted<'p> {
@@ -235,51 +229,6 @@ impl<'p> Counted<'p> {
             }
             other => other,
         }
-    }
-
-    /// Whether rounding of their terms, and of steps of such a reach, may leave all that constraints are violated by, at the point x that was evaluated last.
-    ///
-    /// # Errors
-    /// Those of a Jacobian.
-    pub(super) fn holds_to_rounding(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
-        let violated: Vec<usize> = (0..self.c.len()).filter(|&j| self.intervals[j].violation(self.c[j]) > 0.0).collect();
-        let jacobian = self.jacobian(&violated)?;
-        Ok(violated.iter().zip(jacobian.row_iter()).all(|(&j, row)| {
-            let terms = row.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum::<f64>() + self.c[j].abs();
-            self.intervals[j].violation(self.c[j]) <= ROUNDED * (terms + row.norm() * reach)
-        }))
-    }
-
-    /// Whether violations end, at the point x that was evaluated last, where they are least, and not beside points without a value, or a jump that a
-    /// change within such a reach would have to pass: a step may have several solutions.
-    ///
-    /// # Errors
-    /// Those of a Jacobian.
-    pub(super) fn is_least_violated(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
-        let far = if self.failures == 0 { reach.max(largest(x)) } else { f64::INFINITY };
-        Ok(!self.leads_on(x, far, &vec![1.0; self.c.len()])?)
-    }
-
-    /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last: the sum
-    /// of their squares with these shares.
-    ///
-    /// # Errors
-    /// Those of a Jacobian.
-    pub(super) fn leads_on(&mut self, x: &[f64], reach: f64, shares: &[f64]) -> Result<bool, Error> {
-        let excess = self.excess();
-        let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
-        let mut jacobian = self.jacobian(&violated)?;
-        let roots = || violated.iter().map(|&j| shares[j].sqrt());
-        jacobian.row_iter_mut().zip(roots()).for_each(|(mut row, root)| row *= root);
-        let excess = DVector::from_iterator(violated.len(), violated.iter().zip(roots()).map(|(&j, root)| root * excess[j]));
-        let leads_on = |i: usize| {
-            let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
-            // A method that keeps inside of bounds never is at one.
-            let room = if slope > 0.0 { x[i] - self.bounds[i].least } else { self.bounds[i].most - x[i] };
-            slope.abs() * room.min(reach) > NO_ROOM * excess.norm_squared()
-                && slope.abs() > LEADS_ON * column * excess.norm()
-        };
-        Ok((0..x.len()).any(leads_on))
     }
 
     /// The nearest point within the bounds.

@@ -76,9 +76,10 @@ impl Options {
 pub enum Reason {
     /// The value is at or below the target, and constraints hold.
     Target,
-    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold, at least to rounding.
+    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold, at least to rounding; where rounding is a matter of
+    /// slopes, differences confirm them.
     Stationary,
-    /// There is no lower value within rounding in the direction of search; where f jumps, as [`Outcome::halved`] tells, there may be one beyond.
+    /// There is no lower value within rounding in the direction of search; where f jumps, as [`Outcome::halved`] tells, or folds, there may be one beyond.
     NoLowerValue,
     /// Constraints do not get any closer to what they must be, which [`Outcome::violation`] tells: nearby there is no point where they hold. There may be
     /// none at all, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.

@@ -6,8 +6,9 @@ use hamiltonian_adjoint::optimize::{
     Free, Interval, Iterate, MotionProblem, Options, Problem, Quantity, Reason, Variables, augmented_lagrangian, homotopy,
     interior_point, lbfgs, levenberg_marquardt, silent,
 };
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum, Warning};
+use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Sum, Warning};
 use std::ops::ControlFlow;
 
 /// (x − 1)² + 10 (y + 2)², and x + y.
@@ -202,6 +203,42 @@ fn what_rounding_leaves_of_a_gradient_is_small_enough() {
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     let outcome = homotopy(&mut problem, &[1.0; 41], &Options::default(), &mut |_, _| Ok(()), &mut silent).expect("fits");
     assert_eq!(outcome.reason, Reason::Stationary);
+}
+
+/// Beside a fold of the motion slopes are of any size, here 1e10: what constraints and gradients are short of there is no rounding of them.
+#[test]
+fn beside_a_fold_nothing_is_taken_for_rounding() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let trolley = scene.body("trolley", 5.0, 1.0, [0.0, 0.0, 0.0]);
+    let load = scene.particle("load", 2.0, [0.0, -1.0]);
+    let rail = Body::GROUND.at(0.0, 0.0);
+    scene.prismatic("rail", rail, 0.0, trolley.at(0.0, 0.0), 0.0);
+    scene.distance("rope", trolley.at(0.0, 0.0), load.point(), 1.0);
+    scene.sliding_friction("drag", rail, 0.0, trolley.at(0.0, 0.0), 0.8);
+    let force = scene.control("force");
+    scene.actuator("drive", rail, 0.0, trolley.at(0.0, 0.0), force);
+    scene.time("time", 1.0);
+    let ends = [trolley.coordinates[0], load.coordinates[0]].map(|coordinate| scene.end_state(coordinate));
+    let system = scene.compile().expect("a system");
+    // Steps so long that they have several solutions.
+    let steps = (1..=20).map(|node| Free::new(Quantity::StepLength(node)).within(0.03, 0.45));
+    let free = Vec::from_iter([Free::control(force).within(-20.0, 20.0).scaled(10.0)].into_iter().chain(steps));
+    for (step, push) in [(0.1, 10.0), (0.2, 1.0), (0.2, 5.0), (0.2, 10.0)] {
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, step));
+        inputs.controls.fill(push);
+        let variables = Variables::new(&system, &inputs, free.clone()).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        for end in &ends {
+            problem.constrain(end.position, Interval::equal(2.0));
+            problem.constrain(end.rate, Interval::equal(0.0));
+        }
+        let (start, options) = (problem.start(), Options { stationarity: 1e-5, ..Options::default() });
+        let outcome = interior_point(&mut problem, &start, &options, &mut silent).expect("fits");
+        let last = outcome.history[outcome.history.len() - 1];
+        let is_end = outcome.violation < 1e-9 && last.stationarity < 1e-5;
+        assert_eq!(outcome.reason.is_converged(), is_end, "{step} {push}: {:?} {last:?}", outcome.reason);
+    }
 }
 
 /// Factors of AᵀA + μ I, of rank 1 and with a μ that good steps have made small, are none: more damping is wanted, not an end.

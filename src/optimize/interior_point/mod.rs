@@ -77,7 +77,7 @@ fn iterate(
             return Ok(Reason::Unbounded);
         }
         let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
-        if feasible && is_stationary(method, counted, iterations, asked)? {
+        if feasible && is_stationary(method, counted, iterations, (asked, options.violation))? {
             return Ok(Reason::Stationary);
         }
         if iterations.count() >= options.iterations {
@@ -88,7 +88,7 @@ fn iterate(
         match if ends { None } else { method.advance(counted, &mut radius)? } {
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
             None if counted.is_stopped() => return Ok(Reason::Asked),
-            None if feasible => return last_reason(method, counted, iterations, asked),
+            None if feasible => return last_reason(method, counted, iterations, (asked, options.violation)),
             // No more can be asked for.
             None if holds_to_rounding(method, counted)? => allowed = last.violation,
             None => {
@@ -101,7 +101,8 @@ fn iterate(
                 if found.is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
-                        let is_least = counted.is_least_violated(x.as_slice(), unit)?;
+                        let alike = vec![1.0; counted.c.len()];
+                        let is_least = counted.is_least_violated(x.as_slice(), unit, &alike)?;
                         return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
                     // No more can be asked for.
@@ -118,21 +119,34 @@ fn holds_to_rounding(method: &Method, problem: &mut Counted) -> Result<bool, Err
     Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice(), 0.0)?)
 }
 
-/// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen.
-fn is_stationary(method: &Method, problem: &mut Counted, iterations: &Iterations, asked: f64) -> Result<bool, Error> {
-    let last = iterations.last();
-    let is_small = last.stationarity <= asked && method.barrier.mu <= method.small_mu(asked);
-    Ok(is_small || iterations.stays() && last.stationarity <= method.rounding(problem)?)
+/// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen; and constraints hold as was asked for.
+fn is_stationary(method: &Method, problem: &mut Counted, iterations: &Iterations, asked: (f64, f64)) -> Result<bool, Error> {
+    let Iterate { stationarity, violation, .. } = iterations.last();
+    let is_small =
+        method.is_small(stationarity, asked.0) || iterations.stays() && method.is_rounding(problem, stationarity)?;
+    Ok(is_small && holds(method, problem, violation <= asked.1)?)
+}
+
+/// Whether constraints hold: as was asked for, or to rounding that differences confirm.
+fn holds(method: &Method, problem: &mut Counted, as_asked: bool) -> Result<bool, Error> {
+    let x = method.x();
+    Ok(as_asked || problem.ensure(x.as_slice()) && problem.is_rounding(x.as_slice())?)
 }
 
 /// Why there is no further step where constraints hold; multipliers are those of a smaller barrier by now.
-fn last_reason(method: &Method, problem: &mut Counted, iterations: &mut Iterations, asked: f64) -> Result<Reason, Error> {
-    let rounding = method.rounding(problem)?;
+fn last_reason(
+    method: &Method,
+    problem: &mut Counted,
+    iterations: &mut Iterations,
+    asked: (f64, f64),
+) -> Result<Reason, Error> {
+    problem.ensure(method.x().as_slice());
     let now = method.iterate(problem, iterations.last().step);
     iterations.history.pop();
     iterations.history.push(now);
-    let small = if method.barrier.mu <= method.small_mu(asked) { asked.max(rounding) } else { rounding };
-    Ok(if now.stationarity <= small { Reason::Stationary } else { Reason::NoLowerValue })
+    let is_small = method.is_small(now.stationarity, asked.0) || method.is_rounding(problem, now.stationarity)?;
+    let is_end = is_small && holds(method, problem, now.violation <= asked.1)?;
+    Ok(if is_end { Reason::Stationary } else { Reason::NoLowerValue })
 }
 
 /// The iterations so far.

@@ -46,6 +46,11 @@ impl Method {
         GAP * gradient * self.length()
     }
 
+    /// Whether a gradient of the Lagrangian is as small as was asked for, and the barrier's part of it, too.
+    pub(in super::super) fn is_small(&self, stationarity: f64, asked: f64) -> bool {
+        stationarity <= asked && self.barrier.mu <= self.small_mu(asked)
+    }
+
     /// Whether x is so far from the start that such a length there is rounding.
     pub(in super::super) fn is_far(&self, length: f64) -> bool {
         // Where it begins at a minimum, but for rounding, the unit is rounding, too.
@@ -54,8 +59,14 @@ impl Method {
         f64::EPSILON * largest_change(self.x().as_slice(), &self.start) > length
     }
 
+    /// Whether a gradient of the Lagrangian, in units of the scales, is as small as rounding of its terms lets it be seen; slopes must be those of
+    /// differences, since beside a fold they are of any size.
+    pub(in super::super) fn is_rounding(&self, problem: &mut Counted, stationarity: f64) -> Result<bool, Error> {
+        Ok(stationarity <= self.rounding(problem)? && self.confirms(problem))
+    }
+
     /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
-    pub(in super::super) fn rounding(&self, problem: &mut Counted) -> Result<f64, Error> {
+    fn rounding(&self, problem: &mut Counted) -> Result<f64, Error> {
         problem.ensure(self.x().as_slice());
         self.prepare_products(problem)?;
         let ones = DVector::from_element(self.y.len(), 1.0);
@@ -65,5 +76,20 @@ impl Method {
         let shares = self.barrier.scales(self.y.as_slice(), length).into_iter().zip(&self.scales);
         let shares = shares.map(|(share, scale)| if *scale > 0.0 { share / length } else { 0.0 });
         Ok(ROUNDED * terms.iter().zip(shares).fold(0.0, |most: f64, (x, share)| most.max(x * share)))
+    }
+
+    /// Whether differences confirm the slopes of what the Lagrangian changes by most.
+    fn confirms(&self, problem: &mut Counted) -> bool {
+        let (x, n) = (self.x(), self.x().len());
+        let size = |slopes: &[f64], weight: f64| -> f64 {
+            slopes.iter().zip(&x).map(|(slope, x)| (weight * slope * x).abs()).sum()
+        };
+        let of_f = self.gradient.rows(0, n).as_slice().to_vec();
+        let of_rows = self.jacobian.row_iter().zip(&self.multipliers).zip(&self.rows);
+        let of_rows = of_rows.map(|((row, w), &j)| (Vec::from_iter(row.columns(0, n).iter().copied()), *w, Some(j)));
+        let sizes = of_rows.map(|(slopes, w, constraint)| (size(&slopes, w), constraint, slopes));
+        let first = (size(&of_f, 1.0), None, of_f);
+        let (_, constraint, slopes) = sizes.fold(first, |most, next| if next.0 > most.0 { next } else { most });
+        problem.confirms(x.as_slice(), constraint, &slopes)
     }
 }
