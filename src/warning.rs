@@ -25,6 +25,14 @@ pub enum Warning {
         /// When, s.
         time: f64,
     },
+    /// Constraints depend on design variables, as on the length of a link, and the start is given: dJ/db is that of motions from the same q₀, which with another
+    /// value would violate them. An assembled start ([`Start::Assembled`](crate::Start::Assembled)) follows, and dJ/db is the total derivative.
+    GivenStart {
+        /// The design variables.
+        designs: Vec<String>,
+        /// The elements whose constraints depend on them at the start.
+        elements: Vec<String>,
+    },
     /// Costs or outputs read σ of constraints that depend on each other: how these share their common reaction follows from the compliance, to about five digits,
     /// and so do these values and their derivatives.
     SharedReaction {
@@ -183,6 +191,13 @@ impl fmt::Display for Warning {
                 seconds(*time),
                 designs.join("`, `"),
                 equations.join(", ")
+            ),
+            Warning::GivenStart { designs, elements } => write!(
+                f,
+                "constraints of `{}` depend on `{}`, and the start is given: dJ/db is that of the same initial coordinates, which with another value would \
+                 violate them; take `Start::assembled`, whose coordinates follow, for the derivative of a mechanism that stays together",
+                elements.join("`, `"),
+                designs.join("`, `")
             ),
             Warning::SharedReaction { costs, equations } => write!(
                 f,

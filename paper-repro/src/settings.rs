@@ -80,6 +80,25 @@ impl Settings {
         rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
     }
 
+    /// What stands under a figure of the paper: whose it is, what is particular about it, and what is assumed, of the line search too where it counts.
+    pub fn caption(&self, figure: u8, particular: &str, with_search: bool) -> String {
+        let LineSearch { first, armijo, shorten } = self.search;
+        let search = format!(
+            ";\nline search: Armijo, α = {}, times {} until c = {} holds",
+            shown(first),
+            shown(shorten),
+            shown(armijo)
+        );
+        let assumed = format!(
+            "Assumed, since the paper does not state it: links of {} m, g = {} m/s², friction in the hinge of {}",
+            shown(self.length),
+            shown(self.gravity),
+            self.joined_with_friction()
+        );
+        let end = if with_search { &search } else { "" };
+        format!("Fig. {figure} of the paper, as computed here{particular}.\n{assumed}{end}.")
+    }
+
     /// What the hinge with friction joins.
     pub fn joined_with_friction(&self) -> String {
         match self.friction_joint {

@@ -4,6 +4,7 @@ mod accuracy;
 mod assembly;
 mod backward;
 mod costs;
+mod given_start;
 mod gradient;
 mod growth;
 mod record;

@@ -90,8 +90,8 @@ impl fmt::Display for Error {
             ),
             Error::NotFree { quantity, equation } => write!(
                 f,
-                "`{quantity}` cannot be free by itself: {equation} holds it, and would be violated by any other value; begin with \
-                 `Start::assembled` and hold the coordinate (`Start::hold`), so that the others follow"
+                "`{quantity}` cannot be free by itself where the start is given: {equation} holds it, and would be violated by any other \
+                 value; begin with `Start::assembled`, so that the start follows it (a coordinate is held by `Start::hold`)"
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,

@@ -131,7 +131,7 @@ pub enum Error {
     },
     /// What is free of a start that is given, though a constraint holds it and nothing that is free beside it follows.
     NotFree {
-        /// The initial coordinate, or its rate.
+        /// The initial coordinate, its rate, or the design variable.
         quantity: String,
         /// The constraint that holds it.
         equation: String,

@@ -1,4 +1,4 @@
-//! What is free of a start that is given, and what constraints hold of it.
+//! What is free where a start is given, and what constraints hold of it: a length of a joint, too.
 //!
 //! ```text
 //!   A = ∂(Φ, dΦ/dt)/∂x    of the free coordinates, velocities and design variables x at the start
@@ -19,24 +19,23 @@ const SMALL: f64 = 1e-2;
 /// What is left of a part in motions that constraints allow is rounding below this.
 const ROUNDING: f64 = 1e-6;
 
-/// Refuses what is free of a start that is not assembled and that constraints hold.
+/// Refuses what is free and what constraints hold because of a start that is not assembled.
 ///
 /// # Errors
-/// Such a coordinate or velocity, with the constraint that it would violate most.
+/// Such a coordinate, velocity or design variable, with the constraint that it would violate most.
 pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free: &[Free]) -> Result<(), Error> {
     let is_given = matches!(inputs.start, Start::Velocity { .. });
     let of_start = |free: &&Free| match free.quantity {
-        Quantity::Coordinate(_) => true,
+        Quantity::Coordinate(_) | Quantity::Design(_) => true,
         // Momenta are no velocities: v₀ follows from them and the constraints.
         Quantity::Rate(_) => is_given,
         _ => false,
     };
-    let is_asked = !matches!(inputs.start, Start::Assembled { .. }) && free.iter().any(|free| of_start(&free));
+    let is_asked = !matches!(inputs.start, Start::Assembled { .. }) && free.iter().any(|of| of_start(&of));
     if system.m() == 0 || !is_asked {
         return Ok(());
     }
-    let moves: Vec<&Free> =
-        free.iter().filter(|free| of_start(free) || matches!(free.quantity, Quantity::Design(_))).collect();
+    let moves: Vec<&Free> = free.iter().filter(of_start).collect();
     let violations = violations(system, settings, inputs, &moves);
     // Whoever simulates will be told of what is not finite.
     if violations.iter().any(|x| !x.is_finite()) {
@@ -45,7 +44,7 @@ pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free:
     let mut columns = violations.clone();
     columns.column_iter_mut().filter(|column| column.amax() > 0.0).for_each(|mut column| column /= column.amax());
     let allowed = null_space(&columns, RANK);
-    for (k, free) in moves.iter().enumerate().filter(|(_, free)| of_start(free)) {
+    for (k, free) in moves.iter().enumerate() {
         let (row, violation) = violations.column(k).abs().argmax();
         if violation > 1.0 && allowed.row(k).norm() <= ROUNDING {
             let name = system.equation_name(row % system.m());

@@ -42,7 +42,8 @@ impl<'s> MotionProblem<'s> {
     ///
     /// # Errors
     /// Inputs that do not fit the system, variables that were made for another system or another number of nodes; a free coordinate or velocity of a start that
-    /// is not assembled, where constraints hold it and nothing else that is free goes with it ([`Error::NotFree`]).
+    /// is not assembled, or a design variable, such as the length of a link, where constraints hold it and nothing else that is free goes with it
+    /// ([`Error::NotFree`]).
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;

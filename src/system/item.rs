@@ -255,6 +255,11 @@ impl PlacedElement {
         }
     }
 
+    /// Whether a design variable is among what its constraints read.
+    pub fn is_set_by_design(&self) -> bool {
+        !self.sigma.is_empty() && self.b.iter().any(|b| b.bound().is_some())
+    }
+
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     pub fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
         if self.sigma.is_empty() {

@@ -250,7 +250,11 @@ fn what_constraints_hold_is_not_free_by_itself() {
     };
     let [x, y] = [x, y].map(|q| Free::new(Quantity::Coordinate(q)));
     assert_says(&of(vec![x.clone(), y.clone()]).expect_err("x alone"), &["initial block.x", "`at the wall`"]);
-    of(vec![y, Free::design(wall), x]).expect("both");
+    of(vec![y.clone(), Free::design(wall), x]).expect("both");
+    assert_says(
+        &of(vec![Free::design(wall), y]).expect_err("the wall alone"),
+        &["`wall`", "`at the wall`", "`Start::assembled`"],
+    );
 }
 
 /// x = b.

@@ -24,7 +24,9 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let axis = |label, (low, high): (f64, f64)| Axis { range: Some((low - room, high + room)), ..Axis::linear(label) };
     let axes =
         |picture| Chart { x: axis("x [m]", extents[0]), y: axis("y [m]", extents[1]), ..picture }.equally_scaled(350.0);
-    Panels { charts: pictures.into_iter().map(axes).collect(), columns: 2 }.save_shapes(stem)?;
+    let mut charts = Vec::from_iter(pictures.into_iter().map(axes));
+    charts[0].caption = experiment.settings.caption(2, "", true);
+    Panels { charts, columns: 2 }.save_shapes(stem)?;
     Ok(claims(experiment, optimum))
 }
 

@@ -31,6 +31,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         y: Axis::linear("cost J [rad²], linear scale"),
         right: Some(Axis::log("‖∇J‖∞ [rad²/N], logarithmic scale", 0.0)),
         series: vec![optimality, cost],
+        caption: experiment.settings.caption(3, "", true),
         ..Chart::default()
     };
     chart.save(stem)?;

@@ -27,6 +27,11 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
                 colour::GREEN,
             ),
         ],
+        caption: experiment.settings.caption(
+            4,
+            " for the starting iteration; node 0, where nothing was integrated yet, is left out",
+            false,
+        ),
         ..Chart::default()
     };
     chart.save(stem)?;

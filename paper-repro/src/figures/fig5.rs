@@ -22,6 +22,11 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         x: Axis::linear("time t [s]"),
         y: Axis::linear("force on the cart F [N]"),
         series: series.collect(),
+        caption: experiment.settings.caption(
+            5,
+            ": the first iterations with less than a quarter and a hundredth of J, and the last",
+            true,
+        ),
         ..Chart::default()
     };
     chart.save(stem)?;

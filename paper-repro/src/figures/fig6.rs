@@ -19,6 +19,11 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         ],
         legend: Place::UpperLeft,
         size: (700.0, 290.0),
+        caption: experiment.settings.caption(
+            6,
+            "; below, the absolute difference, where the paper has one relative to the gradient",
+            false,
+        ),
         ..Chart::default()
     };
     let below = Chart {

@@ -17,7 +17,13 @@ const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| {
-            let line = |(run, colour): (&Run, Colour)| Series::new(run.method, points(run), colour, Style::Line);
+            let line = |(run, colour): (&Run, Colour)| {
+                let (end, style) = match run.outcome.reason.is_converged() {
+                    true => ("", Style::Line),
+                    false => (" (not converged)", Style::Dashed),
+                };
+                Series::new(format!("{}{end}", run.method), points(run), colour, style)
+            };
             panel(runs[0].name.text(), [x.clone(), y(runs[0].name)], runs.iter().zip(COLOURS).map(line).collect())
         };
         of_problems(runs).map(chart).collect()

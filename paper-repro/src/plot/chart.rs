@@ -19,6 +19,8 @@ use crate::error::Error;
 pub struct Chart {
     /// Over the chart, if not empty.
     pub title: String,
+    /// Under the page, if not empty; of several panels that of the first.
+    pub caption: String,
     pub x: Axis,
     pub y: Axis,
     /// A second vertical axis on the right.
@@ -36,6 +38,7 @@ impl Default for Chart {
     fn default() -> Self {
         Self {
             title: String::new(),
+            caption: String::new(),
             x: Axis::default(),
             y: Axis::default(),
             right: None,
@@ -73,7 +76,8 @@ const LEGEND_MARGIN: f64 = 5.0;
 impl Chart {
     /// Writes `<stem>.svg`, `<stem>.png` and `<stem>.csv`.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
-        page::save(stem, self.size, &csv::series([&self.x.label, &self.y.label], &self.columns()), |area| self.draw(area))
+        let csv = csv::series([&self.x.label, &self.y.label], &self.columns());
+        page::save(stem, self.size, &self.caption, &csv, |area| self.draw(area))
     }
 
     /// The chart in this width, and so high that both axes have one scale.
@@ -232,7 +236,8 @@ impl Panels {
         let (columns, rows) = (self.columns.max(1), self.charts.len().div_ceil(self.columns.max(1)).max(1));
         let (width, height) = self.charts.first().map_or((0.0, 0.0), |chart| chart.size);
         let csv: String = std::iter::once(csv::line(header)).chain(data).collect();
-        page::save(stem, (columns as f64 * width, rows as f64 * height), &csv, |area| {
+        let caption = self.charts.first().map_or("", |chart| &chart.caption);
+        page::save(stem, (columns as f64 * width, rows as f64 * height), caption, &csv, |area| {
             let cells = area.split_evenly((rows, columns));
             self.charts.iter().zip(&cells).try_for_each(|(chart, cell)| chart.draw(cell))
         })

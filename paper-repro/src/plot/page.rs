@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::element::Text;
 use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, ShapeStyle, WHITE, register_font};
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
@@ -42,10 +43,29 @@ pub fn pen(colour: Colour, width: f64) -> ShapeStyle {
     colour.stroke_width(units(width) as u32)
 }
 
-/// Writes the three files of the stem; the page is as large as these points, whatever is drawn on it.
-pub fn save(stem: &Path, size: (f64, f64), csv: &str, draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<(), Error> {
+/// Height of a line of the caption, and room around it.
+const CAPTION_LINE: f64 = 14.0;
+const CAPTION_EDGE: f64 = 8.0;
+
+/// Writes the three files of the stem; the picture is as large as these points, whatever is drawn on it, with its caption, if there is one, below.
+pub fn save(
+    stem: &Path,
+    size: (f64, f64),
+    caption: &str,
+    csv: &str,
+    draw: impl FnOnce(&Area) -> Result<(), Error>,
+) -> Result<(), Error> {
     let (width, height) = (size.0.clamp(10.0, 5000.0).round(), size.1.clamp(10.0, 5000.0).round());
-    let svg = svg((width, height), draw)?;
+    let below = if caption.is_empty() { 0.0 } else { caption.lines().count() as f64 * CAPTION_LINE + 2.0 * CAPTION_EDGE };
+    let svg = svg((width, height + below), |page| {
+        let (picture, words) = page.split_vertically(units(height));
+        draw(&picture)?;
+        for (k, line) in caption.lines().enumerate() {
+            let at = (units(CAPTION_EDGE), units(CAPTION_EDGE + k as f64 * CAPTION_LINE));
+            words.draw(&Text::new(line, at, font(SMALL, FontStyle::Normal)))?;
+        }
+        Ok(())
+    })?;
     // The stem may itself have a dot (`fig5.a`).
     files::write(&stem.with_added_extension("csv"), csv)?;
     files::write(&stem.with_added_extension("png"), png(&svg)?)?;
