@@ -33,6 +33,14 @@ pub enum Warning {
         /// The elements whose constraints depend on them at the start.
         elements: Vec<String>,
     },
+    /// A formula takes the value of an argument by `re()`, as to look it up in a table, and goes on with a plain number: its values change with the argument,
+    /// its derivatives do not, and gradients are wrong. The value belongs into the choice of a piece alone, and the number itself into what is computed there.
+    LostDerivative {
+        /// The element, the cost or the term of an output.
+        element: String,
+        /// The first argument by which the derivative is lost.
+        argument: String,
+    },
     /// Costs or outputs read σ of constraints that depend on each other: how these share their common reaction follows from the compliance, to about five digits,
     /// and so do these values and their derivatives.
     SharedReaction {
@@ -191,6 +199,11 @@ impl fmt::Display for Warning {
                 seconds(*time),
                 designs.join("`, `"),
                 equations.join(", ")
+            ),
+            Warning::LostDerivative { element, argument } => write!(
+                f,
+                "`{element}` loses its derivative by {argument}: its values change with it, by differences, its derivatives do not, and gradients are wrong; take \
+                 `re()` for comparisons and to choose the piece of a table only, and compute with the number itself"
             ),
             Warning::GivenStart { designs, elements } => write!(
                 f,

@@ -154,6 +154,7 @@ impl AdjointSweep {
     fn end_at_start(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         self.start_rows(system, motion, newton);
         self.warn_of_given_start(system, motion);
+        self.warn_of_lost_derivatives(system);
         self.through_assembly(system, motion, newton)?;
         let design = motion.inputs.design.as_slice();
         system.parameters().pull_back(design, &self.design, self.gradient.design.as_mut_slice());

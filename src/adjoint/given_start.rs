@@ -6,6 +6,11 @@ use crate::system::InputRows;
 use crate::{System, Warning};
 
 impl AdjointSweep {
+    /// Passes on what was found of formulas when the scene was compiled.
+    pub(super) fn warn_of_lost_derivatives(&mut self, system: &System) {
+        system.lost_derivatives().iter().for_each(|warning| self.report.warn(warning.clone()));
+    }
+
     /// Says that dJ/db is that for the same q₀, where an assembled start would move.
     pub(super) fn warn_of_given_start(&mut self, system: &System, motion: &Motion) {
         if motion.assembly.is_some() || !system.placed().any(|item| item.is_set_by_design()) {

@@ -54,6 +54,12 @@ impl System {
         named.chain(more).collect::<Vec<String>>().join(", ")
     }
 
+    /// The name of an argument.
+    pub(super) fn argument_name(&self, argument: Argument) -> String {
+        let nowhere = NodeView::of_equations([&[], &[], &[]], (&[], f64::NAN, &[]));
+        if argument == Argument::Time { "t".into() } else { self.describe(argument, &nowhere) }
+    }
+
     fn describe(&self, argument: Argument, at: &NodeView<f64>) -> String {
         let names = &self.names;
         let (what, list, i): (String, &[f64], usize) = match argument {

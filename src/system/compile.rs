@@ -55,7 +55,7 @@ impl System {
         let terms = Terms::new(&costs, names.outputs.len());
         let (initial, positive) = (scene.initial, scene.positive);
         let (costs_compiled, fingerprint) = (fingerprint(&[], &costs), fingerprint(&batches, &costs));
-        Ok(System {
+        let mut system = System {
             n,
             m,
             k,
@@ -77,7 +77,10 @@ impl System {
             scene: scene.scene,
             fingerprint,
             costs_compiled,
-        })
+            lost_derivatives: Vec::new(),
+        };
+        system.lost_derivatives = system.find_lost_derivatives();
+        Ok(system)
     }
 
     /// Identifies the formulas as they are now.

@@ -49,6 +49,11 @@ impl Costs {
         anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
 
+    /// All of them.
+    pub(super) fn items(&self) -> &[PlacedCost] {
+        &self.items
+    }
+
     /// Those costs.
     pub(super) fn items_here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = &PlacedCost> {
         self.here(node, outputs).map(|index| &self.items[index])

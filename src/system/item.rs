@@ -31,7 +31,7 @@ pub struct PlacedElement {
 
 impl PlacedElement {
     /// The arguments of its formula at a node.
-    fn read<R: Number>(&self, at: &NodeView<R>, slot: Slot) -> R {
+    pub(super) fn read<R: Number>(&self, at: &NodeView<R>, slot: Slot) -> R {
         match slot {
             Slot::Q(i) => at.q[self.q[i]],
             Slot::V(i) => at.v[self.q[i]],

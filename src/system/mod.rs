@@ -29,6 +29,7 @@ mod holonomic;
 mod item;
 mod jet;
 mod known;
+mod lost;
 mod names;
 mod parameters;
 mod parts;
@@ -84,11 +85,11 @@ pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
 pub(crate) use weights::{Beside, GivenWeights, Weights};
 
-use crate::Error;
 use crate::linear::Symbolic;
 use crate::model::{Control, Coordinate, Handle, Output, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
+use crate::{Error, Warning};
 use compile::check_positive;
 pub(crate) use element::Formulas;
 use jet::ElementKind;
@@ -128,6 +129,8 @@ pub struct System {
     /// Identifies the formulas that were compiled, and those of costs alone.
     fingerprint: u64,
     costs_compiled: u64,
+    /// What formulas that look at values lose of their derivatives.
+    lost_derivatives: Vec<Warning>,
 }
 
 impl System {

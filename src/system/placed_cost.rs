@@ -45,7 +45,7 @@ impl PlacedCost {
     }
 
     /// The cost for given arguments and constants, by their numbers.
-    fn evaluate<S: Scalar>(
+    pub(super) fn evaluate<S: Scalar>(
         &self,
         cost: &dyn PlainCost<S>,
         argument: impl Fn(usize) -> S,
@@ -62,7 +62,7 @@ impl PlacedCost {
         cost.value(&self.shape.point(arguments, constants))
     }
 
-    fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
+    pub(super) fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
         let (list, place) = self.shape.places[which];
         let lists = [at.q, at.v, at.p_star, at.p_star_dot, at.v_dot, at.sigma, at.lambda, at.u, at.u_dot];
         // What is not there is not used.
