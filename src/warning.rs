@@ -41,6 +41,8 @@ pub enum Warning {
         /// The first argument by which the derivative is lost.
         argument: String,
     },
+    /// A problem has no cost and no output that must be anything: every point is its solution.
+    NothingAsked,
     /// Costs or outputs read σ of constraints that depend on each other: how these share their common reaction follows from the compliance, to about five digits,
     /// and so do these values and their derivatives.
     SharedReaction {
@@ -204,6 +206,10 @@ impl fmt::Display for Warning {
                 f,
                 "`{element}` loses its derivative by {argument}: its values change with it, by differences, its derivatives do not, and gradients are wrong; take \
                  `re()` for comparisons and to choose the piece of a table only, and compute with the number itself"
+            ),
+            Warning::NothingAsked => f.write_str(
+                "there is no cost, and no output must be anything: every point is a solution; add a cost to the scene (`Scene::cost`, `Scene::effort`), or say what \
+                 outputs must be (`constrain`)",
             ),
             Warning::GivenStart { designs, elements } => write!(
                 f,

@@ -640,3 +640,38 @@ fn what_is_left_of_large_lengths_is_rounding() {
         assert_eq!(refused.is_err(), 2e-12 * radius * radius > 1e-9, "{radius}");
     }
 }
+
+/// The derivative by the length of a link that starts where it is told is that of no mechanism that stays together: −0.27 here, where it is −1.31.
+#[test]
+fn a_length_in_a_joint_wants_a_start_that_follows() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (l, speed, mass) = (scene.design("l", 1.0), scene.design("speed", 0.5), scene.design("mass", 1.0));
+    let rod = scene.body("rod", mass, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(l * -0.5, 0.0));
+    // Its speed is a matter of velocities: at the start φ = 0 for any.
+    let wheel = scene.body("wheel", 1.0, 0.1, [2.0, 0.0, 0.0]);
+    scene.revolute("axle", Body::GROUND.at(2.0, 0.0), wheel.at(0.0, 0.0));
+    scene.driven_angle("drive", Body::GROUND, wheel, ConstantSpeed, [0.0.into(), speed.into()]);
+    scene.cost("end", AngleError, Sum::Terminal, [rod.coordinates[0]], [], [], [0.0.into()]);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    let Start::Velocity { v, .. } = &mut inputs.start else { panic!("velocities are given") };
+    v[5] = 0.5;
+    let lengths = |inputs: &Inputs| {
+        let found = gradient(&system, inputs, Settings::default()).expect("a gradient");
+        let given = found.warnings.iter().filter_map(|warning| match warning {
+            Warning::GivenStart { designs, elements } => Some((designs.clone(), elements.clone())),
+            _ => None,
+        });
+        (given.collect::<Vec<_>>(), found.design[0])
+    };
+    let (given, of_given) = lengths(&inputs);
+    assert_eq!(given, [(vec!["l".to_string()], vec!["hinge".to_string()])]);
+    let mut long = LongSolver::new(&system, Settings::default(), 1 << 20);
+    let again = long.gradient(&inputs).expect("a gradient").warnings.clone();
+    assert!(again.iter().any(|warning| matches!(warning, Warning::GivenStart { .. })), "{again:?}");
+    inputs.start = Start::assembled(&system).hold(&[rod.coordinates[2]]);
+    let (given, of_assembled) = lengths(&inputs);
+    assert!(given.is_empty() && (of_given - of_assembled).abs() > 0.1, "{given:?} {of_given} {of_assembled}");
+}

@@ -237,6 +237,10 @@ fn constants_that_are_not_finite_are_refused() {
     scene.spring_damper("sp", Body::GROUND.at(0.0, 0.0), rod.at(0.0, f64::NAN), 1.0, 1.0, 0.0);
     assert_says(&refused(scene), &["point `b` of `sp` is NaN"]);
 
+    let mut scene = Scene::new();
+    scene.body("rod", f64::NAN, 1.0, [0.0; 3]);
+    assert_says(&refused(scene), &["the mass of `rod` is NaN"]);
+
     let (mut scene, rod) = with_rod();
     scene.kinetic_energy("own", RigidBody, rod.coordinates, [1.0.into(), f64::INFINITY.into()]);
     assert_says(&refused(scene), &["parameter 1 of `own` is inf"]);

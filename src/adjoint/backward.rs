@@ -153,8 +153,8 @@ impl AdjointSweep {
     /// To q₀, v₀ or p*₀ and the design variables.
     fn end_at_start(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         self.start_rows(system, motion, newton);
-        self.warn_of_given_start(system, motion);
-        self.warn_of_lost_derivatives(system);
+        let of_design = system.lost_derivatives().iter().chain(&motion.given_start);
+        of_design.for_each(|warning| self.report.warn(warning.clone()));
         self.through_assembly(system, motion, newton)?;
         let design = motion.inputs.design.as_slice();
         system.parameters().pull_back(design, &self.design, self.gradient.design.as_mut_slice());

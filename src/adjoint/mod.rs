@@ -4,7 +4,6 @@ mod accuracy;
 mod assembly;
 mod backward;
 mod costs;
-mod given_start;
 mod gradient;
 mod growth;
 mod record;

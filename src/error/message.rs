@@ -96,7 +96,7 @@ impl fmt::Display for Error {
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,
                 "at t = {} s the constraint Jacobian has rank {rank} but {rows} rows, {} too many; dependent: {}; remove the \
-                 equations that follow from others",
+                 equations that follow from others, or move apart points that coincide there though a distance is between them",
                 seconds(*time),
                 rows.saturating_sub(*rank),
                 equations.join(", ")

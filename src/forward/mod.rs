@@ -9,6 +9,7 @@ mod continuation;
 mod cost;
 mod drift;
 mod failure;
+mod given_start;
 mod halving;
 mod monitor;
 mod motion;

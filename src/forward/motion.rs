@@ -7,7 +7,7 @@ use super::halving::Ahead;
 use super::restart::Restarts;
 use crate::motion::column;
 use crate::system::NodeView;
-use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory};
+use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory, Warning};
 
 /// A motion, or a window over it.
 pub(crate) struct Motion {
@@ -17,6 +17,8 @@ pub(crate) struct Motion {
     pub(crate) design: Vec<f64>,
     /// How its start was made of a guess.
     pub(crate) assembly: Option<Assembly>,
+    /// What is to be said of derivatives by design variables, if it was given.
+    pub(crate) given_start: Option<Warning>,
     pub(crate) ahead: Ahead,
     /// Whether its grid is made on the way, so that the last node is not the end.
     pub(crate) is_growing: bool,
@@ -47,6 +49,7 @@ impl Motion {
             inputs,
             design: Vec::new(),
             assembly: None,
+            given_start: None,
             ahead: Ahead::new(),
             is_growing: false,
             first: 0,

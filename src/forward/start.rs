@@ -1,6 +1,6 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
 
-use super::redundancy;
+use super::{given_start, redundancy};
 use crate::error::quoted;
 use crate::forward::ForwardSweep;
 use crate::forward::rank::{self, Scaled};
@@ -26,6 +26,8 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         v.fill(0.0);
     }
     check_position(forward, system, &q, settings)?;
+    let is_given = forward.motion.assembly.is_none();
+    forward.motion.given_start = if is_given { given_start::find(system, &point(forward, &q)) } else { None };
     let mut p_star = rate;
     if given_velocity {
         let mut left = Pair::new(n, m);

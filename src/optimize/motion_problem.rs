@@ -166,7 +166,11 @@ pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
 
 impl Problem for MotionProblem<'_> {
     fn warnings(&self) -> Vec<Warning> {
-        self.solver.report().warnings.clone()
+        let system = self.solver.system();
+        let is_asked = system.sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);
+        let nothing = (!is_asked).then_some(Warning::NothingAsked);
+        let of_motion = self.solver.report().warnings.iter();
+        of_motion.chain(system.lost_derivatives()).cloned().chain(nothing).collect()
     }
 
     fn variables(&self) -> usize {

@@ -318,6 +318,10 @@ impl Scene {
 
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
+        // Before its element calls it by a number.
+        if !param.factor().is_finite() {
+            self.report(Error::NotFinite { what: what.clone(), value: param.factor() });
+        }
         self.parts.positive.push((param, what));
     }
 

@@ -67,9 +67,13 @@ impl<'s> Mechanics<'s> {
     /// At a node of a motion; `inputs` are those it was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs that do not belong to the motion; a node that was not computed.
+    /// Inputs that do not belong to the motion; a node that is not there, or was not computed.
     pub fn at_node(system: &'s System, inputs: &Inputs, motion: &Trajectory, node: usize) -> Result<Self, Error> {
         motion.check_fits(system, inputs)?;
+        if node >= motion.times.len() {
+            let (what, value) = (format!("the node of a motion with {} nodes", motion.times.len()), node as f64);
+            return Err(Error::Parameter { what, value, must_be: "one of them, counted from 0" });
+        }
         if node >= motion.computed {
             return Err(Error::Incomplete { expected: node + 1, computed: motion.computed });
         }

@@ -3,11 +3,11 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push, shooting};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Trials, Variables, lbfgs,
+    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Trials, Variables, interior_point, lbfgs,
     levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Start};
+use hamiltonian_adjoint::{Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Start, Warning};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// Every method of a problem, with one entry too few or too many of each argument.
@@ -255,6 +255,28 @@ fn what_constraints_hold_is_not_free_by_itself() {
         &of(vec![Free::design(wall), y]).expect_err("the wall alone"),
         &["`wall`", "`at the wall`", "`Start::assembled`"],
     );
+}
+
+/// Without cost and outputs every point is a minimum: J = 0, stationary, and nothing said that a cost was forgotten.
+#[test]
+fn a_problem_that_asks_for_nothing_says_so() {
+    let mut scene = Scene::new();
+    let block = scene.body("block", 1.0, 0.1, [0.0; 3]);
+    let push = scene.control("push");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, block.at(0.0, 0.0), push);
+    let end = scene.end_state(block.coordinates[0]);
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.1));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(push)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let start = problem.start();
+    let says = |problem: &mut MotionProblem| {
+        let outcome = interior_point(problem, &start, &Options::default(), &mut silent).expect("fits");
+        outcome.warnings.contains(&Warning::NothingAsked)
+    };
+    assert!(says(&mut problem));
+    problem.constrain(end.position, Interval::equal(0.1));
+    assert!(!says(&mut problem));
 }
 
 /// x = b.
