@@ -28,13 +28,19 @@ fn aside(k: usize, i: usize, x: f64) -> f64 {
     share * x.abs().max(1.0)
 }
 
-/// Whether the derivative of a value by an argument x is lost there; nothing where differences do not tell.
+/// Whether the derivative of a value by an argument x is lost there; nothing where differences do not tell: beside rounding, or where shorter steps tell
+/// something else.
 fn is_lost(value: impl Fn(f64) -> f64, x: f64, derivative: f64) -> Option<bool> {
-    let step = STEP * x.abs().max(1.0);
-    let [up, down] = [x + step, x - step].map(value);
-    let difference = (up - down) / (2.0 * step);
+    let [difference, shorter] = [STEP, STEP / 3.0].map(|step| {
+        let step = step * x.abs().max(1.0);
+        let [up, down] = [x + step, x - step].map(&value);
+        let difference = (up - down) / (2.0 * step);
+        let most = difference.abs().max(derivative.abs());
+        (most > ROUNDED / DIFFERS * (up.abs() + down.abs()) / step).then_some(difference)
+    });
+    let (difference, shorter) = (difference?, shorter?);
     let most = difference.abs().max(derivative.abs());
-    let tells = most > ROUNDED / DIFFERS * (up.abs() + down.abs()) / step;
+    let tells = (difference - shorter).abs() <= 0.1 * DIFFERS * most;
     tells.then(|| (difference - derivative).abs() > DIFFERS * most)
 }
 

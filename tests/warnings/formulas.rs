@@ -54,6 +54,20 @@ impl Cost<1> for Of {
     }
 }
 
+/// −k x beyond the gap, and waves shorter than any difference: both branch, and lose nothing.
+struct Stop;
+impl Force<1, 1, 1> for Stop {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([if at.q[0].re() > 0.1 { (at.q[0] - 0.1) * b[0] * -1e3 } else { at.u[0] * 0.0 }])
+    }
+}
+struct Waves;
+impl Force<1, 1, 1> for Waves {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 1>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([if at.q[0].re() > -9.0 { (at.q[0] * 3e6).sin() * b[0] * 1e-6 } else { at.u[0] }])
+    }
+}
+
 /// What a short motion with one of these warns of.
 fn lost(which: usize, is_lost: bool) -> Vec<(String, String)> {
     let mut scene = Scene::new();
@@ -65,6 +79,8 @@ fn lost(which: usize, is_lost: bool) -> Vec<(String, String)> {
         0..4 => scene.force("table", Tabled { of: which, is_lost }, [x], [u], [b.into()]),
         4 => scene.potential_energy("table", Of { is_lost }, [x], []),
         5 => drop(scene.constraint("table", Of { is_lost }, [x, y], [])),
+        7 => scene.force("stop", Stop, [x], [u], [b.into()]),
+        8 => scene.force("waves", Waves, [x], [u], [b.into()]),
         _ => scene.cost("table", Of { is_lost }, Sum::Terminal, [x], [], [], []),
     }
     let system = scene.compile().expect("a scene");
@@ -84,6 +100,9 @@ fn a_table_without_slopes_is_named() {
     let arguments = ["the velocity of `x.x`", "`x.x`", "`push`", "t", "`x.x`", "`x.x`", "`x.x`"];
     for (which, argument) in arguments.into_iter().enumerate() {
         assert_eq!(lost(which, true), [("table".to_string(), argument.to_string())], "{which}");
+        assert_eq!(lost(which, false), [], "{which}");
+    }
+    for which in [7, 8] {
         assert_eq!(lost(which, false), [], "{which}");
     }
 }
