@@ -48,8 +48,19 @@ impl Input {
             Input::Design(p) if p < designs => format!("`{}`", system.design_name(p)),
             Input::Coordinate(i) if i < n => format!("the initial value of `{}`", system.coordinate_name(i)),
             Input::Rate(i) if i < n => format!("the initial rate of `{}`", system.coordinate_name(i)),
+            other @ Input::Step(_) => other.plain_name(),
+            other => format!("{} (of another system)", other.plain_name()),
+        }
+    }
+
+    /// A name by numbers.
+    fn plain_name(self) -> String {
+        match self {
+            Input::Control { channel, node } => format!("control {channel} at node {node}"),
+            Input::Design(p) => format!("design variable {p}"),
+            Input::Coordinate(i) => format!("initial coordinate {i}"),
+            Input::Rate(i) => format!("initial rate {i}"),
             Input::Step(i) => format!("the length of step {i}"),
-            other => format!("{other:?} (of another system)"),
         }
     }
 
@@ -62,7 +73,7 @@ impl Input {
             Input::Coordinate(i) | Input::Rate(i) => i < inputs.start.q().len(),
             Input::Step(i) => (1..nodes).contains(&i),
         };
-        if exists { Ok(()) } else { Err(Error::NoSuchInput { input: format!("{self:?}") }) }
+        if exists { Ok(()) } else { Err(Error::NoSuchInput { input: self.plain_name() }) }
     }
 
     /// Its place in the inputs.

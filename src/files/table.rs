@@ -138,7 +138,7 @@ impl Table {
         let times = grid.times();
         // Without steps there is but the time of the start.
         let tolerance = 1e-3 * grid.steps.iter().map(|dt| dt.abs()).min_by(f64::total_cmp).unwrap_or(0.0);
-        let known = self.times.iter().zip(&self.columns[column]).filter_map(|(t, value)| value.map(|value| (*t, value)));
+        let known = self.times.iter().zip(self.known_column(column)).filter_map(|(t, value)| value.map(|value| (*t, value)));
         // Steps may lead back; of nodes at the same time the first comes first.
         let mut nodes: Vec<usize> = (0..times.len()).collect();
         nodes.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
@@ -163,12 +163,21 @@ impl Table {
         known.map(at).collect()
     }
 
+    fn known_column(&self, column: usize) -> &[Option<f64>] {
+        let count = self.columns.len();
+        assert!(
+            column < count,
+            "there is no column {column} behind the times, but {count}; `Table::column` finds one by its name"
+        );
+        &self.columns[column]
+    }
+
     /// The value of a column at a time, linear between rows that have one; before the first and behind the last it is theirs.
     ///
     /// # Panics
     /// If there is no such column.
     pub fn value(&self, column: usize, t: f64) -> f64 {
-        let values = &self.columns[column];
+        let values = self.known_column(column);
         if t.is_nan() {
             return f64::NAN;
         }

@@ -190,8 +190,13 @@ impl Inputs {
     /// # Panics
     /// If the system has no such control.
     pub fn set_control(&mut self, control: Control, signal: impl Fn(f64) -> f64) {
+        let (which, count) = (control.index(), self.controls.nrows());
+        assert!(
+            which < count,
+            "control {which} is none of these inputs, which have {count}; is its handle one of another scene?"
+        );
         for (node, t) in self.grid.times().into_iter().enumerate() {
-            self.controls[(control.index(), node)] = signal(t);
+            self.controls[(which, node)] = signal(t);
         }
     }
 

@@ -73,6 +73,12 @@ impl<'s> MotionProblem<'s> {
     /// # Panics
     /// If the point has fewer variables than the problem.
     pub fn inputs_at(&self, x: &[f64]) -> Inputs {
+        assert!(
+            x.len() >= self.variables.len(),
+            "the point has {} entries, the problem {} variables",
+            x.len(),
+            self.variables.len()
+        );
         let mut inputs = self.known.inputs.clone();
         self.variables.write(x, &mut inputs);
         inputs
