@@ -84,6 +84,11 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
+    /// What the motion has to say, and its formulas.
+    pub(super) fn motion_warnings(&self) -> impl Iterator<Item = Warning> {
+        self.solver.report().warnings.iter().chain(self.solver.system().lost_derivatives()).cloned()
+    }
+
     /// Changes the inputs, such as the lengths of their steps, not their number: those that belong to [`start`](Self::start).
     ///
     /// # Errors
@@ -172,11 +177,9 @@ pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
 
 impl Problem for MotionProblem<'_> {
     fn warnings(&self) -> Vec<Warning> {
-        let system = self.solver.system();
-        let is_asked = system.sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);
-        let nothing = (!is_asked).then_some(Warning::NothingAsked);
-        let of_motion = self.solver.report().warnings.iter();
-        of_motion.chain(system.lost_derivatives()).cloned().chain(nothing).collect()
+        let is_asked =
+            self.solver.system().sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);
+        self.motion_warnings().chain((!is_asked).then_some(Warning::NothingAsked)).collect()
     }
 
     fn variables(&self) -> usize {

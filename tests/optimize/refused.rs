@@ -264,9 +264,16 @@ fn a_problem_that_asks_for_nothing_says_so() {
     let block = scene.body("block", 1.0, 0.1, [0.0; 3]);
     let push = scene.control("push");
     scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, block.at(0.0, 0.0), push);
-    let end = scene.end_state(block.coordinates[0]);
+    let states @ [end, ..] = block.coordinates.map(|coordinate| scene.end_state(coordinate));
     let system = scene.compile().expect("a scene");
     let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.1));
+    // Segments want to meet, each by itself wants nothing.
+    let free = vec![Free::control(push)];
+    let mut segments =
+        MultipleShooting::new(&system, Settings::default(), inputs.clone(), free, &states, 2).expect("segments");
+    let (at, mut joints) = (segments.start(), vec![0.0; segments.constraints().len()]);
+    segments.evaluate(&at, &mut joints).expect("a value");
+    assert!(segments.warnings().is_empty(), "{:?}", segments.warnings());
     let variables = Variables::new(&system, &inputs, vec![Free::control(push)]).expect("free");
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     let start = problem.start();

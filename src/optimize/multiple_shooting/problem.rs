@@ -35,7 +35,7 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        self.segments.iter().flat_map(|segment| segment.motion.warnings()).collect()
+        self.segments.iter().flat_map(|segment| segment.motion.motion_warnings()).collect()
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
