@@ -24,15 +24,18 @@ pub struct SinusoidalTerm {
     pub cosine: f64,
 }
 
+// Indices are short, so that long chains stay in the processor's first cache.
+
 /// One coordinate with all its equations.
 #[derive(Clone, Debug)]
 struct Angle {
-    coordinate: usize,
+    coordinate: u32,
     /// The place of its velocity in the solver's order.
-    position: usize,
+    position: u32,
     /// Where K_vv of the coordinate is stored.
-    diagonal: usize,
-    terms: std::ops::Range<usize>,
+    diagonal: u32,
+    /// How many terms it has.
+    terms: u32,
     /// Of the step at hand.
     known: Known,
 }
@@ -40,17 +43,17 @@ struct Angle {
 /// One equation of an angle.
 #[derive(Clone, Debug)]
 struct Term {
-    equation: usize,
+    equation: u32,
     /// The place of its multiplier in the solver's order.
-    position: usize,
+    position: u32,
     /// Where K_σv and K_vσ are stored.
-    below: usize,
-    beside: usize,
+    below: u32,
+    beside: u32,
     sine: f64,
     cosine: f64,
 }
 
-/// All sinusoidal constraints of a scene, by coordinate.
+/// All sinusoidal constraints of a scene, by coordinate: the terms of the first angle, those of the second, …
 #[derive(Clone, Debug, Default)]
 pub struct Sines {
     angles: Vec<Angle>,
@@ -91,11 +94,19 @@ impl Term {
     }
 }
 
+/// The terms of an angle, from the first of those that are left.
+#[inline(always)]
+fn take<'a>(later: &mut &'a [Term], angle: &Angle) -> &'a [Term] {
+    let (own, rest) = later.split_at(angle.terms as usize);
+    *later = rest;
+    own
+}
+
 /// A = Σ x_j α_j and B = Σ x_j β_j over the equations of an angle.
 #[inline(always)]
 fn sums(terms: &[Term], x: &[f64]) -> [f64; 2] {
     terms.iter().fold([0.0; 2], |[a, b], term| {
-        let x = x[term.equation];
+        let x = x[term.equation as usize];
         [a + x * term.sine, b + x * term.cosine]
     })
 }
@@ -116,23 +127,24 @@ impl Sines {
         waves.sort_by_key(|wave| (wave.coordinate, wave.equation));
         let mut sines = Sines::default();
         for run in waves.chunk_by(|a, b| a.coordinate == b.coordinate) {
-            let (coordinate, first) = (run[0].coordinate, sines.terms.len());
+            let coordinate = run[0].coordinate;
+            let (position, slot) = (|unknown| (places.position)(unknown) as u32, |row, col| (places.slot)(row, col) as u32);
             sines.terms.extend(run.iter().map(|wave| {
                 let row = places.n + wave.equation;
                 Term {
-                    equation: wave.equation,
-                    position: (places.position)(row),
-                    below: (places.slot)(row, coordinate),
-                    beside: (places.slot)(coordinate, row),
+                    equation: wave.equation as u32,
+                    position: position(row),
+                    below: slot(row, coordinate),
+                    beside: slot(coordinate, row),
                     sine: wave.sine,
                     cosine: wave.cosine,
                 }
             }));
             sines.angles.push(Angle {
-                coordinate,
-                position: (places.position)(coordinate),
-                diagonal: (places.slot)(coordinate, coordinate),
-                terms: first..sines.terms.len(),
+                coordinate: coordinate as u32,
+                position: position(coordinate),
+                diagonal: slot(coordinate, coordinate),
+                terms: run.len() as u32,
                 known: Known::NONE,
             });
         }
@@ -149,7 +161,7 @@ impl Sines {
 
     /// The coordinates whose sines and cosines occur.
     pub fn coordinates(&self) -> impl Iterator<Item = usize> + '_ {
-        self.angles.iter().map(|angle| angle.coordinate)
+        self.angles.iter().map(|angle| angle.coordinate as usize)
     }
 
     /// The number of angles.
@@ -164,7 +176,8 @@ impl Sines {
 
     fn each<'a>(&'a self, blocks: &'a [f64]) -> impl Iterator<Item = (&'a Angle, &'a [Term], State)> {
         let states = blocks.as_chunks::<STATE>().0.iter().map(State::of);
-        self.angles.iter().zip(states).map(|(angle, state)| (angle, &self.terms[angle.terms.clone()], state))
+        let mut later = &self.terms[..];
+        self.angles.iter().zip(states).map(move |(angle, state)| (angle, take(&mut later, angle), state))
     }
 
     /// Forgets sines and cosines, so that a step does not depend on what was computed before.
@@ -174,20 +187,22 @@ impl Sines {
 
     /// Subtracts the nonlinear part of r_v = 𝓛_v − h 𝓛_q and r_σ = dΦ/dt, with q = q₋ + h (v₋ + v) and (v, σ) in the solver's order.
     pub fn subtract_residual(&mut self, start_q: &[f64], h: f64, x: &[f64], r: &mut [f64], blocks: &mut [f64]) {
-        let r = &mut r[..x.len()];
+        let (r, mut later) = (&mut r[..x.len()], &self.terms[..]);
         for (angle, block) in self.angles.iter_mut().zip(blocks.as_chunks_mut::<STATE>().0) {
-            let v = x[angle.position];
-            let (sin, cos) = angle.known.sin_cos(start_q[angle.coordinate] + h * v);
+            let position = angle.position as usize;
+            let v = x[position];
+            let (sin, cos) = angle.known.sin_cos(start_q[angle.coordinate as usize] + h * v);
             let (v_sin, v_cos) = (v * sin, v * cos);
             let (mut a, mut b) = (0.0, 0.0);
-            for term in &self.terms[angle.terms.clone()] {
-                let sigma = x[term.position];
+            for term in take(&mut later, angle) {
+                let position = term.position as usize;
+                let sigma = x[position];
                 a = plus_product(a, sigma, term.sine);
                 b = plus_product(b, sigma, term.cosine);
-                r[term.position] = plus_product(minus_product(r[term.position], term.sine, v_cos), term.cosine, v_sin);
+                r[position] = plus_product(minus_product(r[position], term.sine, v_cos), term.cosine, v_sin);
             }
             let (s, s_prime) = (a * cos - b * sin, -(a * sin + b * cos));
-            r[angle.position] -= s - h * v * s_prime;
+            r[position] -= s - h * v * s_prime;
             *block = [sin, cos, v, s, s_prime];
         }
     }
@@ -195,14 +210,14 @@ impl Sines {
     /// Adds what is not linear of Φ.
     pub fn add_phi(&self, blocks: &[f64], phi: &mut [f64]) {
         for (_, terms, at) in self.each(blocks) {
-            terms.iter().for_each(|term| phi[term.equation] += term.sine * at.sin + term.cosine * at.cos);
+            terms.iter().for_each(|term| phi[term.equation as usize] += term.sine * at.sin + term.cosine * at.cos);
         }
     }
 
     /// Adds 𝓛_q.
     pub fn add_force(&self, blocks: &[f64], force: &mut [f64]) {
         for (angle, _, at) in self.each(blocks) {
-            force[angle.coordinate] += at.v * at.s_prime;
+            force[angle.coordinate as usize] += at.v * at.s_prime;
         }
     }
 
@@ -214,14 +229,13 @@ impl Sines {
     pub fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
             let theta = h * at.v;
-            values[angle.diagonal] += h * theta * at.s;
+            values[angle.diagonal as usize] += h * theta * at.s;
             let (below_cos, below_sin) = (at.cos - theta * at.sin, at.sin + theta * at.cos);
             let (beside_cos, beside_sin) = (at.cos + theta * at.sin, at.sin - theta * at.cos);
             for term in terms {
-                values[term.below] =
-                    minus_product(plus_product(values[term.below], term.sine, below_cos), term.cosine, below_sin);
-                values[term.beside] =
-                    minus_product(plus_product(values[term.beside], term.sine, beside_cos), term.cosine, beside_sin);
+                let (below, beside) = (term.below as usize, term.beside as usize);
+                values[below] = minus_product(plus_product(values[below], term.sine, below_cos), term.cosine, below_sin);
+                values[beside] = minus_product(plus_product(values[beside], term.sine, beside_cos), term.cosine, beside_sin);
             }
         }
     }
@@ -229,14 +243,15 @@ impl Sines {
     /// Adds the adjoint rows (see [`block`](super::block)).
     pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             let (c, d) = (with.c[i], with.d[i]);
             let (mut row_v, mut row_q) = (at.s_prime * d, at.s_prime * c - at.v * at.s * d);
             for term in terms {
-                let (phi_q, phi_dot_q, e) = (term.phi_q(&at), term.phi_dot_q(&at), with.e[term.equation]);
+                let equation = term.equation as usize;
+                let (phi_q, phi_dot_q, e) = (term.phi_q(&at), term.phi_dot_q(&at), with.e[equation]);
                 row_v += phi_q * e;
                 row_q += phi_dot_q * e;
-                rows.sigma[term.equation] += phi_q * c + phi_dot_q * d;
+                rows.sigma[equation] += phi_q * c + phi_dot_q * d;
             }
             rows.v[i] += row_v;
             rows.q[i] += row_q;
@@ -247,14 +262,15 @@ impl Sines {
     pub fn push_forward(&self, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
         let [l_v, force, phi_dot] = sums.parts_mut();
         for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             let (q, v) = (along.q[i], along.v[i]);
             let (mut of_l_v, mut of_force) = (at.s_prime * q, at.s_prime * v - at.v * at.s * q);
             for term in terms {
-                let (phi_q, phi_dot_q, sigma) = (term.phi_q(&at), term.phi_dot_q(&at), along.sigma[term.equation]);
+                let equation = term.equation as usize;
+                let (phi_q, phi_dot_q, sigma) = (term.phi_q(&at), term.phi_dot_q(&at), along.sigma[equation]);
                 of_l_v += phi_q * sigma;
                 of_force += phi_dot_q * sigma;
-                phi_dot[term.equation] += phi_q * v + phi_dot_q * q;
+                phi_dot[equation] += phi_q * v + phi_dot_q * q;
             }
             l_v[i] += of_l_v;
             force[i] += of_force;
@@ -264,7 +280,7 @@ impl Sines {
     /// The changes of 𝓛_q alone.
     pub fn push_forward_to_force(&self, blocks: &[f64], along: &NodeView<f64>, force: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             let [a, b] = sums(terms, along.sigma);
             force[i] += at.s_prime * along.v[i] - at.v * (at.s * along.q[i] + a * at.sin + b * at.cos);
         }
@@ -278,13 +294,13 @@ impl Sines {
     /// ```
     pub fn pull_back_along(&self, blocks: &[f64], along: &NodeView<f64>, with: &Covector, rows: &mut CostRows) {
         for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             let (q, v, c, d) = (along.q[i], along.v[i], with.c[i], with.d[i]);
             // ψ_σ = α of_sine + β of_cosine, changed.
             let of_sine = -c * at.sin * q - d * (v * at.sin + at.v * at.cos * q);
             let of_cosine = -c * at.cos * q - d * (v * at.cos - at.v * at.sin * q);
             for term in terms {
-                rows.sigma[term.equation] += term.sine * of_sine + term.cosine * of_cosine;
+                rows.sigma[term.equation as usize] += term.sine * of_sine + term.cosine * of_cosine;
             }
             let both = |[a, b]: [f64; 2]| [a * at.cos - b * at.sin, -(a * at.sin + b * at.cos)];
             let [s, s_prime] = both(sums(terms, along.sigma));
@@ -298,12 +314,12 @@ impl Sines {
     /// Subtracts the adjoint rows ∂v + h ∂q and ∂σ of c = e = 0, in the solver's order.
     pub fn subtract_force_rows(&self, blocks: &[f64], h: f64, d: &[f64], right: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
-            let d = d[angle.coordinate];
-            right[angle.position] -= (at.s_prime - h * at.v * at.s) * d;
+            let d = d[angle.coordinate as usize];
+            right[angle.position as usize] -= (at.s_prime - h * at.v * at.s) * d;
             // −(dΦ/dt)_q d = (α sin q + β cos q) v d.
             let (sin, cos) = (at.sin * at.v * d, at.cos * at.v * d);
             for term in terms {
-                right[term.position] += term.sine * sin + term.cosine * cos;
+                right[term.position as usize] += term.sine * sin + term.cosine * cos;
             }
         }
     }
@@ -311,7 +327,7 @@ impl Sines {
     /// Subtracts the adjoint row ∂q.
     pub fn subtract_row_q(&self, blocks: &[f64], with: &Covector, row_q: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             let [a, b] = sums(terms, with.e);
             row_q[i] -= at.s_prime * with.c[i] - at.v * (at.s * with.d[i] + a * at.sin + b * at.cos);
         }
@@ -361,10 +377,10 @@ mod tests {
         let mut values = [0.0; 36];
         sines.scatter(&blocks, h, &mut values);
         for (angle, terms, at) in sines.each(&blocks) {
-            let i = angle.coordinate;
+            let i = angle.coordinate as usize;
             assert!((values[7 * i] - h * h * at.v * at.s).abs() < 1e-15);
             for term in terms {
-                let row = 3 + term.equation;
+                let row = 3 + term.equation as usize;
                 let (phi_q, h_phi_dot_q) = (term.phi_q(&at), h * term.phi_dot_q(&at));
                 assert!((values[6 * row + i] - (phi_q + h_phi_dot_q)).abs() < 1e-15);
                 assert!((values[6 * i + row] - (phi_q - h_phi_dot_q)).abs() < 1e-15);
