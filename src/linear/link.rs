@@ -57,10 +57,12 @@ impl<const S: usize> Link<S> {
             }
             let inverse = 1.0 / d[k][k];
             let loss = magnitude * inverse.abs();
-            if loss.is_nan() || loss >= MOST_LOSS {
+            // False for NaN.
+            if loss < MOST_LOSS {
+                worst = larger(worst, loss);
+            } else {
                 return None;
             }
-            worst = larger(worst, loss);
             d[k][k] = inverse;
             for i in k + 1..S {
                 d[k][i] *= inverse;
@@ -97,37 +99,36 @@ impl<const S: usize> Link<S> {
 
     /// D of the later node −= L U, and the magnitudes that go into its diagonal.
     #[inline(always)]
-    fn update(panel: &Panel<S>, next: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
-        let mut d: Matrix<S> = load(next);
+    fn update(panel: &Panel<S>, d: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
+        let (d, scale) = (&mut d[..S * S], &mut scale[..S]);
         for c in b..S {
             for r in b..S {
-                d[c][r] -= product(&panel.l[r], &panel.u[c], a);
+                d[c * S + r] -= product(&panel.l[r], &panel.u[c], a);
             }
-            scale[c] += product(&panel.l[c].map(f64::abs), &panel.u[c].map(f64::abs), a);
+            scale[c] += magnitude(&panel.l[c], &panel.u[c], a);
         }
-        store(&d, next);
     }
 
-    /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`.
+    /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`; None if a pivot loses
+    /// too many digits, and nothing is changed then.
     #[inline(always)]
-    fn eliminate_from(node: &Node, state: &mut State<'_>, a: usize, b: usize) -> Result<f64, Cancelled> {
-        let (values, rest) = state.values[node.start..].split_at_mut(node.panel_len());
+    fn eliminate_from(node: &Node, state: &mut State<'_>, a: usize, b: usize) -> Option<f64> {
+        let (square, behind) = state.values[node.start..].split_at_mut(S * S);
         let (own, after) = state.scale[node.first..].split_at_mut(S);
-        let mut panel = Panel { d: load(values), u: [[0.0; S]; S], l: [[0.0; S]; S] };
-        let Some(worst) = Self::factor(&mut panel.d, own) else {
-            return Pivoting::<S>::eliminate(node, state);
-        };
-        store(&panel.d, values);
+        let mut d = load(square);
+        let worst = Self::factor(&mut d, own)?;
+        store(&d, square);
         if let [later] = node.later.as_slice() {
-            let (u, l) = values[S * S..].split_at_mut(S * S);
-            (panel.u, panel.l) = (load(u), load(l));
+            let (sides, rest) = behind.split_at_mut(2 * S * S);
+            let (u, l) = sides.split_at_mut(S * S);
+            let mut panel = Panel { d, u: load(u), l: load(l) };
             Self::eliminate_sides(&mut panel, a, b);
             store(&panel.u, u);
             store(&panel.l, l);
             Self::update(&panel, &mut rest[later.diagonal..], &mut after[later.first..], a, b);
         }
         state.swaps[node.first] = IN_ORDER;
-        Ok(worst)
+        Some(worst)
     }
 
     #[inline(always)]
@@ -136,9 +137,7 @@ impl<const S: usize> Link<S> {
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
         solve_lower(&load(values), &mut y);
-        if !node.later.is_empty() {
-            scatter(node, &load(&values[S * (S + node.width)..]), &y, later, a, b);
-        }
+        scatter(node, (values, 2 * S * S), &y, later, a, b);
         own.copy_from_slice(&y);
     }
 
@@ -147,7 +146,7 @@ impl<const S: usize> Link<S> {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
-        gather(node, &values[S * S..], later, &mut y, a, b);
+        gather(node, (values, S * S), later, &mut y, a, b);
         let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             y[k] *= d[k][k];
@@ -170,9 +169,7 @@ impl<const S: usize> Link<S> {
             }
             y[k] *= d[k][k];
         }
-        if !node.later.is_empty() {
-            scatter(node, &load(&values[S * S..]), &y, later, a, b);
-        }
+        scatter(node, (values, S * S), &y, later, a, b);
         own.copy_from_slice(&y);
     }
 
@@ -181,7 +178,7 @@ impl<const S: usize> Link<S> {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
-        gather(node, &values[S * (S + node.width)..], later, &mut y, a, b);
+        gather(node, (values, 2 * S * S), later, &mut y, a, b);
         let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             for i in k + 1..S {
@@ -202,6 +199,12 @@ fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
     sum
 }
 
+/// The sum of the magnitudes of its terms.
+#[inline(always)]
+fn magnitude<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
+    (a + 1..S).fold((x[a] * y[a]).abs(), |sum, k| sum + (x[k] * y[k]).abs())
+}
+
 #[inline(always)]
 fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     let mut vector = [0.0; S];
@@ -209,21 +212,35 @@ fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     vector
 }
 
-/// x_b −= (lines of b)·y for the later node, if there is one.
+/// x_b −= (lines of b)·y for the later node, if there is one; its lines begin there in the values of the node.
 #[inline(always)]
-fn scatter<const S: usize>(node: &Node, lines: &Matrix<S>, y: &[f64; S], later: &mut [f64], a: usize, b: usize) {
+fn scatter<const S: usize>(
+    node: &Node,
+    (values, side): (&[f64], usize),
+    y: &[f64; S],
+    later: &mut [f64],
+    a: usize,
+    b: usize,
+) {
     let [next] = node.later.as_slice() else { return };
-    let x = &mut later[next.first..][..S];
+    let (lines, x): (Matrix<S>, _) = (load(&values[side..]), &mut later[next.first..][..S]);
     for c in b..S {
         x[c] -= product(&lines[c], y, a);
     }
 }
 
-/// y −= (lines of b)ᵀ·x_b for the later node, if there is one.
+/// y −= (lines of b)ᵀ·x_b likewise.
 #[inline(always)]
-fn gather<const S: usize>(node: &Node, lines: &[f64], later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
+fn gather<const S: usize>(
+    node: &Node,
+    (values, side): (&[f64], usize),
+    later: &[f64],
+    y: &mut [f64; S],
+    a: usize,
+    b: usize,
+) {
     let [next] = node.later.as_slice() else { return };
-    let (lines, x): (Matrix<S>, _) = (load(lines), &later[next.first..][..S]);
+    let (lines, x): (Matrix<S>, _) = (load(&values[side..]), &later[next.first..][..S]);
     for c in b..S {
         for k in a..S {
             y[k] = minus_product(y[k], lines[c][k], x[c]);
@@ -244,11 +261,12 @@ fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
 impl<const S: usize> NodeKernel for Link<S> {
     #[inline(always)]
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        match node.shape {
+        let worst = match node.shape {
             Shape::Outer => Self::eliminate_from(node, state, 0, 1),
             Shape::Inner => Self::eliminate_from(node, state, 1, 0),
             _ => Self::eliminate_from(node, state, 0, 0),
-        }
+        };
+        worst.map_or_else(|| Pivoting::<S>::eliminate(node, state), Ok)
     }
 
     #[inline(always)]
