@@ -189,6 +189,13 @@ impl<const S: usize> Link<S> {
     }
 }
 
+/// Out of the way of the nodes that need no interchanges.
+#[cold]
+#[inline(never)]
+fn eliminate_with_pivoting<const S: usize>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+    Pivoting::<S>::eliminate(node, state)
+}
+
 /// The scalar product from unknown `a` on, of which there is one at least: beginning with zero would take another sum.
 #[inline(always)]
 fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
@@ -266,7 +273,7 @@ impl<const S: usize> NodeKernel for Link<S> {
             Shape::Inner => Self::eliminate_from(node, state, 1, 0),
             _ => Self::eliminate_from(node, state, 0, 0),
         };
-        worst.map_or_else(|| Pivoting::<S>::eliminate(node, state), Ok)
+        worst.map_or_else(|| eliminate_with_pivoting::<S>(node, state), Ok)
     }
 
     #[inline(always)]
