@@ -46,6 +46,10 @@ fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
 type Pivoting<const S: usize> = PhantomData<Fixed<S>>;
 
 impl<const S: usize> Link<S> {
+    // Where U and L begin in the panel of a node with a later one.
+    const U: usize = S * S;
+    const L: usize = 2 * S * S;
+
     /// D = L U in place, with reciprocal pivots; the worst loss of digits, or None if it is too large.
     #[inline(always)]
     fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
@@ -137,7 +141,7 @@ impl<const S: usize> Link<S> {
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
         solve_lower(&load(values), &mut y);
-        scatter(node, (values, 2 * S * S), &y, later, a, b);
+        scatter(node, (values, Self::L), &y, later, a, b);
         own.copy_from_slice(&y);
     }
 
@@ -146,7 +150,7 @@ impl<const S: usize> Link<S> {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
-        gather(node, (values, S * S), later, &mut y, a, b);
+        gather(node, (values, Self::U), later, &mut y, a, b);
         let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             y[k] *= d[k][k];
@@ -169,7 +173,7 @@ impl<const S: usize> Link<S> {
             }
             y[k] *= d[k][k];
         }
-        scatter(node, (values, S * S), &y, later, a, b);
+        scatter(node, (values, Self::U), &y, later, a, b);
         own.copy_from_slice(&y);
     }
 
@@ -178,7 +182,7 @@ impl<const S: usize> Link<S> {
         let values = &values[node.start..];
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
-        gather(node, (values, 2 * S * S), later, &mut y, a, b);
+        gather(node, (values, Self::L), later, &mut y, a, b);
         let d: Matrix<S> = load(values);
         for k in (0..S).rev() {
             for i in k + 1..S {
@@ -219,18 +223,18 @@ fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     vector
 }
 
-/// x_b −= (lines of b)·y for the later node, if there is one; its lines begin there in the values of the node.
+/// x_b −= (lines of b)·y for the later node, if there is one; `side` is where the lines begin in the panel.
 #[inline(always)]
 fn scatter<const S: usize>(
     node: &Node,
-    (values, side): (&[f64], usize),
+    (panel, side): (&[f64], usize),
     y: &[f64; S],
     later: &mut [f64],
     a: usize,
     b: usize,
 ) {
     let [next] = node.later.as_slice() else { return };
-    let (lines, x): (Matrix<S>, _) = (load(&values[side..]), &mut later[next.first..][..S]);
+    let (lines, x): (Matrix<S>, _) = (load(&panel[side..]), &mut later[next.first..][..S]);
     for c in b..S {
         x[c] -= product(&lines[c], y, a);
     }
@@ -238,16 +242,9 @@ fn scatter<const S: usize>(
 
 /// y −= (lines of b)ᵀ·x_b likewise.
 #[inline(always)]
-fn gather<const S: usize>(
-    node: &Node,
-    (values, side): (&[f64], usize),
-    later: &[f64],
-    y: &mut [f64; S],
-    a: usize,
-    b: usize,
-) {
+fn gather<const S: usize>(node: &Node, (panel, side): (&[f64], usize), later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
     let [next] = node.later.as_slice() else { return };
-    let (lines, x): (Matrix<S>, _) = (load(&values[side..]), &later[next.first..][..S]);
+    let (lines, x): (Matrix<S>, _) = (load(&panel[side..]), &later[next.first..][..S]);
     for c in b..S {
         for k in a..S {
             y[k] = minus_product(y[k], lines[c][k], x[c]);
