@@ -6,6 +6,7 @@
 use super::linear_part::LinearPart;
 use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::{Compliances, Report};
+use crate::number::by_fours;
 use crate::system::{
     Constants, CostRows, Covector, Formulas, Given, InputRows, KnownPart, NodeView, Pair, PositionConstraints, Sines,
     StateRows, Sums, Wanted, Within, Workspace,
@@ -159,13 +160,13 @@ impl Evaluation {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.first(system, &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
-        for ((&position, l_v), force) in system.positions().v.iter().zip(sums.l_v()).zip(sums.force()) {
-            // Not 0 · Q: forces have no part at h = 0, finite or not.
-            r[position] -= if from.h == 0.0 { *l_v } else { l_v - from.h * force };
+        let [l_v, force, phi_dot] = sums.parts_mut();
+        // Not 0 · Q: forces have no part at h = 0, finite or not.
+        if from.h != 0.0 {
+            l_v.iter_mut().zip(&*force).for_each(|(l_v, force)| *l_v -= from.h * force);
         }
-        for (&position, phi_dot) in system.positions().sigma.iter().zip(sums.phi_dot()) {
-            r[position] -= phi_dot;
-        }
+        by_fours(l_v, &system.positions().v, |l_v, &position| r[position] -= l_v);
+        by_fours(phi_dot, &system.positions().sigma, |phi_dot, &position| r[position] -= phi_dot);
     }
 
     /// The second derivatives at the point that was evaluated last, of which N′ is made.

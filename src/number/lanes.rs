@@ -66,6 +66,14 @@ pub(crate) fn by_fours<X, Y>(x: &[X], y: &[Y], mut each: impl FnMut(&X, &Y)) {
     x_rest.iter().zip(y_rest).for_each(|(x, y)| each(x, y));
 }
 
+/// y_i := what stands in x at place number i; four at a time likewise.
+#[inline]
+pub(crate) fn take(x: &[f64], places: &[usize], y: &mut [f64]) {
+    let ((places, places_rest), (y, y_rest)) = (places.as_chunks::<4>(), y.as_chunks_mut::<4>());
+    y.iter_mut().zip(places).for_each(|(y, places)| *y = places.map(|place| x[place]));
+    y_rest.iter_mut().zip(places_rest).for_each(|(y, &place)| *y = x[place]);
+}
+
 /// x += y; that the two do not overlap is known from here on.
 #[inline]
 pub(crate) fn add(x: &mut [f64], y: &[f64]) {
@@ -107,7 +115,7 @@ pub(crate) fn total(sums: [f64; 4]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{add_dot, all_finite, by_fours, dot, largest, total};
+    use super::{add_dot, all_finite, by_fours, dot, largest, take, total};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
@@ -123,6 +131,9 @@ mod tests {
             let mut pairs = Vec::new();
             by_fours(&x, &y, |x, y| pairs.push((*x, *y)));
             assert!(pairs.into_iter().eq(x.iter().copied().zip(y.iter().copied())));
+            let (places, mut taken) = ((0..x.len()).rev().collect::<Vec<_>>(), vec![f64::NAN; x.len()]);
+            take(&x, &places, &mut taken);
+            assert!(taken.iter().eq(x.iter().rev()));
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!((0..x.len()).all(|k| {
                     let mut x = x.clone();

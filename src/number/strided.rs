@@ -1,4 +1,4 @@
-//! [`Strided`]: numbers at equal distances in a list, as those of elements are that were made in a loop.
+//! [`Strided`]: numbers at equal distances in a list, as those of elements are that were made in a loop, and [`StridedDifference`] of such.
 //!
 //! Two numbers say where they stand, and loops over them need not look whether each place is there: half the work of a list of places.
 
@@ -20,15 +20,48 @@ impl Strided {
         even.then_some(Strided { first: first as usize, stride: stride as usize })
     }
 
-    /// Adds x y to them, where y are the numbers of another list with the same stride.
+}
+
+/// Such numbers, or their differences from others with the same stride.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct StridedDifference {
+    first: usize,
+    /// The first of those others.
+    reference: Option<usize>,
+    pub(crate) stride: usize,
+}
+
+impl StridedDifference {
+    /// What stands at some places, less what stands at others.
+    pub(crate) fn new(places: &[u32], reference: Option<&[u32]>) -> Option<Self> {
+        let Strided { first, stride } = Strided::new(places)?;
+        let reference = match reference {
+            Some(places) => Some(Strided::new(places).filter(|reference| reference.stride == stride)?.first),
+            None => None,
+        };
+        Some(StridedDifference { first, reference, stride })
+    }
+
+    /// Adds x y to them, where y are the numbers of another list with the same stride; a difference becomes larger by what is added to its first
+    /// number and subtracted from the other.
     #[inline]
-    pub(crate) fn add_products(self, x: &[f64], (y, of): (Strided, &[f64]), to: &mut [f64]) {
+    pub(crate) fn add_products(self, x: &[f64], (y, of): (StridedDifference, &[f64]), to: &mut [f64]) {
         debug_assert_eq!(self.stride, y.stride);
-        let (of, to) = (&of[y.first..], &mut to[self.first..]);
         match self.stride {
-            1 => add_products::<1>(x, of, to),
-            2 => add_products::<2>(x, of, to),
-            _ => add_products::<3>(x, of, to),
+            1 => self.add_products_at::<1>(x, (y, of), to),
+            2 => self.add_products_at::<2>(x, (y, of), to),
+            _ => self.add_products_at::<3>(x, (y, of), to),
+        }
+    }
+
+    #[inline(always)]
+    fn add_products_at<const D: usize>(self, x: &[f64], (y, of): (StridedDifference, &[f64]), to: &mut [f64]) {
+        let [at, y_at] = [self, y].map(|difference| [difference.first, difference.reference.unwrap_or_default()]);
+        match [self.reference, y.reference].map(|reference| reference.is_some()) {
+            [false, false] => add_products::<D>(x, &of[y.first..], &mut to[self.first..]),
+            [false, true] => add_differences::<D, false, true>(x, (y_at, of), (at, to)),
+            [true, false] => add_differences::<D, true, false>(x, (y_at, of), (at, to)),
+            [true, true] => add_differences::<D, true, true>(x, (y_at, of), (at, to)),
         }
     }
 }
@@ -49,6 +82,47 @@ fn add_products<const D: usize>(x: &[f64], y: &[f64], to: &mut [f64]) {
     x_rest.iter().zip(y_rest).zip(to_rest).for_each(|((x, y), to)| to[0] = plus_product(to[0], *x, y[0]));
 }
 
+/// Products for differences, with differences, or both.
+#[inline(always)]
+fn add_differences<const D: usize, const TO: bool, const OF: bool>(
+    x: &[f64],
+    (y, of): ([usize; 2], &[f64]),
+    (at, to): ([usize; 2], &mut [f64]),
+) {
+    let (fours, rest) = x.as_chunks::<4>();
+    for (k, x) in fours.iter().enumerate() {
+        let behind = |first: usize| first + 4 * D * k;
+        add_some::<D, 4, TO, OF>(x, (y.map(behind), of), (at.map(behind), to));
+    }
+    for (k, x) in rest.iter().enumerate() {
+        let behind = |first: usize| first + (4 * fours.len() + k) * D;
+        add_some::<D, 1, TO, OF>(&[*x], (y.map(behind), of), (at.map(behind), to));
+    }
+}
+
+// If the place of the last of some is there, so are all: no more is looked at.
+#[inline(always)]
+fn add_some<const D: usize, const L: usize, const TO: bool, const OF: bool>(
+    x: &[f64; L],
+    ([y, y_reference], of): ([usize; 2], &[f64]),
+    ([at, reference], to): ([usize; 2], &mut [f64]),
+) {
+    let len = (L - 1) * D + 1;
+    let y = &of[y..][..len];
+    let mut products: [f64; L] = std::array::from_fn(|k| y[k * D]);
+    if OF {
+        let y = &of[y_reference..][..len];
+        products = std::array::from_fn(|k| products[k] - y[k * D]);
+    }
+    products = std::array::from_fn(|k| products[k] * x[k]);
+    let sums = &mut to[at..][..len];
+    (0..L).for_each(|k| sums[k * D] += products[k]);
+    if TO {
+        let sums = &mut to[reference..][..len];
+        (0..L).for_each(|k| sums[k * D] -= products[k]);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -57,25 +131,33 @@ mod tests {
         (0.7 * k as f64).sin()
     }
 
-    fn at(first: usize, stride: usize) -> Strided {
-        let places: Vec<u32> = (0..4).map(|k| (first + k * stride) as u32).collect();
-        Strided::new(&places).expect("equal distances")
+    fn places(first: usize, stride: usize) -> Vec<u32> {
+        (0..4).map(|k| (first + k * stride) as u32).collect()
     }
 
+    /// Products for and with numbers and differences, for lists no longer than the last of them needs.
     #[test]
     fn strided_loops_agree_with_plain_ones() {
-        for stride in 1..=3 {
-            for count in 1..=21 {
-                // No longer than the last of them needs.
-                let y: Vec<f64> = (0..6 + (count - 1) * stride).map(number).collect();
+        let references = [None, Some(0), Some(9)];
+        for (stride, count) in (1..=3).flat_map(|stride| (1..=21).map(move |count| (stride, count))) {
+            for (reference, y_reference) in references.into_iter().flat_map(|a| references.map(|b| (a, b))) {
+                let at = |first: usize, reference: Option<usize>| {
+                    let reference = reference.map(|first| places(first, stride));
+                    StridedDifference::new(&places(first, stride), reference.as_deref()).expect("equal distances")
+                };
+                let len = |first: usize, reference: Option<usize>| first.max(reference.unwrap_or(0)) + (count - 1) * stride + 1;
+                let y: Vec<f64> = (0..len(5, y_reference)).map(number).collect();
                 let x: Vec<f64> = (0..count).map(|k| number(k + 50)).collect();
-                let (mut sums, mut expected) = (y[3..].to_vec(), y[3..].to_vec());
-                at(2, stride).add_products(&x, (at(5, stride), &y), &mut sums);
-                (0..count).for_each(|k| {
-                    let to = &mut expected[2 + k * stride];
-                    *to = plus_product(*to, x[k], y[5 + k * stride]);
-                });
-                assert_eq!(sums, expected, "{count} at {stride}");
+                let mut sums: Vec<f64> = (0..len(2, reference)).map(|k| number(k + 90)).collect();
+                let mut expected = sums.clone();
+                at(2, reference).add_products(&x, (at(5, y_reference), &y), &mut sums);
+                for k in 0..count {
+                    let product = x[k] * (y[5 + k * stride] - y_reference.map_or(0.0, |first| y[first + k * stride]));
+                    expected[2 + k * stride] += product;
+                    reference.into_iter().for_each(|first| expected[first + k * stride] -= product);
+                }
+                let is_close = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-14;
+                assert!(sums.iter().zip(&expected).all(is_close), "{count} at {stride}: {sums:?} for {expected:?}");
             }
         }
     }

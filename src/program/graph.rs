@@ -144,6 +144,16 @@ impl Graph {
         }
     }
 
+    /// Whether it is the negative of another node.
+    pub(crate) fn is_negative(&self, node: Node) -> bool {
+        self.negated(node).is_some()
+    }
+
+    /// Whether one of two is the negative of the other.
+    pub(crate) fn are_opposite(&self, x: Node, y: Node) -> bool {
+        self.negated(x) == Some(y) || self.negated(y) == Some(x)
+    }
+
     /// The fixed factor of a product and the other one.
     pub(super) fn fixed_factor(&self, node: Node) -> Option<(Node, Node)> {
         match self.expression(node) {

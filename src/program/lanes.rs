@@ -114,27 +114,34 @@ impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {
     }
 }
 
-/// Adds them to sums.
+/// Adds them to sums, and subtracts the first of them elsewhere.
 struct Add<'a> {
-    targets: &'a [Places],
+    targets: [&'a [Places]; 2],
     sums: &'a mut [f64],
 }
 
 impl Sink for Add<'_> {
     #[inline]
     fn take<const L: usize>(&mut self, which: usize, chunk: &Chunk, results: Results<L>) {
-        let targets = &self.targets[which];
+        let [plus, minus] = self.targets.map(|targets| &targets[which]);
         if chunk.own.len() == L {
-            targets.add(results.iter().copied(), self.sums);
+            plus.add(results.iter().copied(), self.sums);
+            minus.add(results.iter().map(negative), self.sums);
         } else {
             let counted = |values: &[f64; L]| {
                 let mut counted = [0.0; L];
                 counted[chunk.own.clone()].copy_from_slice(&values[chunk.own.clone()]);
                 counted
             };
-            targets.add(results.iter().map(counted), self.sums);
+            plus.add(results.iter().map(counted), self.sums);
+            minus.add(results.iter().map(|values| negative(&counted(values))), self.sums);
         }
     }
+}
+
+#[inline(always)]
+fn negative<const L: usize>(values: &[f64; L]) -> [f64; L] {
+    values.map(|x| -x)
 }
 
 impl Lanes {
@@ -146,9 +153,8 @@ impl Lanes {
         Lanes { kernel, chunks, lanes, sources }
     }
 
-    /// Where the results of the first stage are added: `target` says it of an element and the number of a result.
-    pub(crate) fn targets(&self, target: impl Fn(usize, usize) -> usize) -> Vec<Places> {
-        let results = self.kernel.main().results().len();
+    /// Where the first results of the first stage are added: `target` says it of an element and the number of a result.
+    pub(crate) fn targets(&self, results: usize, target: impl Fn(usize, usize) -> usize) -> Vec<Places> {
         self.chunks.iter().map(|chunk| chunk.places(results, &target)).collect()
     }
 
@@ -185,8 +191,15 @@ impl Lanes {
         self.each(0, Some(point), registers, &mut Put(put));
     }
 
-    /// Runs the kernel, or its first stage, for all elements at a point, and adds its results to sums.
-    pub(crate) fn run_and_add(&self, point: &[f64], registers: &mut [f64], targets: &[Places], sums: &mut [f64]) {
+    /// Runs the kernel, or its first stage, for all elements at a point, adds its results to sums and subtracts the first of them elsewhere.
+    pub(crate) fn run_and_add(
+        &self,
+        point: &[f64],
+        registers: &mut [f64],
+        targets: &[Vec<Places>; 2],
+        sums: &mut [f64],
+    ) {
+        let targets = targets.each_ref().map(Vec::as_slice);
         self.each(0, Some(point), registers, &mut Add { targets, sums });
     }
 

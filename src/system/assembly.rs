@@ -1,15 +1,15 @@
 //! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
 
-use std::ops::Range;
-
 use super::argument::Argument;
 use super::batch::{Covector, InputRows, StateRows, Sums, Within};
-use super::block::BlockRun;
+use super::block::BlockEntry;
+use super::difference::RelativeEntry;
 use super::element::{Element, Formulas};
 use super::element_programs::Alike;
-use super::formula::Kernels;
+use super::formula::{Component, Kernels};
 use super::point::Layout;
 use super::products::{Products, Wanted};
+use super::scatter::Scatter;
 use super::view::NodeView;
 use crate::System;
 use crate::number::larger;
@@ -20,8 +20,8 @@ use crate::program::{Lanes, Places};
 struct Group {
     elements: Vec<usize>,
     state: Lanes,
-    /// Where components are added to all sums.
-    sums: Vec<Places>,
+    /// Where components are added to all sums, and where the first of them are subtracted.
+    sums: [Vec<Places>; 2],
 }
 
 /// Elements of one formula with derivatives with respect to inputs.
@@ -54,13 +54,11 @@ pub(crate) struct Assembly {
     /// Elements that may bend within a step: those that have programs, and all, these first.
     bending_groups: Vec<BendingGroup>,
     bending: Vec<usize>,
-    /// Elements whose second derivatives are stored, and where these stand: entry by entry, and of each entry element by element.
+    /// Elements whose second derivatives are stored, entry by entry and of each entry element by element, how many these are, and what becomes of them.
     varying: Vec<usize>,
-    stored: Vec<(BlockRun, Range<usize>)>,
+    len: usize,
+    tangent: Vec<Scatter>,
     products: Vec<Products>,
-    /// Of each of them, row and column in K, and where it is added: at (row, column) and at (column, row).
-    unknowns: Vec<[usize; 2]>,
-    slots: Vec<[u32; 2]>,
 }
 
 /// The registers of all programs, with what preludes computed for a set of design variables.
@@ -77,7 +75,8 @@ pub(crate) struct Workspace {
 }
 
 impl Assembly {
-    pub(crate) fn new(elements: &[Element], layout: Layout) -> Self {
+    /// Of all elements of a scene; `slot` says where K stores an entry.
+    pub(crate) fn new(elements: &[Element], layout: Layout, slot: &dyn Fn(usize, usize) -> usize) -> Self {
         let mut assembly = Assembly { layout, ..Assembly::default() };
         for alike in Alike::all(elements) {
             let (formula, own) = (alike.formula, &alike.elements);
@@ -97,7 +96,8 @@ impl Assembly {
             }
             if formula.is_varying() {
                 let state = alike.lanes(&layout, kernels.state.clone());
-                let sums = state.targets(|e, k| layout.sum(own[e], kernels.components[k]));
+                let targets = |of: &[Component]| state.targets(of.len(), |e, k| layout.sum(own[e], of[k]));
+                let sums = [targets(&kernels.components), targets(&kernels.negatives)];
                 assembly.groups.push(Group { elements: alike.numbers, state, sums });
             }
         }
@@ -106,37 +106,30 @@ impl Assembly {
         assembly.bending = programmed.chain(others).copied().collect();
         let programmed = assembly.groups.iter().map(|group| group.elements.clone());
         let lists: Vec<Vec<usize>> = programmed.chain(assembly.dual.iter().map(|&e| vec![e])).collect();
-        lists.into_iter().for_each(|members| assembly.store(elements, members));
+        lists.into_iter().for_each(|members| assembly.store(elements, members, slot));
         assembly.dual_len = assembly.dual.iter().map(|&e| elements[e].formula.varying.len()).sum();
         assembly
     }
 
     /// Makes room for the second derivatives of elements of one formula.
-    fn store(&mut self, elements: &[Element], members: Vec<usize>) {
-        let (entries, begin, count) = (&elements[members[0]].formula.varying, self.block_len(), members.len());
-        let place = |entry, e: usize| elements[e].row_and_col(entry).map(|place| place as u32);
-        for run in BlockRun::all(entries) {
-            let own = &entries[run.entries.clone()];
-            let places: Vec<_> = own.iter().flat_map(|entry| members.iter().map(move |&e| place(entry, e))).collect();
-            let range = begin + count * run.entries.start..begin + count * run.entries.end;
-            self.products.extend(Products::all(&run, range.start, &places));
-            self.stored.push((run, range));
-        }
-        for entry in entries {
-            self.unknowns.extend(members.iter().map(|&e| elements[e].unknowns(entry, self.layout.n)));
+    fn store(&mut self, elements: &[Element], members: Vec<usize>, slot: &dyn Fn(usize, usize) -> usize) {
+        let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
+        let slots = |e: usize, entry: &BlockEntry| {
+            let [row, col] = own[e].unknowns(entry, self.layout.n);
+            [slot(row, col) as u32, slot(col, row) as u32]
+        };
+        let varying = &own[0].formula.varying;
+        self.tangent.extend(Scatter::all(varying, own.len(), self.len, slots));
+        for entries in varying.chunk_by(RelativeEntry::is_like) {
+            self.products.extend(Products::all(entries, &own, self.len));
+            self.len += entries.len() * own.len();
         }
         self.varying.extend(members);
     }
 
-    /// Fixes where each varying entry of K is stored.
-    pub(crate) fn place(&mut self, slot: &dyn Fn(usize, usize) -> usize) {
-        let slots = self.unknowns.iter().map(|&[row, col]| [slot(row, col) as u32, slot(col, row) as u32]);
-        self.slots = slots.collect();
-    }
-
     /// The number of second derivatives at a point.
     pub(crate) fn block_len(&self) -> usize {
-        self.unknowns.len()
+        self.len
     }
 
     /// Whether any element is evaluated at every point.
@@ -189,9 +182,7 @@ impl Assembly {
 
     /// Adds the varying entries of K(h), made from blocks, to its values.
     pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
-        for (run, range) in &self.stored {
-            run.scatter(&blocks[range.clone()], &self.slots[range.clone()], h, values);
-        }
+        self.tangent.iter().for_each(|scatter| scatter.add(blocks, h, values));
     }
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.

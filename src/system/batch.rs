@@ -7,7 +7,7 @@ use super::item::PlacedElement;
 use super::jet::{ElementKind, Number};
 use super::view::NodeView;
 use crate::model::Param;
-use crate::number::add;
+use crate::number::{add, take};
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
 #[derive(Clone, Debug, Default)]
@@ -84,8 +84,8 @@ impl Pair {
 
     /// Takes the values out of the solver's order.
     pub fn load(&mut self, positions: &Positions, x: &[f64]) {
-        self.v.iter_mut().zip(&positions.v).for_each(|(v, &at)| *v = x[at]);
-        self.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &at)| *sigma = x[at]);
+        take(x, &positions.v, &mut self.v);
+        take(x, &positions.sigma, &mut self.sigma);
     }
 
     /// Puts the values into the solver's order.

@@ -9,10 +9,7 @@
 //!
 //! What comes from 𝓛 obeys K(−h) = K(h)ᵀ.
 
-use std::ops::Range;
-
 use super::jet::ElementKind;
-use crate::number::by_fours;
 
 /// One kind of second derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,6 +45,17 @@ pub struct BlockEntry {
 }
 
 impl Block {
+    /// The factor of its entries in K(h).
+    pub fn in_tangent(self, h: f64) -> f64 {
+        match self {
+            Block::Vv | Block::PhiQ => 1.0,
+            Block::Vq | Block::PhiDotQ => h,
+            Block::ForceV => -h,
+            Block::Qq | Block::PhiDotQq | Block::ForceQ => -h * h,
+            Block::PhiQq => 0.0,
+        }
+    }
+
     /// Whether its rows are equations.
     pub fn has_equations(self) -> bool {
         matches!(self, Block::PhiQ | Block::PhiDotQ)
@@ -79,57 +87,13 @@ impl BlockEntry {
         }
     }
 
-    /// Its factors in K(h): at (row, col), and at (col, row).
-    pub fn in_tangent(&self, h: f64) -> [f64; 2] {
-        let mirrored = |factor: f64| [factor, if self.mirrored { factor } else { 0.0 }];
+    /// The sign with which it stands at (col, row) of K as well.
+    pub fn sign_of_mirrored(&self) -> Option<f64> {
         match self.block {
-            Block::Vv => mirrored(1.0),
-            Block::Vq => [h, -h],
-            Block::Qq | Block::PhiDotQq => mirrored(-h * h),
-            Block::ForceV => [-h, 0.0],
-            Block::ForceQ => [-h * h, 0.0],
-            Block::PhiQq => [0.0; 2],
-            Block::PhiQ => [1.0; 2],
-            Block::PhiDotQ => [h, -h],
-        }
-    }
-}
-
-/// Entries of one block that follow each other, mirrored ones or others.
-#[derive(Clone, Debug)]
-pub struct BlockRun {
-    /// Their block, and whether they are mirrored.
-    pub like: BlockEntry,
-    pub entries: Range<usize>,
-}
-
-impl BlockRun {
-    /// The runs of a list.
-    pub fn all(entries: &[BlockEntry]) -> Vec<BlockRun> {
-        let mut begin = 0;
-        let runs = entries.chunk_by(|a, b| (a.block, a.mirrored) == (b.block, b.mirrored));
-        runs.map(|run| {
-            begin += run.len();
-            BlockRun { like: run[0], entries: begin - run.len()..begin }
-        })
-        .collect()
-    }
-
-    /// Adds its values to K at two lists of slots, (row, column) and (column, row).
-    #[inline]
-    pub fn scatter(&self, x: &[f64], slots: &[[u32; 2]], h: f64, values: &mut [f64]) {
-        let [here, there] = self.like.in_tangent(h);
-        // Not 0 · x: at h = 0 derivatives of forces have no part in K, finite or not.
-        if here == 0.0 && there == 0.0 {
-            return;
-        }
-        if here == there {
-            by_fours(x, slots, |x, slots| slots.iter().for_each(|&slot| values[slot as usize] += here * x));
-            return;
-        }
-        by_fours(x, slots, |x, slots| values[slots[0] as usize] += here * x);
-        if there != 0.0 {
-            by_fours(x, slots, |x, slots| values[slots[1] as usize] += there * x);
+            Block::Vv | Block::Qq | Block::PhiDotQq => self.mirrored.then_some(1.0),
+            Block::Vq | Block::PhiDotQ => Some(-1.0),
+            Block::PhiQ => Some(1.0),
+            Block::ForceV | Block::ForceQ | Block::PhiQq => None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! [`Derivatives`]: what a formula adds to 𝓛_v, 𝓛_q + Q and dΦ/dt, and the derivatives of that, as nodes of its graph.
 
 use super::block::{Block, BlockEntry};
+use super::difference::{Differences, Pairs};
 use super::formula::Component;
 use super::jet::ElementKind;
 use super::shape::Shape;
@@ -20,6 +21,9 @@ pub(super) struct Derivatives {
     pub(super) phi_q: Vec<Node>,
     phi_dot_q: Vec<Node>,
     phi_t: Vec<Node>,
+    /// Q_v and Q_q by columns.
+    force_v: Vec<Node>,
+    force_q: Vec<Node>,
     /// All second derivatives that are not zero by structure.
     pub(super) entries: Vec<(BlockEntry, Node)>,
 }
@@ -40,6 +44,8 @@ impl Derivatives {
             phi_q: Vec::new(),
             phi_dot_q: Vec::new(),
             phi_t: Vec::new(),
+            force_v: Vec::new(),
+            force_q: Vec::new(),
             entries: Vec::new(),
         };
         let q: Vec<Node> = (0..n).map(|i| graph.input(i)).collect();
@@ -84,14 +90,12 @@ impl Derivatives {
     }
 
     fn applied(&mut self, graph: &mut Graph, values: &[Node], (q, v): (&[Node], &[Node])) {
-        let one = graph.constant(1.0);
+        let (n, one) = (q.len(), graph.constant(1.0));
         self.force = values.to_vec();
-        for (block, x) in [(Block::ForceV, v), (Block::ForceQ, q)] {
-            for (col, x) in x.iter().enumerate() {
-                let slopes = graph.forward(values, &[(*x, one)]);
-                self.entries
-                    .extend(slopes.into_iter().enumerate().map(|(row, slope)| (BlockEntry::new(block, row, col), slope)));
-            }
+        let mut columns = |x: &[Node]| x.iter().flat_map(|x| graph.forward(values, &[(*x, one)])).collect();
+        (self.force_v, self.force_q) = (columns(v), columns(q));
+        for (block, columns) in [(Block::ForceV, &self.force_v), (Block::ForceQ, &self.force_q)] {
+            self.entries.extend(columns.iter().enumerate().map(|(k, slope)| (BlockEntry::new(block, k % n, k / n), *slope)));
         }
     }
 
@@ -130,8 +134,35 @@ impl Derivatives {
         (0..self.shape.n).map(is_linear).collect()
     }
 
+    /// The differences of coordinates on which they depend alone; of a constraint without its linear columns.
+    pub(super) fn differences(&self, graph: &Graph, is_linear: &[bool]) -> Differences {
+        let n = self.shape.n;
+        let find = |rows: &[Vec<Node>]| Pairs::find(graph, n, rows.iter().map(Vec::as_slice));
+        let of_forces = |nodes: &[Node]| find(&[nodes.to_vec()]);
+        let rows = |columns: &[Node]| -> Vec<Vec<Node>> {
+            (0..n).map(|row| columns.iter().skip(row).step_by(n).copied().collect()).collect()
+        };
+        match self.kind {
+            ElementKind::Kinetic => {
+                let (v, q) = (of_forces(&self.l_v), of_forces(&self.force));
+                Differences { momentum: v.clone(), force: q.clone(), v, q }
+            }
+            ElementKind::Potential => Differences::of_coordinates(of_forces(&self.force)),
+            ElementKind::Applied => Differences {
+                momentum: Pairs::none(n),
+                force: of_forces(&self.force),
+                v: find(&rows(&self.force_v)),
+                q: find(&rows(&self.force_q)),
+            },
+            ElementKind::Holonomic => {
+                let phi_q: Vec<Vec<Node>> = self.phi_q.chunks(n.max(1)).map(<[Node]>::to_vec).collect();
+                Differences::of_coordinates(find(&phi_q).without(is_linear))
+            }
+        }
+    }
+
     /// What is evaluated at every iteration: the components, of a constraint without its linear columns.
-    pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> (Vec<Component>, Vec<Node>) {
+    pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> Vec<(Component, Node)> {
         let (shape, mut l_v, mut phi_dot) = (self.shape, self.l_v.clone(), self.phi_dot.clone());
         if self.kind == ElementKind::Holonomic {
             let zero = graph.constant(0.0);
@@ -143,7 +174,7 @@ impl Derivatives {
                 *phi_dot = sum_of_products(graph, &row, &v, self.phi_t[j]);
             }
         }
-        without_zeros(graph, components([&l_v, &self.force, &phi_dot]))
+        components([&l_v, &self.force, &phi_dot]).into_iter().filter(|(_, node)| !graph.is_zero(*node)).collect()
     }
 
     /// Q_u by rows.

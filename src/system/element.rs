@@ -161,7 +161,9 @@ impl Element {
             let is_angle = |which| matches!(self.formula.shape.place(which), Place::Q(_));
             kernels.at_state(parameters, |which| if is_angle(which) { angle } else { 0.0 }).1
         });
-        for (k, entry) in self.formula.varying.iter().enumerate().filter(|(_, entry)| entry.block == Block::PhiQ) {
+        // Of one coordinate each, these slopes are relative to no other.
+        let varying = self.formula.varying.iter().map(|relative| &relative.entry);
+        for (k, entry) in varying.enumerate().filter(|(_, entry)| entry.block == Block::PhiQ) {
             let [at_0, at_90, at_180] = slopes.each_ref().map(|slopes| slopes[k]);
             // π is not exact in binary: what is left of a zero coefficient is rounding.
             let rounding = 4.0 * f64::EPSILON * at_0.abs().max(at_90.abs()).max(at_180.abs());

@@ -11,6 +11,7 @@
 
 use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
+use super::difference::RelativeEntry;
 use super::jet::ElementKind;
 use super::shape::Shape;
 use super::typed::Slot;
@@ -42,8 +43,9 @@ pub struct Kernels {
     pub template: Template,
     /// At a state: first 𝓛_v, 𝓛_q + Q and dΦ/dt, of a constraint without its linear columns, then the entries that vary.
     pub state: Kernel,
-    /// Which component each result of the first stage is.
+    /// Which component each result of the first stage is, and of which ones the first results are the negatives.
     pub components: Vec<Component>,
+    pub negatives: Vec<Component>,
     /// The entries that are constant.
     pub fixed: Kernel,
     /// 𝓛_v and 𝓛_q + Q, and Q_u by rows, of an element that is constant.
@@ -84,7 +86,7 @@ pub struct Formula {
     /// An energy that may be undefined where its derivatives are not, as ln q for q < 0.
     pub partly_defined: bool,
     /// Second derivatives that vary along a motion, and those that do not.
-    pub varying: Vec<BlockEntry>,
+    pub varying: Vec<RelativeEntry>,
     pub fixed: Vec<BlockEntry>,
     /// None without a graph: then everything is taken to vary.
     pub kernels: Option<Kernels>,
@@ -102,7 +104,7 @@ impl Formula {
             sinusoidal: false,
             timed: true,
             partly_defined: is_energy(kind),
-            varying: BlockEntry::all(kind, shape.n, shape.m),
+            varying: BlockEntry::all(kind, shape.n, shape.m).into_iter().map(RelativeEntry::from).collect(),
             fixed: Vec::new(),
             kernels: None,
         }
@@ -135,25 +137,28 @@ impl Formula {
             ElementKind::Holonomic => entry.block == Block::PhiQ && is_linear[entry.col] && graph.is_fixed(*node),
             _ => constant,
         };
-        let (fixed, varying): (Vec<_>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
-        let (components, results) = derivatives.without_linear_columns(&mut graph, &is_linear);
+        let (fixed, varying): (Vec<(BlockEntry, Node)>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
+        let differences = derivatives.differences(&graph, &is_linear);
+        let (varying, second) = differences.entries(varying);
+        let (components, negatives, first) =
+            differences.components(derivatives.without_linear_columns(&mut graph, &is_linear));
+        let (fixed, fixed_nodes): (Vec<BlockEntry>, Vec<Node>) = fixed.into_iter().unzip();
         let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, (bound, timed, !constant));
         let along = derivatives.along(&mut graph);
         let at_zero: Vec<Node> = derivatives.l_v.iter().chain(&derivatives.force).chain(&controls).copied().collect();
-        let nodes = |entries: &[(BlockEntry, Node)]| entries.iter().map(|(_, node)| *node).collect::<Vec<_>>();
-        let state = Kernel::in_stages(&mut graph, parameters, &[&results, &nodes(&varying)])?;
+        let state = Kernel::in_stages(&mut graph, parameters, &[&first, &second])?;
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
         let kernels = Kernels {
             state,
             components,
-            fixed: kernel(&nodes(&fixed))?,
+            negatives,
+            fixed: kernel(&fixed_nodes)?,
             at_zero: kernel(&at_zero)?,
             inputs: kernel(&by_inputs)?,
             inputs_of,
             along: kernel(&along)?,
             template,
         };
-        let entries = |entries: Vec<(BlockEntry, Node)>| entries.into_iter().map(|(entry, _)| entry).collect();
         Some(Formula {
             kind,
             shape,
@@ -163,8 +168,8 @@ impl Formula {
             sinusoidal,
             timed,
             partly_defined,
-            varying: entries(varying),
-            fixed: entries(fixed),
+            varying,
+            fixed,
             kernels: Some(kernels),
         })
     }

@@ -21,6 +21,7 @@ use std::ops::Range;
 use super::batch::Batch;
 use super::block::Block;
 use super::constants::Entry;
+use super::difference::RelativeEntry;
 use super::element::Element;
 use super::jet::ElementKind;
 use super::view::NodeView;
@@ -86,7 +87,8 @@ fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
     let mut joints: Vec<Joint> = constraints
         .map(|constraint| {
             // What Φ never changes with has nothing to do with it.
-            let slopes = constraint.formula.fixed.iter().chain(&constraint.formula.varying);
+            let varying = constraint.formula.varying.iter().flat_map(RelativeEntry::parts);
+            let slopes = constraint.formula.fixed.iter().copied().chain(varying);
             let touched = slopes.filter(|entry| entry.block == Block::PhiQ).map(|entry| constraint.q[entry.col]);
             let blocks: BTreeSet<usize> = touched.map(|i| block_of[i]).collect();
             Joint { equations: constraint.sigma.clone(), blocks: blocks.into_iter().collect() }

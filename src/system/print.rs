@@ -70,8 +70,7 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
     let Some(kernels) = &formula.kernels else {
         return writeln!(text, "`{}` has no program: num-dual differentiates it at every point", element.name);
     };
-    let names = |entries: &[BlockEntry]| entries.iter().map(BlockEntry::name).collect::<Vec<_>>();
-    let mut part = |what: &str, kernel: &Kernel, stage: usize, results: Vec<String>| -> fmt::Result {
+    let mut part = |what: &str, kernel: &Kernel, stage: usize, results: Vec<Names>| -> fmt::Result {
         if results.is_empty() {
             return Ok(());
         }
@@ -84,16 +83,31 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         }
         write_program(text, program, &results)
     };
-    part("constant second derivatives", &kernels.fixed, 0, names(&formula.fixed))?;
+    part("constant second derivatives", &kernels.fixed, 0, formula.fixed.iter().map(|entry| plain(entry.name())).collect())?;
     if formula.is_varying() {
-        part("first derivatives", &kernels.state, 0, kernels.components.iter().map(|of| of.name()).collect())?;
-        part("second derivatives", &kernels.state, Kernels::SECOND, names(&formula.varying))?;
+        part("first derivatives", &kernels.state, 0, names_of_components(kernels))?;
+        let names = |(sign, part): (f64, BlockEntry)| (if sign < 0.0 { "-" } else { "" }, part.name());
+        let entries = formula.varying.iter().map(|entry| entry.signed_parts().map(names).collect());
+        part("second derivatives", &kernels.state, Kernels::SECOND, entries.collect())?;
     }
     let inputs = kernels.inputs_of.iter().map(|slot| match slot {
         Slot::B(p) => format!("by b{p}"),
         _ => format!("by {}", formula.shape.place(formula.shape.number(*slot)).name()),
     });
-    part("derivatives by inputs", &kernels.inputs, 0, inputs.collect())
+    part("derivatives by inputs", &kernels.inputs, 0, inputs.map(plain).collect())
+}
+
+/// What a result is, each with a sign.
+type Names = Vec<(&'static str, String)>;
+
+fn plain(name: String) -> Names {
+    vec![("", name)]
+}
+
+fn names_of_components(kernels: &Kernels) -> Vec<Names> {
+    let mut names: Vec<Names> = kernels.components.iter().map(|of| plain(of.name())).collect();
+    names.iter_mut().zip(&kernels.negatives).for_each(|(names, of)| names.push(("-", of.name())));
+    names
 }
 
 /// What fills the first registers: the prelude, and the arguments.
@@ -102,7 +116,7 @@ fn write_arguments(text: &mut String, kernel: &Kernel, name: impl Fn(usize) -> S
     if !fixed.is_empty() {
         writeln!(text, "  once, of b and the formula's own numbers:")?;
         write_registers(text, (0..kernel.prelude().arguments()).map(|p| format!("b{p}")))?;
-        write_program(text, kernel.prelude(), &fixed)?;
+        write_program(text, kernel.prelude(), &fixed.iter().cloned().map(plain).collect::<Vec<_>>())?;
         writeln!(text, "  at every point:")?;
     }
     write_registers(text, kernel.inputs().iter().map(|&which| name(which)).chain(fixed))
@@ -112,12 +126,12 @@ fn write_registers(text: &mut String, names: impl Iterator<Item = String>) -> fm
     names.enumerate().try_for_each(|(register, name)| writeln!(text, "    r{register} = {name}"))
 }
 
-fn write_program(text: &mut String, program: &Program, results: &[String]) -> fmt::Result {
+fn write_program(text: &mut String, program: &Program, results: &[Names]) -> fmt::Result {
     for line in program.to_string().lines() {
         writeln!(text, "    {line}")?;
     }
-    for (register, name) in program.results().zip(results) {
-        writeln!(text, "    {name} = r{register}")?;
+    for (register, names) in program.results().zip(results) {
+        names.iter().try_for_each(|(sign, name)| writeln!(text, "    {name} = {sign}r{register}"))?;
     }
     Ok(())
 }

@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use super::batch::{Covector, StateRows, Sums};
-use super::block::{Block, BlockEntry, BlockRun};
+use super::block::{Block, BlockEntry};
+use super::difference::RelativeEntry;
+use super::element::Element;
 use super::view::NodeView;
-use crate::number::{Strided, by_fours};
+use crate::number::{StridedDifference, by_fours};
 
 /// A part of the adjoint rows, and of the adjoint variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,24 +81,31 @@ pub struct Products {
 #[derive(Debug)]
 enum At {
     /// Row and column, of one entry of like elements.
-    Strided([Strided; 2]),
-    /// Row and column of each value.
-    Places(Vec<[u32; 2]>),
+    Strided([StridedDifference; 2]),
+    /// Row and column of each value, and whether it is subtracted there.
+    Places(Vec<[u32; 2]>, bool),
 }
 
 impl Products {
-    /// Those of a run of entries, entry by entry and of each element by element, whose values begin at `begin`.
-    pub fn all(run: &BlockRun, begin: usize, places: &[[u32; 2]]) -> Vec<Products> {
-        let elements = places.len() / run.entries.len();
-        let entries: Vec<_> = places.chunks_exact(elements).map(|places| (strided(places), places)).collect();
-        let mut end = begin;
-        let parts = entries.chunk_by(|(a, _), (b, _)| a.is_none() && b.is_none()).map(|part| {
-            let values = end..end + part.len() * elements;
+    /// Those of like entries, entry by entry and of each element by element, whose values begin at `begin`.
+    pub fn all(entries: &[RelativeEntry], elements: &[&Element], begin: usize) -> Vec<Products> {
+        let (mut all, mut end, like) = (Vec::new(), begin, entries[0].entry);
+        let strided: Vec<_> = entries.iter().map(|entry| (entry, strided(entry, elements))).collect();
+        for run in strided.chunk_by(|(_, a), (_, b)| a.is_none() && b.is_none()) {
+            let values = end..end + run.len() * elements.len();
             end = values.end;
-            let list = || At::Places(part.iter().flat_map(|(_, places)| *places).copied().collect());
-            Products { like: run.like, values, at: part[0].0.map_or_else(list, At::Strided) }
-        });
-        parts.collect()
+            if let Some(strided) = run[0].1 {
+                all.push(Products { like, values, at: At::Strided(strided) });
+                continue;
+            }
+            for part in 0..run[0].0.len() {
+                let place = |entry: &RelativeEntry| entry.parts().nth(part).unwrap_or(entry.entry);
+                let places = run.iter().flat_map(|(entry, _)| places(&place(entry), elements)).collect();
+                let is_negative = part >= run[0].0.len().div_ceil(2);
+                all.push(Products { like, values: values.clone(), at: At::Places(places, is_negative) });
+            }
+        }
+        all
     }
 
     /// Adds to the adjoint rows what they contribute.
@@ -148,20 +157,32 @@ impl Products {
                     row.add_products(x, (*col, of), to);
                 }
             }
-            At::Places(places) => {
+            At::Places(places, is_negative) => {
+                let sign = if *is_negative { -1.0 } else { 1.0 };
                 if transposed {
-                    by_fours(x, places, |x, [row, col]| to[*col as usize] += x * of[*row as usize]);
+                    by_fours(x, places, |x, [row, col]| to[*col as usize] += sign * x * of[*row as usize]);
                 }
                 if plain {
-                    by_fours(x, places, |x, [row, col]| to[*row as usize] += x * of[*col as usize]);
+                    by_fours(x, places, |x, [row, col]| to[*row as usize] += sign * x * of[*col as usize]);
                 }
             }
         }
     }
 }
 
-/// Rows and columns at equal distances of their own, the same for both.
-fn strided(places: &[[u32; 2]]) -> Option<[Strided; 2]> {
-    let of = |which: usize| Strided::new(&places.iter().map(|place| place[which]).collect::<Vec<_>>());
-    of(0).zip(of(1)).filter(|(row, col)| row.stride == col.stride).map(<[Strided; 2]>::from)
+/// Row and column of an entry of each element.
+fn places(entry: &BlockEntry, elements: &[&Element]) -> Vec<[u32; 2]> {
+    elements.iter().map(|element| element.row_and_col(entry).map(|place| place as u32)).collect()
+}
+
+/// Rows and columns, and what they are relative to, at equal distances of their own, the same for all.
+fn strided(relative: &RelativeEntry, elements: &[&Element]) -> Option<[StridedDifference; 2]> {
+    let entry = relative.entry;
+    let of = |which: usize, entry: &BlockEntry| places(entry, elements).iter().map(|place| place[which]).collect::<Vec<_>>();
+    let [row, col] = relative.reference;
+    let row_reference = row.map(|row| of(0, &BlockEntry { row, ..entry }));
+    let col_reference = col.map(|col| of(1, &BlockEntry { col, ..entry }));
+    let row = StridedDifference::new(&of(0, &entry), row_reference.as_deref())?;
+    let col = StridedDifference::new(&of(1, &entry), col_reference.as_deref())?;
+    (row.stride == col.stride).then_some([row, col])
 }

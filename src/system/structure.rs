@@ -7,7 +7,9 @@ use std::ops::Range;
 
 use super::assembly::{Assembly, Workspace};
 use super::batch::Batch;
+use super::block::BlockEntry;
 use super::constants::Constants;
+use super::difference::RelativeEntry;
 use super::element::{Element, Formulas};
 use super::groups::{self, Groups};
 use super::jet::ElementKind;
@@ -20,9 +22,8 @@ use crate::linear::{Pattern, Symbolic};
 impl Formulas {
     /// Tells every varying element where its entries of K are stored.
     pub(super) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
-        let mut assembly = Assembly::new(&elements, layout);
         // Row and column of a varying entry vary, so neither is condensed.
-        assembly.place(&|row, col| symbolic.slot(row, col).unwrap_or_default());
+        let assembly = Assembly::new(&elements, layout, &|row, col| symbolic.slot(row, col).unwrap_or_default());
         Formulas { elements, assembly }
     }
 
@@ -74,12 +75,14 @@ pub(super) fn analyse(
 fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>, Vec<bool>) {
     let (mut entries, mut constant) = (Vec::new(), vec![true; n + m]);
     for element in elements {
-        for entry in element.formula.fixed.iter().chain(&element.formula.varying) {
+        let mut add = |entry: &BlockEntry| {
             let [row, col] = element.unknowns(entry, n);
             entries.extend([(row, col), (col, row)]);
-        }
-        for entry in &element.formula.varying {
-            element.unknowns(entry, n).iter().for_each(|&unknown| constant[unknown] = false);
+            [row, col]
+        };
+        element.formula.fixed.iter().for_each(|entry| _ = add(entry));
+        for entry in element.formula.varying.iter().flat_map(RelativeEntry::parts) {
+            add(&entry).into_iter().for_each(|unknown| constant[unknown] = false);
         }
         if element.formula.piecewise {
             element.q.iter().for_each(|&i| constant[i] = false);

@@ -60,14 +60,18 @@ impl PlacedElement {
         let mut program = vec![0.0; dual.len()];
         let (components, entries) = kernels.at_state(&parameters, input);
         let fixed = kernels.fixed.evaluate(&parameters, input);
-        for (entry, value) in formula.fixed.iter().zip(&fixed).chain(formula.varying.iter().zip(&entries)) {
+        let fixed_parts = formula.fixed.iter().zip(&fixed).map(|(entry, value)| (*entry, *value));
+        let varying = formula.varying.iter().zip(&entries);
+        let parts = varying.flat_map(|(entry, value)| entry.signed_parts().map(move |(sign, part)| (part, sign * value)));
+        for (entry, value) in fixed_parts.chain(parts) {
             for (k, place) in all.iter().enumerate().filter(|(_, place)| place.block == entry.block) {
                 let here = (place.row, place.col) == (entry.row, entry.col);
                 let there = entry.mirrored && (place.col, place.row) == (entry.row, entry.col);
-                program[k] += if here || there { *value } else { 0.0 };
+                program[k] += if here || there { value } else { 0.0 };
             }
         }
-        for (of, value) in kernels.components.iter().zip(components) {
+        let negatives = kernels.negatives.iter().zip(components.iter().map(|value| -value));
+        for (of, value) in kernels.components.iter().zip(components.iter().copied()).chain(negatives) {
             *self.place(*of, &mut own) += value;
         }
         // What a constraint's linear columns contribute stands elsewhere.

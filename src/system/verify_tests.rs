@@ -201,7 +201,8 @@ fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) 
     let mut constants = Constants::new(element.q.len());
     element.add_constants(&parameters, &mut constants);
     let (_, slopes) = kernels.at_state(&parameters, |which| if which < element.q.len() { angle } else { 0.0 });
-    let phi_q = element.formula.varying.iter().zip(slopes).filter(|(entry, _)| entry.block == Block::PhiQ);
+    let varying = element.formula.varying.iter().map(|relative| &relative.entry);
+    let phi_q = varying.zip(slopes).filter(|(entry, _)| entry.block == Block::PhiQ);
     for ((entry, slope), wave) in phi_q.zip(&constants.waves) {
         let at = |e: &&Entry| (e.row, e.col) == (entry.row, entry.col);
         let linear: f64 = constants.phi_q.iter().filter(at).map(|e| e.value).sum();
