@@ -6,6 +6,9 @@ mod common;
 mod elements;
 #[path = "scenes/pieces.rs"]
 mod pieces;
+#[path = "scenes/points.rs"]
+#[allow(dead_code)]
+mod points;
 #[path = "scenes/ready_parts.rs"]
 #[allow(dead_code)]
 mod ready_parts;
@@ -20,6 +23,7 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::SVector;
 use pieces::Piece;
+use points::Net;
 
 /// A direction in which every input moves, as far as it is large.
 fn direction(inputs: &Inputs, seed: usize) -> Inputs {
@@ -147,6 +151,14 @@ fn products_are_exact_whatever_the_element_with_and_without_its_program() {
         }
     }
     println!("largest error {worst:.1e}");
+}
+
+#[test]
+fn products_are_exact_for_points_that_are_tied_together() {
+    for (count, net) in [(3, Net::Chain), (7, Net::Chain), (7, Net::Tangled)] {
+        let system = points::points::<2, 4>(count, net).compile().expect("a scene");
+        error(&format!("{net:?} of {count}"), &system, &lively(&system, 4, 0.01), Settings::default());
+    }
 }
 
 #[test]

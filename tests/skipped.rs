@@ -9,6 +9,8 @@ mod formulas;
 mod pairs;
 #[path = "scenes/pieces.rs"]
 mod pieces;
+#[path = "scenes/points.rs"]
+mod points;
 #[path = "scenes/ready_parts.rs"]
 mod ready_parts;
 #[path = "scenes/strings.rs"]
@@ -141,6 +143,11 @@ fn scenes_with_and_without_each_thing_move_as_their_plain_formulas() {
 }
 
 #[test]
+fn points_that_are_tied_together_move_as_their_plain_formulas() {
+    points::all().into_iter().for_each(|(name, scene)| against_plain(&name, scene));
+}
+
+#[test]
 fn chains_trees_and_ladders_move_as_their_plain_formulas() {
     against_plain("chain", structures::chain(30));
     against_plain("tree", structures::binary_tree(5));
@@ -190,6 +197,9 @@ fn programs_give_the_gradient_that_dual_numbers_give() {
     }
     for ((name, scene, dt), (_, again, _)) in formulas::all().into_iter().zip(formulas::all()) {
         against_dual_numbers(name, [scene, again], dt);
+    }
+    for ((name, scene), (_, again)) in points::all().into_iter().zip(points::all()) {
+        against_dual_numbers(&name, [scene, again], 0.01);
     }
     against_dual_numbers("chain", [(); 2].map(|()| structures::chain(30)), 0.01);
     against_dual_numbers("tree", [(); 2].map(|()| structures::binary_tree(5)), 0.01);

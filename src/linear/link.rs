@@ -117,13 +117,7 @@ impl<const S: usize> Link<S> {
     /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`; None if a pivot loses
     /// too many digits, and nothing is changed then.
     #[inline(always)]
-    fn eliminate_from(
-        node: &Node,
-        state: &mut State<'_>,
-        with: &mut RightSide<'_>,
-        a: usize,
-        b: usize,
-    ) -> Option<f64> {
+    fn eliminate_from(node: &Node, state: &mut State<'_>, with: &mut RightSide<'_>, a: usize, b: usize) -> Option<f64> {
         let (square, behind) = state.values[node.start..].split_at_mut(S * S);
         let (own, after) = state.scale[node.first..].split_at_mut(S);
         let mut d = load(square);
@@ -161,14 +155,7 @@ impl<const S: usize> Link<S> {
 
     /// x_a := U_D⁻ᵀ x_a, then x_b −= U_bᵀ x_a.
     #[inline(always)]
-    fn forward_transposed_in(
-        node: &Node,
-        d: &Matrix<S>,
-        u: impl FnOnce() -> Matrix<S>,
-        x: &mut [f64],
-        a: usize,
-        b: usize,
-    ) {
+    fn forward_transposed_in(node: &Node, d: &Matrix<S>, u: impl FnOnce() -> Matrix<S>, x: &mut [f64], a: usize, b: usize) {
         let (own, later) = x[node.first..].split_at_mut(S);
         let mut y = vector::<S>(own);
         for k in 0..S {

@@ -19,7 +19,6 @@ impl Strided {
         let even = places.windows(2).all(|pair| pair[1].checked_sub(pair[0]) == Some(stride));
         even.then_some(Strided { first: first as usize, stride: stride as usize })
     }
-
 }
 
 /// Such numbers, or their differences from others with the same stride.
@@ -145,7 +144,8 @@ mod tests {
                     let reference = reference.map(|first| places(first, stride));
                     StridedDifference::new(&places(first, stride), reference.as_deref()).expect("equal distances")
                 };
-                let len = |first: usize, reference: Option<usize>| first.max(reference.unwrap_or(0)) + (count - 1) * stride + 1;
+                let len =
+                    |first: usize, reference: Option<usize>| first.max(reference.unwrap_or(0)) + (count - 1) * stride + 1;
                 let y: Vec<f64> = (0..len(5, y_reference)).map(number).collect();
                 let x: Vec<f64> = (0..count).map(|k| number(k + 50)).collect();
                 let mut sums: Vec<f64> = (0..len(2, reference)).map(|k| number(k + 90)).collect();

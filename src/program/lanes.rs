@@ -192,13 +192,7 @@ impl Lanes {
     }
 
     /// Runs the kernel, or its first stage, for all elements at a point, adds its results to sums and subtracts the first of them elsewhere.
-    pub(crate) fn run_and_add(
-        &self,
-        point: &[f64],
-        registers: &mut [f64],
-        targets: &[Vec<Places>; 2],
-        sums: &mut [f64],
-    ) {
+    pub(crate) fn run_and_add(&self, point: &[f64], registers: &mut [f64], targets: &[Vec<Places>; 2], sums: &mut [f64]) {
         let targets = targets.each_ref().map(Vec::as_slice);
         self.each(0, Some(point), registers, &mut Add { targets, sums });
     }

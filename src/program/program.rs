@@ -1,7 +1,6 @@
 //! [`Program`]: a formula as a list of instructions without branches, run for several elements side by side.
 
 use std::fmt;
-use std::ops::Range;
 
 use super::expression::Expression;
 use super::function::Function;
@@ -72,7 +71,7 @@ pub(super) struct Instruction {
 #[derive(Clone, Debug)]
 pub(super) struct Run {
     pub(super) operation: Operation,
-    pub(super) instructions: Range<usize>,
+    pub(super) count: usize,
 }
 
 /// A list of instructions on registers: first the arguments, then constants, then what is computed.
@@ -114,8 +113,10 @@ impl Program {
 
     /// Computes the results of `L` elements side by side.
     pub(crate) fn run<const L: usize>(&self, registers: &mut [[f64; L]]) {
-        for Run { operation, instructions } in &self.runs {
-            let instructions = &self.instructions[instructions.clone()];
+        let mut rest = &self.instructions[..];
+        for Run { operation, count } in &self.runs {
+            let instructions;
+            (instructions, rest) = rest.split_at(*count);
             match *operation {
                 Operation::Add => binary(instructions, registers, |x, y| x + y),
                 Operation::Subtract => binary(instructions, registers, |x, y| x - y),
@@ -218,11 +219,10 @@ impl fmt::Display for Program {
         for (k, value) in self.constants.iter().enumerate() {
             writeln!(f, "r{} = {value:?}", self.arguments + k)?;
         }
-        for run in &self.runs {
-            for instruction in &self.instructions[run.instructions.clone()] {
-                instruction.write(f, run.operation)?;
-                writeln!(f)?;
-            }
+        let operations = self.runs.iter().flat_map(|run| std::iter::repeat_n(run.operation, run.count));
+        for (operation, instruction) in operations.zip(&self.instructions) {
+            instruction.write(f, operation)?;
+            writeln!(f)?;
         }
         Ok(())
     }

@@ -270,11 +270,10 @@ impl Tasks {
 
 impl Program {
     fn push(&mut self, operation: Operation, instruction: Instruction) {
-        let at = self.instructions.len();
         self.instructions.push(instruction);
         match self.runs.last_mut() {
-            Some(run) if run.operation == operation => run.instructions.end = at + 1,
-            _ => self.runs.push(Run { operation, instructions: at..at + 1 }),
+            Some(run) if run.operation == operation => run.count += 1,
+            _ => self.runs.push(Run { operation, count: 1 }),
         }
     }
 }

@@ -82,7 +82,8 @@ impl Differences {
     pub(super) fn entries(&self, all: Vec<(BlockEntry, Node)>) -> (Vec<RelativeEntry>, Vec<Node>) {
         let relative = all.into_iter().filter_map(|(entry, node)| Some((self.entry(entry)?, node)));
         let mut entries: Vec<(RelativeEntry, Node)> = relative.collect();
-        entries.sort_by_key(|(of, _)| (of.entry.block, of.entry.mirrored, of.reference.map(|reference| reference.is_some())));
+        entries
+            .sort_by_key(|(of, _)| (of.entry.block, of.entry.mirrored, of.reference.map(|reference| reference.is_some())));
         entries.into_iter().unzip()
     }
 
@@ -136,7 +137,10 @@ impl RelativeEntry {
         let BlockEntry { row, col, .. } = self.entry;
         let [row_of, col_of] = self.reference;
         let [plain, negative] = [[(Some(row), Some(col)), (row_of, col_of)], [(row_of, Some(col)), (Some(row), col_of)]];
-        plain.into_iter().chain(negative).filter_map(move |(row, col)| Some(BlockEntry { row: row?, col: col?, ..self.entry }))
+        plain
+            .into_iter()
+            .chain(negative)
+            .filter_map(move |(row, col)| Some(BlockEntry { row: row?, col: col?, ..self.entry }))
     }
 
     /// The same with their signs.

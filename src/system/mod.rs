@@ -21,6 +21,8 @@ mod cost_shape;
 mod costs;
 mod derivatives;
 mod difference;
+#[cfg(test)]
+mod difference_tests;
 mod element;
 mod element_programs;
 mod energy;

@@ -157,16 +157,27 @@ impl Products {
                     row.add_products(x, (*col, of), to);
                 }
             }
-            At::Places(places, is_negative) => {
-                let sign = if *is_negative { -1.0 } else { 1.0 };
-                if transposed {
-                    by_fours(x, places, |x, [row, col]| to[*col as usize] += sign * x * of[*row as usize]);
-                }
-                if plain {
-                    by_fours(x, places, |x, [row, col]| to[*row as usize] += sign * x * of[*col as usize]);
-                }
-            }
+            At::Places(places, false) => add_at::<false>(x, places, (transposed, plain), of, to),
+            At::Places(places, true) => add_at::<true>(x, places, (transposed, plain), of, to),
         }
+    }
+}
+
+/// Adds products at listed places, or subtracts them.
+#[inline(always)]
+fn add_at<const NEGATIVE: bool>(
+    x: &[f64],
+    places: &[[u32; 2]],
+    (transposed, plain): (bool, bool),
+    of: &[f64],
+    to: &mut [f64],
+) {
+    let signed = |x: &f64| if NEGATIVE { -x } else { *x };
+    if transposed {
+        by_fours(x, places, |x, [row, col]| to[*col as usize] += signed(x) * of[*row as usize]);
+    }
+    if plain {
+        by_fours(x, places, |x, [row, col]| to[*row as usize] += signed(x) * of[*col as usize]);
     }
 }
 

@@ -231,9 +231,11 @@ mod tests {
             reference,
         };
         let pair = [2, 3].map(|b| [2, 3].map(|c| (b, c))).into_iter().flatten();
-        let cable = |block| pair.clone().filter(move |(b, c)| block != Block::Qq || b >= c).map(move |(b, c)| {
-            entry(block, [b, c], [Some(b - 2), Some(c - 2)])
-        });
+        let cable = |block| {
+            pair.clone()
+                .filter(move |(b, c)| block != Block::Qq || b >= c)
+                .map(move |(b, c)| entry(block, [b, c], [Some(b - 2), Some(c - 2)]))
+        };
         let contact = |block| [[0, 0], [1, 0], [1, 1]].map(|at| entry(block, at, [None; 2]));
         let constraint = |block| [[0, 2], [0, 3], [1, 2]].map(|[row, col]| entry(block, [row, col], [None, Some(col - 2)]));
         let mut lists: Vec<Vec<RelativeEntry>> = [Block::Qq, Block::ForceQ].map(|block| cable(block).collect()).into();
@@ -241,7 +243,9 @@ mod tests {
         lists.extend([Block::PhiQ, Block::PhiDotQ].map(|block| constraint(block).into()));
         lists.push(lists.concat());
         let mut draw = Draw(3);
-        for (entries, (count, order)) in lists.iter().flat_map(|list| [1, 2, 3, 4, 5, 8, 29, 31].into_iter().flat_map(|n| (0..4).map(move |o| (n, o))).map(move |of| (list, of))) {
+        for (entries, (count, order)) in lists.iter().flat_map(|list| {
+            [1, 2, 3, 4, 5, 8, 29, 31].into_iter().flat_map(|n| (0..4).map(move |o| (n, o))).map(move |of| (list, of))
+        }) {
             let size = 2 * count + 4;
             let slot = |row: usize, col: usize| {
                 let [by_columns, by_rows] = [col * size + row, row * size + col];

@@ -19,7 +19,7 @@ use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scala
 
 /// A formula as a list of operations on what was computed before; it is made at random, and evaluated on any numbers.
 #[derive(Clone, Debug)]
-struct Random {
+pub(super) struct Random {
     operations: Vec<(usize, [usize; 2], f64)>,
 }
 
@@ -72,7 +72,7 @@ fn operate<S: Scalar>(kind: usize, x: S, y: S, c: f64) -> S {
 }
 
 impl Random {
-    fn new(draw: &mut Draw, inputs: usize, len: usize) -> Self {
+    pub(super) fn new(draw: &mut Draw, inputs: usize, len: usize) -> Self {
         let mut below = |n: usize| ((draw.number() + 1.0) * 0.5 * n as f64) as usize % n;
         let shape: Vec<_> = (0..len).map(|k| (below(KINDS), [below(inputs + k), below(inputs + k)])).collect();
         Random { operations: shape.into_iter().map(|(kind, of)| (kind, of, draw.number())).collect() }
@@ -87,7 +87,7 @@ impl Random {
     }
 
     /// The last values, each with something of all inputs.
-    fn last<S: Scalar, const M: usize>(&self, inputs: &[S]) -> SVector<S, M> {
+    pub(super) fn last<S: Scalar, const M: usize>(&self, inputs: &[S]) -> SVector<S, M> {
         let values = self.values(inputs);
         SVector::from_fn(|j, _| values[values.len() - 1 - j])
     }
@@ -141,13 +141,19 @@ where
     }
 }
 
-/// Compares a formula as one kind of element at random points; returns how many of them say something.
-fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
+/// What a comparison was worth: how many points say something, and whether derivatives stand for others as well.
+pub(super) struct Held {
+    pub(super) points: usize,
+    pub(super) is_relative: bool,
+}
+
+/// Compares a formula as one kind of element at random points.
+pub(super) fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     (jet, there): (J, &'static [usize]),
     draw: &mut Draw,
     name: &str,
     (b, design): ([Param; P], &[f64]),
-) -> usize
+) -> Held
 where
     J: Jet<N, M, K, P>,
 {
@@ -159,9 +165,10 @@ where
     let shape = Shape { n, m: M, k: K, p: P };
     let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
+    let is_relative = formula.varying.iter().any(|entry| entry.len() > 1);
     let recorded = element.element((0, 0), formula, numbers);
     assert_sines(&recorded, design, draw, name);
-    let mut said = 0;
+    let mut points = 0;
     for _ in 0..4 {
         let mut random = |len: usize| (0..len).map(|_| 1.5 * draw.number()).collect::<Vec<_>>();
         let (q, v, sigma, u, t) = (random(n), random(n), random(M), random(K), random(1)[0]);
@@ -180,17 +187,17 @@ where
         }
         let largest = pairs.iter().fold(1.0, |size: f64, pair| size.max(pair.dual.abs()));
         let is_moderate = largest < 1e8 && pairs.iter().all(|pair| pair.dual.is_finite());
-        said += usize::from(is_moderate);
+        points += usize::from(is_moderate);
         let is_close = |pair: &Compared| (pair.program - pair.dual).abs() <= 100.0 * noise + 1e-8 * largest;
         let far = || pairs.iter().filter(|pair| !is_close(pair));
         let show = || far().map(|pair| format!("{} {}\n", pair.program, pair.dual)).collect::<String>();
         assert!(!is_moderate || pairs.iter().all(is_close), "{name}\n{point:?} {noise}\n{}", show());
     }
-    said
+    Held { points, is_relative }
 }
 
 /// The first design variable.
-fn bound() -> Param {
+pub(super) fn bound() -> Param {
     Param::from(Design(SceneTag::default().handle(0))).resolve(&[0.0.into(); 3], &mut |_| 0)
 }
 
@@ -233,7 +240,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
             1 => bound(),
             _ => Param::from(0.8 + 0.5 * draw.number()),
         });
-        said += hold::<_, N, M, K, P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design));
+        said += hold::<_, N, M, K, P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design)).points;
     }
     assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
 }
@@ -276,10 +283,10 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let design = [0.7 * draw.number()];
         let b = [bound(), Param::from(draw.number())];
         let with = (b, design.as_slice());
-        said += hold::<_, 2, 0, 0, 2>((Kinetic(kinetic), &[]), &mut draw, &names[0], with);
-        said += hold::<_, 3, 0, 0, 2>((Potential(potential), &[]), &mut draw, &names[1], with);
-        said += hold::<_, 2, 0, 1, 2>((Applied(applied), &[]), &mut draw, &names[2], with);
-        said += hold::<_, 3, 2, 0, 2>((Holonomic(holonomic), &[]), &mut draw, &names[3], with);
+        said += hold::<_, 2, 0, 0, 2>((Kinetic(kinetic), &[]), &mut draw, &names[0], with).points;
+        said += hold::<_, 3, 0, 0, 2>((Potential(potential), &[]), &mut draw, &names[1], with).points;
+        said += hold::<_, 2, 0, 1, 2>((Applied(applied), &[]), &mut draw, &names[2], with).points;
+        said += hold::<_, 3, 2, 0, 2>((Holonomic(holonomic), &[]), &mut draw, &names[3], with).points;
     }
     assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
 }
