@@ -134,8 +134,8 @@ impl Derivatives {
         (0..self.shape.n).map(is_linear).collect()
     }
 
-    /// The differences of coordinates on which they depend alone; of a constraint without its linear columns.
-    pub(super) fn differences(&self, graph: &Graph, is_linear: &[bool]) -> Differences {
+    /// The differences of coordinates on which they depend alone.
+    pub(super) fn differences(&self, graph: &Graph) -> Differences {
         let n = self.shape.n;
         let find = |rows: &[Vec<Node>]| Pairs::find(graph, n, rows.iter().map(Vec::as_slice));
         let of_forces = |nodes: &[Node]| find(&[nodes.to_vec()]);
@@ -156,7 +156,7 @@ impl Derivatives {
             },
             ElementKind::Holonomic => {
                 let phi_q: Vec<Vec<Node>> = self.phi_q.chunks(n.max(1)).map(<[Node]>::to_vec).collect();
-                Differences::of_coordinates(find(&phi_q).without(is_linear))
+                Differences::of_coordinates(find(&phi_q))
             }
         }
     }

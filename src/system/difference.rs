@@ -1,6 +1,6 @@
 //! [`Differences`]: formulas that depend on coordinates by their differences alone, as those of springs, cables and distances between points do.
 //!
-//! Of a function of z = q_b − q_a the derivatives by q_a are those by q_b with the opposite sign. So those by q_b alone are computed:
+//! Of a function f of z = q_b − q_a the derivatives by q_a are those by q_b with the opposite sign. So those by q_b alone are computed:
 //!
 //! ```text
 //!   f_b = f_z,   f_a = −f_z          f_bb = f_aa = f_zz,   f_ab = f_ba = −f_zz
@@ -45,12 +45,6 @@ impl Pairs {
             (pairs.0[b], pairs.0[a]) = (Role::Relative(a), Role::Reference);
         }
         pairs
-    }
-
-    /// The same without some coordinates, of which each goes with its partner.
-    pub(super) fn without(mut self, skipped: &[bool]) -> Self {
-        self.0.iter_mut().zip(skipped).filter(|(_, skip)| **skip).for_each(|(role, _)| *role = Role::Alone);
-        self
     }
 
     /// What a coordinate is relative to; None if it is a reference itself.

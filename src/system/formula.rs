@@ -138,7 +138,7 @@ impl Formula {
             _ => constant,
         };
         let (fixed, varying): (Vec<(BlockEntry, Node)>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
-        let differences = derivatives.differences(&graph, &is_linear);
+        let differences = derivatives.differences(&graph);
         let (varying, second) = differences.entries(varying);
         let (components, negatives, first) =
             differences.components(derivatives.without_linear_columns(&mut graph, &is_linear));

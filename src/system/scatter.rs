@@ -192,7 +192,7 @@ fn alike(targets: &[Target], elements: usize) -> Vec<Range<usize>> {
         end - range.len()..end
     });
     let ranges: Vec<Range<usize>> = ranges.collect();
-    if ranges.len() <= 1 + elements / 8 { ranges } else { vec![0..elements] }
+    if ranges.len() <= 1 + elements / 8 { ranges } else { std::iter::once(0..elements).collect() }
 }
 
 /// Targets one behind the other: one, two or four.
