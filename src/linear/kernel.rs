@@ -26,8 +26,8 @@ pub(super) struct State<'a> {
 
 /// The work on one node, compiled for each of the sizes.
 pub(super) trait NodeKernel: Debug + Sync {
-    /// Factors the panel, updates the later ones, goes forward in the right-hand side and returns the worst ratio of `lu::factor`.
-    fn eliminate(node: &Node, state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
+    /// Factors the panel, updates the later ones and returns the worst ratio of `lu::factor`.
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
     /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
     /// x_a := U_D⁻¹ (x_a − U x_later).
@@ -53,7 +53,12 @@ impl<K: NodeKernel> Kernel for K {
         let mut worst = 1.0f64;
         for node in nodes {
             let at = |cancelled: Cancelled| Cancelled { column: node.first + cancelled.column, ..cancelled };
-            worst = larger(worst, K::eliminate(node, state, with).map_err(at)?);
+            worst = larger(worst, K::eliminate(node, state).map_err(at)?);
+            match with {
+                RightSide::None => {}
+                RightSide::Of(x) => K::forward(node, state.values, state.swaps, x),
+                RightSide::OfTransposed(x) => K::forward_transposed(node, state.values, state.swaps, x),
+            }
         }
         Ok(worst)
     }
@@ -94,7 +99,7 @@ pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
 }
 
 impl<N: Size> NodeKernel for PhantomData<N> {
-    fn eliminate(node: &Node, state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         let n = N::new(node.size);
         let s = n.get();
         let (panel, rest) = state.values[node.start..].split_at_mut(node.panel_len());
@@ -119,11 +124,6 @@ impl<N: Size> NodeKernel for PhantomData<N> {
         for Pair { b, c, upper, lower } in &node.pairs {
             lu::subtract_products(s, &mut rest[*upper..], lines(n, u, c), lines(n, l, b));
             lu::subtract_products(s, &mut rest[*lower..], lines(n, l, c), lines(n, u, b));
-        }
-        match with {
-            RightSide::None => {}
-            RightSide::Of(x) => <Self as NodeKernel>::forward(node, state.values, state.swaps, x),
-            RightSide::OfTransposed(x) => <Self as NodeKernel>::forward_transposed(node, state.values, state.swaps, x),
         }
         Ok(worst)
     }

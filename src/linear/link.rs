@@ -10,7 +10,6 @@
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
 #![expect(clippy::needless_range_loop)]
 
-use super::factorization::RightSide;
 use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
 use super::node::{Node, Shape};
@@ -117,61 +116,33 @@ impl<const S: usize> Link<S> {
     /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`; None if a pivot loses
     /// too many digits, and nothing is changed then.
     #[inline(always)]
-    fn eliminate_from(node: &Node, state: &mut State<'_>, with: &mut RightSide<'_>, a: usize, b: usize) -> Option<f64> {
+    fn eliminate_from(node: &Node, state: &mut State<'_>, a: usize, b: usize) -> Option<f64> {
         let (square, behind) = state.values[node.start..].split_at_mut(S * S);
         let (own, after) = state.scale[node.first..].split_at_mut(S);
         let mut d = load(square);
         let worst = Self::factor(&mut d, own)?;
         store(&d, square);
-        let mut panel = Panel { d, u: [[0.0; S]; S], l: [[0.0; S]; S] };
         if let [later] = node.later.as_slice() {
             let (sides, rest) = behind.split_at_mut(2 * S * S);
             let (u, l) = sides.split_at_mut(S * S);
-            (panel.u, panel.l) = (load(u), load(l));
+            let mut panel = Panel { d, u: load(u), l: load(l) };
             Self::eliminate_sides(&mut panel, a, b);
             store(&panel.u, u);
             store(&panel.l, l);
             Self::update(&panel, &mut rest[later.diagonal..], &mut after[later.first..], a, b);
         }
         state.swaps[node.first] = IN_ORDER;
-        // While all of the panel is at hand.
-        match with {
-            RightSide::None => {}
-            RightSide::Of(x) => Self::forward_in(node, &panel.d, || panel.l, x, a, b),
-            RightSide::OfTransposed(x) => Self::forward_transposed_in(node, &panel.d, || panel.u, x, a, b),
-        }
         Some(worst)
-    }
-
-    /// x_a := L_D⁻¹ x_a, then x_b −= L_b x_a.
-    #[inline(always)]
-    fn forward_in(node: &Node, d: &Matrix<S>, l: impl FnOnce() -> Matrix<S>, x: &mut [f64], a: usize, b: usize) {
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        solve_lower(d, &mut y);
-        scatter(node, l, &y, later, a, b);
-        own.copy_from_slice(&y);
-    }
-
-    /// x_a := U_D⁻ᵀ x_a, then x_b −= U_bᵀ x_a.
-    #[inline(always)]
-    fn forward_transposed_in(node: &Node, d: &Matrix<S>, u: impl FnOnce() -> Matrix<S>, x: &mut [f64], a: usize, b: usize) {
-        let (own, later) = x[node.first..].split_at_mut(S);
-        let mut y = vector::<S>(own);
-        for k in 0..S {
-            for m in 0..k {
-                y[k] = minus_product(y[k], d[k][m], y[m]);
-            }
-            y[k] *= d[k][k];
-        }
-        scatter(node, u, &y, later, a, b);
-        own.copy_from_slice(&y);
     }
 
     #[inline(always)]
     fn forward_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
-        Self::forward_in(node, &load(values), || load(&values[Self::L..]), x, a, b);
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        solve_lower(&load(values), &mut y);
+        scatter(node, (values, Self::L), &y, later, a, b);
+        own.copy_from_slice(&y);
     }
 
     #[inline(always)]
@@ -193,7 +164,17 @@ impl<const S: usize> Link<S> {
     #[inline(always)]
     fn forward_transposed_from(node: &Node, values: &[f64], x: &mut [f64], a: usize, b: usize) {
         let values = &values[node.start..];
-        Self::forward_transposed_in(node, &load(values), || load(&values[Self::U..]), x, a, b);
+        let (own, later) = x[node.first..].split_at_mut(S);
+        let mut y = vector::<S>(own);
+        let d: Matrix<S> = load(values);
+        for k in 0..S {
+            for m in 0..k {
+                y[k] = minus_product(y[k], d[k][m], y[m]);
+            }
+            y[k] *= d[k][k];
+        }
+        scatter(node, (values, Self::U), &y, later, a, b);
+        own.copy_from_slice(&y);
     }
 
     #[inline(always)]
@@ -215,12 +196,8 @@ impl<const S: usize> Link<S> {
 /// Out of the way of the nodes that need no interchanges.
 #[cold]
 #[inline(never)]
-fn eliminate_with_pivoting<const S: usize>(
-    node: &Node,
-    state: &mut State<'_>,
-    with: &mut RightSide<'_>,
-) -> Result<f64, Cancelled> {
-    Pivoting::<S>::eliminate(node, state, with)
+fn eliminate_with_pivoting<const S: usize>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+    Pivoting::<S>::eliminate(node, state)
 }
 
 /// The scalar product from unknown `a` on, of which there is one at least: beginning with zero would take another sum.
@@ -246,24 +223,24 @@ fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     vector
 }
 
-/// x_b −= (lines of b)·y for the later node, if there is one.
+/// x_b −= (lines of b)·y for the later node, if there is one; `side` is where the lines begin in the panel.
 #[inline(always)]
 fn scatter<const S: usize>(
     node: &Node,
-    lines: impl FnOnce() -> Matrix<S>,
+    (panel, side): (&[f64], usize),
     y: &[f64; S],
     later: &mut [f64],
     a: usize,
     b: usize,
 ) {
     let [next] = node.later.as_slice() else { return };
-    let (lines, x) = (lines(), &mut later[next.first..][..S]);
+    let (lines, x): (Matrix<S>, _) = (load(&panel[side..]), &mut later[next.first..][..S]);
     for c in b..S {
         x[c] -= product(&lines[c], y, a);
     }
 }
 
-/// y −= (lines of b)ᵀ·x_b likewise; `side` is where the lines begin in the panel.
+/// y −= (lines of b)ᵀ·x_b likewise.
 #[inline(always)]
 fn gather<const S: usize>(node: &Node, (panel, side): (&[f64], usize), later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
     let [next] = node.later.as_slice() else { return };
@@ -287,16 +264,13 @@ fn solve_lower<const S: usize>(d: &Matrix<S>, y: &mut [f64; S]) {
 
 impl<const S: usize> NodeKernel for Link<S> {
     #[inline(always)]
-    fn eliminate(node: &Node, state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         let worst = match node.shape {
-            Shape::Outer => Self::eliminate_from(node, state, with, 0, 1),
-            Shape::Inner => Self::eliminate_from(node, state, with, 1, 0),
-            _ => Self::eliminate_from(node, state, with, 0, 0),
+            Shape::Outer => Self::eliminate_from(node, state, 0, 1),
+            Shape::Inner => Self::eliminate_from(node, state, 1, 0),
+            _ => Self::eliminate_from(node, state, 0, 0),
         };
-        match worst {
-            Some(worst) => Ok(worst),
-            None => eliminate_with_pivoting::<S>(node, state, with),
-        }
+        worst.map_or_else(|| eliminate_with_pivoting::<S>(node, state), Ok)
     }
 
     #[inline(always)]
