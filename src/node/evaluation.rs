@@ -160,6 +160,7 @@ impl Evaluation {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.first(system, &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
+        // Of the sums only 𝓛_q + Q is asked for later.
         let [l_v, force, phi_dot] = sums.parts_mut();
         // Not 0 · Q: forces have no part at h = 0, finite or not.
         if from.h != 0.0 {

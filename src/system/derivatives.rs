@@ -162,7 +162,7 @@ impl Derivatives {
     }
 
     /// What is evaluated at every iteration: the components, of a constraint without its linear columns.
-    pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> Vec<(Component, Node)> {
+    pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> (Vec<Component>, Vec<Node>) {
         let (shape, mut l_v, mut phi_dot) = (self.shape, self.l_v.clone(), self.phi_dot.clone());
         if self.kind == ElementKind::Holonomic {
             let zero = graph.constant(0.0);
@@ -174,7 +174,7 @@ impl Derivatives {
                 *phi_dot = sum_of_products(graph, &row, &v, self.phi_t[j]);
             }
         }
-        components([&l_v, &self.force, &phi_dot]).into_iter().filter(|(_, node)| !graph.is_zero(*node)).collect()
+        without_zeros(graph, components([&l_v, &self.force, &phi_dot]))
     }
 
     /// Q_u by rows.

@@ -76,14 +76,13 @@ impl Differences {
     pub(super) fn entries(&self, all: Vec<(BlockEntry, Node)>) -> (Vec<RelativeEntry>, Vec<Node>) {
         let relative = all.into_iter().filter_map(|(entry, node)| Some((self.entry(entry)?, node)));
         let mut entries: Vec<(RelativeEntry, Node)> = relative.collect();
-        entries
-            .sort_by_key(|(of, _)| (of.entry.block, of.entry.mirrored, of.reference.map(|reference| reference.is_some())));
+        entries.sort_by_key(|(of, _)| of.kind());
         entries.into_iter().unzip()
     }
 
     /// The components likewise: those that stand for their negatives, too, come first, and these negatives are what is given second.
-    pub(super) fn components(&self, all: Vec<(Component, Node)>) -> (Vec<Component>, Vec<Component>, Vec<Node>) {
-        let relative = all.into_iter().filter_map(|(of, node)| Some((self.component(of)?, node)));
+    pub(super) fn components(&self, all: &[Component], nodes: &[Node]) -> (Vec<Component>, Vec<Component>, Vec<Node>) {
+        let relative = all.iter().zip(nodes).filter_map(|(of, node)| Some((self.component(*of)?, *node)));
         let (first, rest): (Vec<_>, Vec<_>) = relative.partition(|((_, negative), _)| negative.is_some());
         let negatives = first.iter().filter_map(|((_, negative), _)| *negative).collect();
         let (components, nodes) = first.into_iter().chain(rest).map(|((of, _), node)| (of, node)).unzip();
@@ -143,10 +142,23 @@ impl RelativeEntry {
         self.parts().enumerate().map(move |(k, part)| (if k < plain { 1.0 } else { -1.0 }, part))
     }
 
+    /// The parts of like entries: of all the first with its sign, then of all the second, and so on.
+    pub fn parts_of(like: &[RelativeEntry]) -> impl Iterator<Item = (f64, Vec<BlockEntry>)> {
+        let part = |k: usize| move |entry: &RelativeEntry| entry.signed_parts().nth(k);
+        (0..like[0].len()).filter_map(move |k| {
+            let (signs, parts): (Vec<f64>, Vec<BlockEntry>) = like.iter().filter_map(part(k)).unzip();
+            Some((*signs.first()?, parts))
+        })
+    }
+
+    /// Its block, whether it is mirrored, and whether its row and its column are relative to others.
+    fn kind(&self) -> (Block, bool, [bool; 2]) {
+        (self.entry.block, self.entry.mirrored, self.reference.map(|reference| reference.is_some()))
+    }
+
     /// Whether another one belongs to the same block, and stands for as many entries likewise.
     pub fn is_like(&self, other: &RelativeEntry) -> bool {
-        let kind = |e: &RelativeEntry| (e.entry.block, e.entry.mirrored, e.reference.map(|of| of.is_some()));
-        kind(self) == kind(other)
+        self.kind() == other.kind()
     }
 }
 

@@ -140,8 +140,8 @@ impl Formula {
         let (fixed, varying): (Vec<(BlockEntry, Node)>, Vec<_>) = derivatives.entries.iter().copied().partition(is_constant);
         let differences = derivatives.differences(&graph);
         let (varying, second) = differences.entries(varying);
-        let (components, negatives, first) =
-            differences.components(derivatives.without_linear_columns(&mut graph, &is_linear));
+        let (components, first) = derivatives.without_linear_columns(&mut graph, &is_linear);
+        let (components, negatives, first) = differences.components(&components, &first);
         let (fixed, fixed_nodes): (Vec<BlockEntry>, Vec<Node>) = fixed.into_iter().unzip();
         let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, (bound, timed, !constant));
         let along = derivatives.along(&mut graph);

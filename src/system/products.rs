@@ -90,19 +90,20 @@ impl Products {
     /// Those of like entries, entry by entry and of each element by element, whose values begin at `begin`.
     pub fn all(entries: &[RelativeEntry], elements: &[&Element], begin: usize) -> Vec<Products> {
         let (mut all, mut end, like) = (Vec::new(), begin, entries[0].entry);
-        let strided: Vec<_> = entries.iter().map(|entry| (entry, strided(entry, elements))).collect();
-        for run in strided.chunk_by(|(_, a), (_, b)| a.is_none() && b.is_none()) {
-            let values = end..end + run.len() * elements.len();
+        let strided: Vec<_> = entries.iter().map(|entry| strided(entry, elements)).collect();
+        let mut rest = entries;
+        for run in strided.chunk_by(|a, b| a.is_none() && b.is_none()) {
+            let own;
+            (own, rest) = rest.split_at(run.len());
+            let values = end..end + own.len() * elements.len();
             end = values.end;
-            if let Some(strided) = run[0].1 {
+            if let Some(strided) = run[0] {
                 all.push(Products { like, values, at: At::Strided(strided) });
                 continue;
             }
-            for part in 0..run[0].0.len() {
-                let place = |entry: &RelativeEntry| entry.parts().nth(part).unwrap_or(entry.entry);
-                let places = run.iter().flat_map(|(entry, _)| places(&place(entry), elements)).collect();
-                let is_negative = part >= run[0].0.len().div_ceil(2);
-                all.push(Products { like, values: values.clone(), at: At::Places(places, is_negative) });
+            for (sign, parts) in RelativeEntry::parts_of(own) {
+                let places = parts.iter().flat_map(|part| places(part, elements)).collect();
+                all.push(Products { like, values: values.clone(), at: At::Places(places, sign < 0.0) });
             }
         }
         all

@@ -28,7 +28,6 @@ pub struct Scatter {
 }
 
 /// Where values that follow each other are added, or subtracted.
-#[derive(Clone)]
 struct Target {
     block: Block,
     begin: usize,
@@ -150,15 +149,13 @@ impl Target {
         begin: usize,
         slots: &impl Fn(usize, &BlockEntry) -> [u32; 2],
     ) -> Vec<Target> {
-        let (mut all, first) = (Vec::new(), &entries[0]);
-        let signs: Vec<f64> = first.signed_parts().map(|(sign, _)| sign).collect();
-        for (k, sign) in signs.into_iter().enumerate() {
-            let part = |entry: &RelativeEntry| entry.parts().nth(k).unwrap_or(entry.entry);
-            let of = |entry: &RelativeEntry| (0..elements).map(|e| slots(e, &part(entry))).collect::<Vec<_>>();
-            let (here, there) = entries.iter().flat_map(of).map(|[here, there]| (here, there)).unzip();
-            let target = |sign: f64, slots| Target { block: first.entry.block, begin, is_negative: sign < 0.0, slots };
+        let (mut all, first) = (Vec::new(), &entries[0].entry);
+        for (sign, parts) in RelativeEntry::parts_of(entries) {
+            let of = |part: &BlockEntry| (0..elements).map(|e| slots(e, part)).collect::<Vec<_>>();
+            let (here, there) = parts.iter().flat_map(of).map(|[here, there]| (here, there)).unzip();
+            let target = |sign: f64, slots| Target { block: first.block, begin, is_negative: sign < 0.0, slots };
             all.push(target(sign, here));
-            all.extend(first.entry.sign_of_mirrored().map(|mirrored| target(sign * mirrored, there)));
+            all.extend(first.sign_of_mirrored().map(|mirrored| target(sign * mirrored, there)));
         }
         all
     }
