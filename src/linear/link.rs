@@ -14,9 +14,8 @@ use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
 use super::node::{Node, Shape};
 use super::size::Fixed;
-use crate::number::{larger, minus_product, plus_product};
+use crate::number::{copy_singly, larger, minus_product, plus_product, singly};
 use std::marker::PhantomData;
-use std::sync::atomic::{Ordering, compiler_fence};
 
 /// See the module.
 #[derive(Debug)]
@@ -41,13 +40,6 @@ fn load<const S: usize>(values: &[f64]) -> Matrix<S> {
 #[inline(always)]
 fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
     values[..S * S].copy_from_slice(matrix.as_flattened());
-}
-
-/// Leaves the number just stored by itself, in no vector with the next one: in the solves for a node's few unknowns, putting vectors together takes longer
-/// than they save, above all where the compiler has long ones to choose from (AVX-512: 6 % of the gradient of a cart with ten links).
-#[inline(always)]
-fn store_alone() {
-    compiler_fence(Ordering::SeqCst);
 }
 
 /// The kernel that interchanges rows.
@@ -150,7 +142,7 @@ impl<const S: usize> Link<S> {
         let mut y = vector::<S>(own);
         solve_lower(&load(values), &mut y);
         scatter(node, (values, Self::L), &y, later, a, b);
-        store_vector(&y, own);
+        copy_singly(&y, own);
     }
 
     #[inline(always)]
@@ -166,7 +158,7 @@ impl<const S: usize> Link<S> {
                 y[i] = minus_product(y[i], d[k][i], y[k]);
             }
         }
-        store_vector(&y, own);
+        copy_singly(&y, own);
     }
 
     #[inline(always)]
@@ -182,7 +174,7 @@ impl<const S: usize> Link<S> {
             y[k] *= d[k][k];
         }
         scatter(node, (values, Self::U), &y, later, a, b);
-        store_vector(&y, own);
+        copy_singly(&y, own);
     }
 
     #[inline(always)]
@@ -197,7 +189,7 @@ impl<const S: usize> Link<S> {
                 y[k] = minus_product(y[k], d[k][i], y[i]);
             }
         }
-        store_vector(&y, own);
+        copy_singly(&y, own);
     }
 }
 
@@ -227,17 +219,8 @@ fn magnitude<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
 #[inline(always)]
 fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     let mut vector = [0.0; S];
-    vector.copy_from_slice(&x[..S]);
+    copy_singly(&x[..S], &mut vector);
     vector
-}
-
-#[inline(always)]
-fn store_vector<const S: usize>(vector: &[f64; S], x: &mut [f64]) {
-    let x = &mut x[..S];
-    for k in 0..S {
-        x[k] = vector[k];
-        store_alone();
-    }
 }
 
 /// x_b −= (lines of b)·y for the later node, if there is one; `side` is where the lines begin in the panel.
@@ -254,7 +237,7 @@ fn scatter<const S: usize>(
     let (lines, x): (Matrix<S>, _) = (load(&panel[side..]), &mut later[next.first..][..S]);
     for c in b..S {
         x[c] -= product(&lines[c], y, a);
-        store_alone();
+        singly();
     }
 }
 

@@ -17,7 +17,9 @@ pub(crate) use exp::exp_lanes;
 pub(crate) use fingerprint::Fingerprint;
 pub use hyper::Hyper;
 pub(crate) use hyper::{Slope, hyper, hyper_parts, slope, with_slope};
-pub(crate) use lanes::{add, add_dot, all_finite, by_fours, dot, larger, largest, minus_product, plus_product, take, total};
+pub(crate) use lanes::{
+    add, add_dot, all_finite, by_fours, copy_singly, dot, larger, largest, minus_product, plus_product, singly, take, total,
+};
 pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
