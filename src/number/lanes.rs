@@ -137,7 +137,7 @@ pub(crate) fn copy_singly(from: &[f64], to: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{add_dot, all_finite, by_fours, dot, largest, take, total};
+    use super::{add_dot, all_finite, by_fours, copy_singly, dot, largest, take, total};
 
     #[test]
     fn chains_agree_with_plain_loops_for_every_length() {
@@ -156,6 +156,8 @@ mod tests {
             let (places, mut taken) = ((0..x.len()).rev().collect::<Vec<_>>(), vec![f64::NAN; x.len()]);
             take(&x, &places, &mut taken);
             assert!(taken.iter().eq(x.iter().rev()));
+            copy_singly(&x, &mut taken);
+            assert_eq!(taken, x);
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!((0..x.len()).all(|k| {
                     let mut x = x.clone();
