@@ -126,9 +126,10 @@ pub(crate) fn singly() {
     compiler_fence(Ordering::SeqCst);
 }
 
-/// Copies number by number.
+/// Copies number by number, of slices of one length.
 #[inline(always)]
 pub(crate) fn copy_singly(from: &[f64], to: &mut [f64]) {
+    debug_assert_eq!(from.len(), to.len(), "numbers to copy");
     for (to, from) in to.iter_mut().zip(from) {
         *to = *from;
         singly();
