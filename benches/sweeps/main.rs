@@ -15,6 +15,9 @@ mod pairs;
 mod pantograph;
 #[path = "../../tests/scenes/ready_parts.rs"]
 mod ready_parts;
+#[path = "../../tests/scenes/seven_bodies.rs"]
+#[allow(dead_code)]
+mod seven_bodies;
 #[path = "../../tests/scenes/structures.rs"]
 mod structures;
 

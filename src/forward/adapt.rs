@@ -6,7 +6,7 @@
 //!
 //! Errors of velocities count by how far they move coordinates in a step, as those of index-2 variables do in RADAU5 (Hairer & Wanner, *Solving
 //! Ordinary Differential Equations II*, VII.4). By themselves they would decide alone, and shorten steps most where a mechanism turns back
-//! sharply, although much of what is wrong in v is undone when it has turned: the four-bar of `tests/adapt.rs` took a fifth more steps
+//! sharply, although much of what is wrong in v is undone when it has turned: the four-bar of `tests/motion/adapt.rs` took a fifth more steps
 //! by the trapezoidal rule than it takes now for the same error.
 //!
 //! A scheme of even order p errs by an odd derivative of the motion, Δt^(p+1) d^(p+1)x/dt^(p+1), which changes its sign from swing to swing:
@@ -16,7 +16,7 @@
 //!   Δt ≤ √(Δt_e Δt̄) / 1.5,     Δt_e the steps by errors alone, Δt̄ their mean
 //! ```
 //!
-//! Without this bound the trapezoidal rule takes 9 % more steps than a uniform grid on the slider-crank of `tests/adapt.rs`, and 14 % more on the
+//! Without this bound the trapezoidal rule takes 9 % more steps than a uniform grid on the slider-crank of `tests/motion/adapt.rs`, and 14 % more on the
 //! four-bar; with it 8 % and 5 % fewer, where the test looks for uniform grids to a tenth.
 //!
 //! δq and δp* are the scheme's estimates (`scheme/estimate.rs`), of order k. With K(h) the errors of momenta become those of velocities, without

@@ -10,6 +10,7 @@ mod refused;
 mod segments;
 mod shooting;
 mod traces;
+mod units;
 
 use common::assert_says;
 use hamiltonian_adjoint::optimize::{

@@ -4,7 +4,7 @@
 use hamiltonian_adjoint::planar::{Body, Frame, Point};
 use hamiltonian_adjoint::{Coordinate, Error, Scene, System};
 
-pub use crate::by_hand::GRAVITY;
+pub use super::by_hand::GRAVITY;
 
 /// How many units a metre, a kilogram and a second are.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,8 +6,7 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::{SVector, vector};
 
-#[path = "seven_bodies.rs"]
-mod seven_bodies;
+use super::seven_bodies;
 
 /// The scenes by name, each with a step length in s for which it is resolved.
 pub fn all() -> Vec<(&'static str, Scene, f64)> {

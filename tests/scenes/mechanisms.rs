@@ -6,8 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Sum, System};
 
-use crate::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
-use crate::by_hand::{DoublePendulum, Ends, Gears, Quadratic, Runaway, SameAbscissa};
+use super::assembly::{Assembly, GRAVITY, GROUND, Mechanism, Part, Units};
+use super::by_hand::{DoublePendulum, Ends, Gears, Quadratic, Runaway, SameAbscissa};
 
 /// A motor (N m) in the joint of two parts.
 pub fn motor(assembly: &mut Assembly, a: Part, b: Part) {

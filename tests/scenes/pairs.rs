@@ -6,8 +6,8 @@ use hamiltonian_adjoint::{Constraint, Control, Cost, CostPoint, Force, ForcePoin
 use nalgebra::{SVector, Vector1, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::elements::{AirDrag, ConstantMass, CoupledArms, minimal};
-use crate::structures::{ladder, open_ladder};
+use super::elements::{AirDrag, ConstantMass, CoupledArms, minimal};
+use super::structures::{ladder, open_ladder};
 
 /// The links of the cart that most rows are made of.
 pub const LINKS: usize = 10;

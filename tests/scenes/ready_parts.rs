@@ -1,6 +1,6 @@
 //! One small scene for each of the ready parts that are not everyday: the arms of `elements.rs` with the part in question.
 
-use crate::elements::{Arms, ELBOW_ANGLE, Kind, UPPER_ANGLE, with};
+use super::elements::{Arms, ELBOW_ANGLE, Kind, UPPER_ANGLE, with};
 use hamiltonian_adjoint::planar::{Body, Constant, Curve, Harmonic};
 use hamiltonian_adjoint::{Scalar, Scene};
 use nalgebra::SVector;

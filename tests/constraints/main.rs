@@ -1,0 +1,15 @@
+//! Joints, loops, dependent constraints and assembled starts.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../scenes/mod.rs"]
+mod scenes;
+
+mod assembly;
+mod closed_forms;
+mod flat;
+mod joints;
+mod left_out;
+mod loops;
+mod natural_coordinates;
+mod redundant;

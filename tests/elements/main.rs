@@ -1,0 +1,16 @@
+//! Elements: ready ones and a user's own, their parameters, and what holds at one state.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../scenes/mod.rs"]
+mod scenes;
+
+mod bad_models;
+mod edges;
+mod forces;
+mod friction;
+mod mass_matrix;
+mod mechanics;
+mod parameters;
+mod parts;
+mod scalar;

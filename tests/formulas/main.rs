@@ -1,0 +1,9 @@
+//! Recorded formulas: what they say is constant, absent or sparse is so, and what needs no evaluation is not evaluated.
+
+#[path = "../scenes/mod.rs"]
+mod scenes;
+
+mod calls;
+mod skipped;
+mod structure;
+mod work;

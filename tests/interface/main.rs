@@ -1,0 +1,9 @@
+//! Public functions and command lines with good and bad input, and the structure of the library.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod cli;
+mod public;
+mod rooms;
