@@ -122,36 +122,11 @@ pub use warning::Warning;
 /// The linear algebra crate whose vectors and matrices the interfaces use.
 pub use nalgebra;
 
-// The mechanism and cost of the README are compiled and run.
+// Compiles and runs the README's example.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// The guides, which stand in the folder `docs`, too.
 #[cfg(any(doc, doctest))]
 #[allow(rustdoc::broken_intra_doc_links)]
-pub mod guide {
-    #[doc = include_str!("../docs/tutorial.md")]
-    pub mod tutorial {}
-
-    #[doc = include_str!("../docs/parameters-and-starts.md")]
-    pub mod parameters_and_starts {}
-
-    #[doc = include_str!("../docs/optimisation.md")]
-    pub mod optimisation {}
-
-    #[doc = include_str!("../docs/derivation.md")]
-    pub mod derivation {}
-
-    #[doc = include_str!("../docs/programs.md")]
-    pub mod programs {}
-
-    #[doc = include_str!("../docs/checking-derivatives.md")]
-    pub mod checking_derivatives {}
-
-    #[doc = include_str!("../docs/long-and-hard-motions.md")]
-    pub mod long_and_hard_motions {}
-
-    #[doc = include_str!("../docs/paper-equations.md")]
-    pub mod paper_equations {}
-}
+pub mod guide;

@@ -467,17 +467,48 @@ fn for_outputs<const O: usize>() {
     assert!(!report.passed());
 }
 
+/// The targets of the links of a page: `[text](target)` and `[label]: target`.
+fn links(text: &str) -> Vec<&str> {
+    let inline = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    let definitions = text.lines().filter_map(|line| line.strip_prefix('[')?.split_once("]: ")).map(|(_, target)| target);
+    inline.chain(definitions).filter(|target| !target.is_empty()).collect()
+}
+
 #[test]
-fn every_link_of_the_documents_leads_to_a_file() {
+fn every_link_of_the_documents_leads_to_a_file_or_a_guide() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &std::path::Path| std::fs::read_to_string(path).expect("a text");
+    let guides = read(&root.join("src/guide.rs"));
     let pages = std::fs::read_dir(root.join("docs")).expect("documents").map(|entry| entry.expect("a document").path());
     let pages = pages.filter(|path| path.extension().is_some_and(|kind| kind == "md"));
     for page in pages.chain(["README.md", "CONTRIBUTING.md"].map(|name| root.join(name))) {
+        for link in links(&read(&page)) {
+            if let Some(guide) = link.strip_prefix("https://docs.rs/hamiltonian-adjoint/latest/hamiltonian_adjoint/guide/") {
+                let module = guide.strip_suffix("/index.html");
+                let exists = module.is_none_or(|module| guides.contains(&format!("pub mod {module} {{}}")));
+                assert!(exists, "{}: there is no guide {guide}", page.display());
+            } else if !link.contains("://") {
+                let target = page.parent().expect("a folder").join(link);
+                assert!(target.exists(), "{}: there is no {link}", page.display());
+            }
+        }
+    }
+}
+
+/// On docs.rs a link from guide to guide leads to a module: labels, which `guide_links.md` defines there, lead to both.
+#[test]
+fn guides_link_to_each_other_by_labels() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let labels = std::fs::read_to_string(root.join("src/guide_links.md")).expect("labels");
+    for page in std::fs::read_dir(root.join("docs")).expect("documents").map(|entry| entry.expect("a document").path()) {
+        if page.extension().is_none_or(|kind| kind != "md") {
+            continue;
+        }
         let text = std::fs::read_to_string(&page).expect("a text");
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next()) {
-            let is_elsewhere = link.contains("://") || link.is_empty();
-            let target = page.parent().expect("a folder").join(link);
-            assert!(is_elsewhere || target.exists(), "{}: there is no {link}", page.display());
+        assert!(!text.contains(".md)"), "{} links to a file that docs.rs does not have", page.display());
+        for line in text.lines().filter(|line| line.starts_with('[') && line.contains("]: ")) {
+            let label = line.split_once(": ").expect("a definition").0;
+            assert!(labels.contains(&format!("{label}: ")), "{}: {label} is not defined for docs.rs", page.display());
         }
     }
 }

@@ -1,0 +1,49 @@
+#![doc = include_str!("guide_links.md")]
+#![doc = include_str!("../docs/README.md")]
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/tutorial.md")]
+pub mod tutorial {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/reproduction.md")]
+pub mod reproduction {}
+
+#[doc = include_str!("../docs/paper-equations.md")]
+pub mod paper_equations {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/checking-derivatives.md")]
+pub mod checking_derivatives {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/own-elements.md")]
+pub mod own_elements {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/parameters-and-starts.md")]
+pub mod parameters_and_starts {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/optimisation.md")]
+pub mod optimisation {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/long-and-hard-motions.md")]
+pub mod long_and_hard_motions {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/animations-and-files.md")]
+pub mod animations_and_files {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/accuracy-and-speed.md")]
+pub mod accuracy_and_speed {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/derivation.md")]
+pub mod derivation {}
+
+#[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/programs.md")]
+pub mod programs {}
