@@ -3,8 +3,9 @@
 use crate::common::assert_says;
 use crate::scenes::structures;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LongSolver,
-    PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Sum, System, Warning, scenes::CartPendulum, simulate,
+    Composition, Cost, CostPoint, Cx, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, LiftedSolver,
+    LongSolver, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Sum, System, Warning, scenes::CartPendulum,
+    simulate,
 };
 use nalgebra::SVector;
 
@@ -439,4 +440,86 @@ fn halved_steps_of_restarted_composed_and_dependent_motions_fit_into_every_budge
     inputs.controls.fill(0.3);
     [40, 41, 100].into_iter().for_each(|step| inputs.grid.steps[step] = 0.8);
     assert!(assert_every_budget("dependent", &doubled, &inputs, few) > 0);
+}
+
+/// A mass that nothing pushes: no control, no cost, no output, no design variable.
+fn bare() -> System {
+    let mut scene = Scene::new();
+    let q = scene.coordinates("masses", ["x", "y"]);
+    scene.kinetic_energy("masses", Masses, q, []);
+    scene.compile().expect("a scene")
+}
+
+/// A cart with outputs and without J.
+fn without_cost() -> System {
+    let mut cart = CartPendulum::default().mechanism();
+    for (name, sum) in [("end", Sum::Terminal), ("way", Sum::Trapezoidal), ("start", Sum::Node(0))] {
+        let (output, x) = (cart.scene.output(name), cart.cart.coordinates[0]);
+        cart.scene.term(output, name, Dragged, sum, [x], [], [cart.force], []);
+    }
+    cart.scene.compile().expect("a scene")
+}
+
+/// Asserts that within so many bytes every method finds what a [`Solver`] finds, or says that there is too little memory.
+fn assert_every_method(what: &str, system: &System, inputs: &Inputs, bytes: usize) {
+    let settings = Settings::default();
+    let mut stored = Solver::new(system, settings);
+    let motion = stored.simulate(inputs).map(|_| ());
+    let weights = vec![0.5; system.outputs()];
+    let what = format!("{what}, {} steps, {bytes} bytes", inputs.grid.steps.len());
+    let is_memory = |error: &Error| matches!(error, Error::Memory { given, needed } if *given == bytes && needed > given);
+    let mut long = LongSolver::new(system, settings, bytes);
+    for _ in 0..2 {
+        match long.simulate(inputs, |_| ()) {
+            Err(error) if is_memory(&error) => {}
+            simulated => {
+                assert_eq!(simulated, motion, "{what}");
+                assert_same_values(&mut long, &stored);
+            }
+        }
+        match long.gradient(inputs) {
+            Err(error) if is_memory(&error) => {}
+            gradient => assert_eq!(gradient, stored.gradient(), "{what}"),
+        }
+        match long.weighted_gradient(inputs, 0.3, &weights) {
+            Err(error) if is_memory(&error) => {}
+            gradient => assert_eq!(gradient, stored.weighted_gradient(0.3, &weights), "{what}"),
+        }
+        match long.jacobian(inputs) {
+            Err(error) if is_memory(&error) => {}
+            jacobian => assert_eq!(jacobian, stored.jacobian(), "{what}"),
+        }
+        assert!(long.adjoint_report().factorisations <= inputs.grid.nodes() + 1, "{what}");
+    }
+}
+
+/// Asserts that every derivative of a [`Solver`] and the motion on other numbers have values.
+fn assert_every_derivative(what: &str, system: &System, inputs: &Inputs) {
+    let (mut solver, direction) = (Solver::new(system, Settings::default()), inputs.no_change());
+    solver.simulate(inputs).expect("a motion");
+    let errors = [
+        solver.gradient().err(),
+        solver.pull_back(&vec![0.5; system.outputs()]).err(),
+        solver.push_forward(&direction).err(),
+        solver.hessian_product(&direction).err(),
+    ];
+    assert!(errors.iter().all(Option::is_none), "{what}: {errors:?}");
+    let mut lifted = LiftedSolver::<Cx>::new(system, inputs, Settings::default()).expect("a motion");
+    lifted.simulate(&inputs.lift()).expect("the same motion");
+    assert!(lifted.cost().is_ok() && lifted.outputs().is_ok(), "{what}");
+}
+
+#[test]
+fn no_method_fails_for_what_a_scene_lacks_or_for_how_little_memory_there_is() {
+    let (with_cost, without_cost, bare) = (cart(1, 0.01).0, without_cost(), bare());
+    for (what, system) in [("without outputs", &with_cost), ("without a cost", &without_cost), ("bare", &bare)] {
+        for steps in [0, 1, 2, 17, 1000] {
+            let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.001));
+            inputs.controls.fill(1.0);
+            assert_every_derivative(what, system, &inputs);
+            for bytes in [0, 1, 5_000, 10_000, 20_000, 100_000, 200_000, 2_000_000, usize::MAX] {
+                assert_every_method(what, system, &inputs, bytes);
+            }
+        }
+    }
 }

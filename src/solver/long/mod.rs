@@ -127,11 +127,15 @@ impl<'s> LongSolver<'s> {
     /// As [`gradient`](Self::gradient).
     pub fn jacobian(&mut self, inputs: &Inputs) -> Result<Vec<Gradient>, Error> {
         let outputs = self.system.outputs();
+        if outputs == 0 {
+            self.adjoint_report = Report::default();
+            return self.simulate(inputs, |_| ()).map(|()| Vec::new());
+        }
         self.differentiate(inputs, outputs, |k, factors| factors.choose(1 + k))?;
         Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
     }
 
-    /// The way forth, and the way back with so many right-hand sides.
+    /// Computes the motion, and goes back with so many right-hand sides, at least one: a plan for the motion alone has no way back.
     fn differentiate(
         &mut self,
         inputs: &Inputs,
