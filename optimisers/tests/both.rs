@@ -360,7 +360,7 @@ fn whoever_stops_a_simulation_stops_ipopt_and_argmin() {
     }
     let mut valley = Valley { left: [0; 2], ..Valley::free() };
     let error = Argmin::new(&mut valley).expect("no constraints").cost(&vec![0.0; 2]).expect_err("stopped");
-    assert!(error.to_string().contains("stopped when asked to"), "{error}");
+    assert!(error.to_string().contains("stopped by the progress callback"), "{error}");
 }
 
 /// The point was lost with the error.

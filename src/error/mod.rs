@@ -1,8 +1,8 @@
-//! Everything that can go wrong: where, how much, and what to do about it.
+//! Errors: what failed, where, by how much, and what to do.
 
 mod message;
 
-/// Why a scene could not be compiled, an input was refused, or a sweep stopped.
+/// Reason why a scene could not be compiled, an input was refused, or a sweep stopped.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
@@ -13,77 +13,77 @@ pub enum Error {
         /// The name they share.
         name: String,
     },
-    /// An element refers to something of another scene.
+    /// An element refers to a part of another scene.
     Foreign {
         /// The element.
         element: String,
-        /// What it refers to: coordinate, control, design variable, multiplier.
+        /// The kind of part: coordinate, control, design variable, multiplier.
         kind: &'static str,
     },
-    /// An element that does not go with particles, which have no angle.
+    /// An element that needs an angle is attached to a particle, which has none.
     Particle {
         /// The element.
         element: String,
     },
-    /// A formula of a parameter that cannot be recorded.
+    /// The formula of a parameter cannot be recorded.
     ParameterFormula {
         /// The parameter.
         parameter: String,
-        /// Whether it branches on a value; else it panicked.
+        /// True if it branches on a value, false if it panicked.
         branches: bool,
     },
-    /// A coordinate stands twice in the list of one element.
+    /// An element lists a coordinate twice.
     RepeatedCoordinate {
         /// The element.
         element: String,
         /// The coordinate.
         coordinate: String,
     },
-    /// A joint or force between the ground and itself.
+    /// A joint or force connects the ground to itself.
     NoBody {
         /// The element.
         element: String,
     },
-    /// A coordinate without any kinetic energy.
+    /// A coordinate has no kinetic energy.
     MissingInertia {
         /// The coordinate.
         coordinate: String,
     },
-    /// A scene without coordinates.
+    /// The scene has no coordinates.
     EmptyScene,
-    /// A physical constant with a value that makes no sense.
+    /// A physical constant has an impossible value.
     Parameter {
-        /// Which one.
+        /// Name of the constant.
         what: String,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The condition on the value.
         must_be: &'static str,
     },
-    /// A direction, or lifted inputs, with another kind of start than the inputs that they belong to.
+    /// A direction, or lifted inputs, and the inputs that they belong to have different kinds of start.
     StartKind {
-        /// What the inputs start with: velocities, augmented momenta.
+        /// Kind of start of the inputs: velocities, augmented momenta.
         expected: &'static str,
-        /// What was given.
+        /// Kind of start that was found.
         found: &'static str,
     },
-    /// An input with the wrong number of entries.
+    /// An input has the wrong number of entries.
     Size {
-        /// Which input.
+        /// Name of the input.
         what: &'static str,
-        /// How many entries the scene and the grid need.
+        /// Number of entries that the scene and the grid need.
         expected: usize,
-        /// How many were given.
+        /// Number of entries found.
         found: usize,
     },
-    /// An input that is infinite or not a number.
+    /// An input is infinite or NaN.
     NotFinite {
-        /// Which entry of which input.
+        /// Name of the input and its entry.
         what: String,
         /// Its value.
         value: f64,
     },
-    /// A step of length zero.
+    /// The length of a time step is zero or not finite.
     TimeStep {
         /// The step, counted from 1.
         step: usize,
@@ -110,92 +110,92 @@ pub enum Error {
     },
     /// No configuration that satisfies all constraints was found near the guess of a start.
     Assembly {
-        /// The constraint that is left most violated.
+        /// The constraint equation that is violated most.
         equation: String,
-        /// By how much, m or rad.
+        /// Its violation, m or rad.
         violation: f64,
-        /// How much is accepted.
+        /// The tolerance.
         tolerance: f64,
-        /// Whether any coordinate is held.
+        /// True if a coordinate is held.
         holds: bool,
     },
     /// The assembly of a start, or its derivative, does not converge.
     AssemblyStalled {
-        /// What corrections stay at, m or rad, m/s or rad/s.
+        /// Size of the corrections that no longer decrease, in m, rad, m/s or rad/s.
         correction: f64,
     },
-    /// A coordinate that is held at the start though the constraints and what else is held determine it.
+    /// A coordinate is held at the start although the constraints and the other held coordinates determine it.
     Held {
         /// The coordinate.
         coordinate: String,
     },
-    /// What is free of a start that is given, though a constraint holds it and nothing that is free beside it follows.
+    /// A free variable of a given start is determined by a constraint, and no other free variable can follow it.
     NotFree {
         /// The initial coordinate, its rate, or the design variable.
         quantity: String,
-        /// The constraint that holds it.
+        /// The constraint that determines it.
         equation: String,
     },
-    /// Φ_q has less than full row rank: some constraints follow from (or contradict) others.
+    /// Φ_q has less than full row rank: some constraints follow from others or contradict them.
     DependentConstraints {
         /// The rank of Φ_q.
         rank: usize,
         /// Its number of rows.
         rows: usize,
-        /// The constraint equations that take part in the dependency.
+        /// The dependent constraint equations.
         equations: Vec<String>,
-        /// When, s.
+        /// The time, s.
         time: f64,
     },
-    /// Constraints that contradict each other: no motion satisfies them all.
+    /// Constraints contradict each other: no motion satisfies all of them.
     ContradictoryConstraints {
-        /// The constraint equations that take part.
+        /// The contradicting constraint equations.
         equations: Vec<String>,
-        /// What is left of their combination that should vanish whatever the state is, with the largest share 1: m or m/s (rad or rad/s).
+        /// Value of their linear combination that should be zero in every state (largest coefficient 1): m or m/s, rad or rad/s.
         violation: f64,
-        /// When, s.
+        /// The time, s.
         time: f64,
     },
-    /// Φ_q has a smaller rank here than at other configurations nearby: the motion may branch.
+    /// Φ_q has a smaller rank here than in nearby configurations: the motion may branch.
     SingularConfiguration {
         /// The step, counted from 1; 0 for the start.
         step: usize,
-        /// When, s.
+        /// The time, s.
         time: f64,
         /// The rank of Φ_q.
         rank: usize,
         /// Its number of rows.
         rows: usize,
-        /// The constraint equations that take part.
+        /// The dependent constraint equations.
         equations: Vec<String>,
-        /// The constraint equations that depend on time there, in the step; none for the start.
+        /// The constraint equations among them that depend on time; none for the start.
         driven: Vec<String>,
     },
-    /// The mass matrix is singular on the motions that the constraints allow.
+    /// The mass matrix is singular on the velocities that the constraints allow.
     SingularMass {
         /// The coordinates that move without kinetic energy.
         coordinates: Vec<String>,
-        /// When, s.
+        /// The time, s.
         time: f64,
     },
-    /// Newton's iteration did not converge in a step.
+    /// Newton's method did not converge in a step.
     Newton {
         /// The step, counted from 1.
         step: usize,
         /// The time at its end, s.
         time: f64,
-        /// How many iterations were made.
+        /// Number of iterations.
         iterations: usize,
-        /// The length of the step, or of the part of it that was tried last, s.
+        /// Length of the step, or of its part that was tried last, s.
         length: f64,
-        /// The largest residual left, relative to the size of the terms in its equation.
+        /// Largest residual, relative to the size of the terms in its equation.
         residual: f64,
-        /// The equation that holds it.
+        /// The equation with this residual.
         equation: String,
-        /// The constraint equations that depend on time there: what they ask for may be out of reach.
+        /// The constraint equations that depend on time: the driven position may be out of reach.
         driven: Vec<String>,
-        /// Where a solution was found and refused, since it belongs to another motion: by how much its velocities differ from those that were to be
-        /// expected, in sizes of these.
+        /// Set if a solution was found but rejected, because it belongs to another motion: difference of its velocities from the expected ones, relative
+        /// to their size.
         jump: Option<f64>,
     },
     /// Positions at the end of a step could not be projected onto Φ = 0.
@@ -204,32 +204,32 @@ pub enum Error {
         step: usize,
         /// The time at its end, s.
         time: f64,
-        /// How many corrections were made.
+        /// Number of corrections.
         iterations: usize,
-        /// The last of them, in m or rad.
+        /// The last correction, m or rad.
         correction: f64,
     },
-    /// Stopped by whoever was told of the progress.
+    /// The progress callback stopped the computation.
     Interrupted {
-        /// The nodes that were done.
+        /// Number of nodes computed.
         done: usize,
-        /// All nodes.
+        /// Number of all nodes.
         of: usize,
     },
-    /// A file that does not say what it should, or cannot be written.
+    /// A file is malformed or cannot be written.
     File {
-        /// What kind of file: inputs, a table, an animation.
+        /// Kind of file: inputs, table, animation.
         kind: &'static str,
-        /// Where: the path, line and column, or the name of an entry.
+        /// Path, line and column, or name of an entry.
         place: String,
-        /// What is wrong there.
+        /// The problem.
         problem: String,
     },
-    /// A cost depends on the λ of a constraint whose reaction others may take over.
+    /// A cost depends on the λ of a constraint that shares its reaction with dependent constraints, so that λ is not unique.
     UndeterminedReaction {
         /// The constraint equation.
         equation: String,
-        /// When, s.
+        /// The time, s.
         time: f64,
     },
     /// The tangent matrix K of a step is singular.
@@ -238,120 +238,120 @@ pub enum Error {
         step: usize,
         /// The time at its end, s.
         time: f64,
-        /// The unknown at which the elimination broke down.
+        /// The unknown at which the elimination failed.
         unknown: String,
-        /// The ratio of the pivot to the entries it came from.
+        /// Ratio of the pivot to its terms.
         pivot: f64,
     },
     /// A model function returned an infinite value or NaN for finite arguments.
     Model {
         /// The element.
         element: String,
-        /// Those of its arguments for which it has no derivatives there, and their values; empty if they are not known.
+        /// The arguments without a finite derivative, with their values; empty if unknown.
         arguments: String,
         /// The node, 0 … N.
         node: usize,
         /// Its time, s.
         time: f64,
     },
-    /// A formula that is another one than when the scene was compiled, so that what was concluded from it does not hold any more.
+    /// A formula depends on its arguments in another way than when the scene was compiled, so that its structure is no longer valid.
     Changed {
         /// The element.
         element: String,
     },
-    /// J, a derivative of it or a violation of a constraint that is infinite or NaN although every term of it is finite.
+    /// J, a derivative of it or the violation of a constraint is infinite or NaN although each of its terms is finite.
     Overflow {
-        /// Which one.
+        /// Name of the quantity.
         what: String,
         /// Its value.
         value: f64,
     },
-    /// A motion that cannot be computed in segments.
+    /// Multiple shooting does not support a feature of the problem.
     NotInSegments {
-        /// What stands in the way.
+        /// The feature.
         what: String,
-        /// Why, and what to do.
+        /// The reason, and what to do.
         why: &'static str,
     },
-    /// A derivative was asked for with respect to something that a motion does not have.
+    /// The motion does not have the requested input.
     NoSuchInput {
-        /// What was asked for.
+        /// The requested input.
         input: String,
     },
-    /// A check drew random points and could use none of them.
+    /// A check found no admissible random point.
     NoPoint {
-        /// How many.
+        /// Number of points drawn.
         drawn: usize,
     },
-    /// A motion that is too long for the memory that was given.
+    /// The given memory is too small for the motion.
     Memory {
-        /// Bytes.
+        /// Given memory, bytes.
         given: usize,
-        /// About so many bytes are needed.
+        /// Approximate memory needed, bytes.
         needed: usize,
     },
-    /// More than the memory of the machine, before any of it was allocated.
+    /// The data would exceed the memory of the machine; nothing was allocated.
     OutOfMemory {
-        /// What would be stored.
+        /// The data.
         what: &'static str,
-        /// About so many bytes.
+        /// Approximate size, bytes.
         bytes: usize,
     },
-    /// The paper's system was asked for of a motion that was started anew on the way.
+    /// The paper's system does not support motions with restarts.
     Restarted {
-        /// The first node where that happened.
+        /// The first node with a restart.
         node: usize,
         /// Its time, s.
         time: f64,
     },
-    /// Positions cannot be projected onto Φ = 0, since the kinetic energy is not quadratic in v: T_v(q, 0) ≠ 0.
+    /// Positions cannot be projected onto Φ = 0, because the kinetic energy is not quadratic in v: T_v(q, 0) ≠ 0.
     LinearEnergy {
-        /// The coordinate with the largest such momentum.
+        /// The coordinate with the largest T_v(q, 0).
         coordinate: String,
         /// T_v(q, 0), N s or N m s.
         momentum: f64,
-        /// The step at whose end a projection was due, counted from 1.
+        /// The step whose end should be projected, counted from 1.
         step: usize,
-        /// When, s.
+        /// The time, s.
         time: f64,
     },
-    /// No step, however short, has an estimated error below the tolerance.
+    /// Even the shortest step has an estimated error above the tolerance.
     Tolerance {
-        /// Where the step begins, s.
+        /// Time at the beginning of the step, s.
         time: f64,
-        /// The shortest step that was tried, s.
+        /// Length of the shortest step tried, s.
         length: f64,
-        /// Its estimated error in parts of the tolerance.
+        /// Its estimated error relative to the tolerance.
         error: f64,
     },
-    /// The tolerance of steps is below what rounding makes of a coordinate in one.
+    /// The tolerance is below the rounding error of a coordinate in one step.
     Rounding {
-        /// Where such a step ends, s.
+        /// Time at the end of the step, s.
         time: f64,
         /// The coordinate.
         coordinate: String,
-        /// What it is rounded by, m or rad, or relative to it if it is larger than 1.
+        /// Its rounding error, m or rad, or relative to the coordinate if it is larger than 1.
         rounding: f64,
         /// The tolerance.
         tolerance: f64,
     },
-    /// The paper's equations were asked for of a motion by another scheme than the trapezoidal rule.
+    /// The paper's equations need a motion computed with the trapezoidal rule.
     Scheme {
         /// The scheme of the motion.
         found: &'static str,
     },
-    /// Numbers with derivatives along two directions met a cost on accelerations or reactions.
+    /// Hyper-dual numbers do not support costs on accelerations or reactions.
     NoHyperDual,
-    /// Second derivatives were asked for of a motion that has something without.
+    /// A part of the motion has no second derivatives.
     NoSecondDerivatives {
-        /// What it is.
+        /// The part.
         of: String,
     },
-    /// A gradient was asked for of a trajectory that is incomplete or belongs to something else.
+    /// The trajectory is incomplete or does not belong to the inputs.
     Incomplete {
-        /// The nodes that the grid has.
+        /// Number of nodes of the grid.
         expected: usize,
-        /// The nodes that were computed.
+        /// Number of nodes computed.
         computed: usize,
     },
 }
@@ -359,7 +359,7 @@ pub enum Error {
 impl std::error::Error for Error {}
 
 impl Error {
-    /// An error of the start of a motion that begins at this node of a longer one.
+    /// The error with the node number of a longer motion, of which the present one begins at node `first`.
     pub(crate) fn started_at(mut self, first: usize) -> Self {
         if let Error::Model { node: node @ 0, .. } = &mut self {
             *node = first;
@@ -368,7 +368,7 @@ impl Error {
     }
 }
 
-/// A time to six digits: what a sum of steps is beyond that is rounding.
+/// A time with six digits; further digits of a sum of steps are rounding.
 pub(crate) fn seconds(time: f64) -> String {
     let rounded: f64 = format!("{time:.5e}").parse().unwrap_or(time);
     format!("{rounded:?}")

@@ -354,7 +354,7 @@ fn a_cost_on_a_share_is_refused_where_its_derivative_happens_to_be_zero_and_one_
     };
     for hinge in [0, 1] {
         let error = of(2, &[hinge]).map(|found| found.value).expect_err("a share of a reaction");
-        assert_says(&error, &["λ", "hinge", "take its force over"]);
+        assert_says(&error, &["λ", "hinge", "not unique"]);
     }
     let (one, both) = (of(1, &[0]).expect("a gradient"), of(2, &[0, 1]).expect("a gradient"));
     assert!(one.value > 0.1 && (one.value - both.value).abs() < 1e-7 * one.value, "{} {}", one.value, both.value);

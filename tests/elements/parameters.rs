@@ -169,7 +169,7 @@ fn what_is_wrong_is_named() {
     let a = scene.design("alpha", 0.5);
     let mass = scene.parameter("branching", Branch, [a.into()]);
     body(&mut scene, mass);
-    assert_says(&scene.compile().expect_err("a branch"), &["branching", "looks at a value"]);
+    assert_says(&scene.compile().expect_err("a branch"), &["branching", "branches on a value"]);
 
     for bound in [true, false] {
         let mut scene = Scene::new();

@@ -35,7 +35,7 @@ fn two_bodies_of_one_name_are_refused() {
     scene.body("rod", 1.0, 0.1, PLACE);
     let error = refused(scene);
     assert_eq!(error, duplicate("body or coordinate group", "rod"));
-    assert_says(&error, &["`rod`", "own name"]);
+    assert_says(&error, &["`rod`", "must be unique"]);
 }
 
 #[test]

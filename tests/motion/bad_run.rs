@@ -187,7 +187,7 @@ fn newton_that_does_not_converge_tells_where_and_keeps_what_was_computed() {
     };
     assert_eq!((*step, *iterations, equation.as_str()), (7, settings.max_iterations, "the momentum equation of `sled.x`"));
     assert!((time - 300.12).abs() < 1e-9 && *residual > 1e-3);
-    assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after iteration 25", "`sled.x`", "shorter time step"]);
+    assert_says(&stopped.error, &["step 7", "t = 300.12 s", "after iteration 25", "`sled.x`", "shorter steps"]);
     assert_eq!(stopped.trajectory.computed, 7);
     assert!(stopped.to_string().contains("7 nodes were computed"), "{stopped}");
     assert_eq!(format!("{stopped:?}"), stopped.to_string(), "without the motion");
