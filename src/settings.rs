@@ -2,40 +2,43 @@
 
 use crate::{Error, Scheme};
 
-/// How a simulation is solved; the defaults suit nearly every scene.
+/// Settings of a simulation; the defaults suit nearly every scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// How nodes follow from each other.
+    /// The integration scheme.
     pub scheme: Scheme,
-    /// Newton stops when the next correction of (v, σ) would be below this, relative to their size.
+    /// Tolerance of Newton's method: it stops when the next correction of (v, σ), relative to their size, would be smaller.
     ///
-    /// It is estimated from the last correction and from how much that one reduced the residual.
+    /// The next correction is estimated from the last one and from the reduction of the residual.
     pub tolerance: f64,
-    /// The most Newton iterations in one step.
+    /// Largest number of Newton iterations in one step.
     pub max_iterations: usize,
-    /// The largest |Φ(q₀)| that is accepted, in the unit of Φ, which should be m or rad: (x² + y²)/R − R for x² + y² − R². What rounding of large
-    /// coordinates leaves is accepted, too. An assembled start ([`Start::assembled`](crate::Start::assembled)) meets the usual one, whatever is set here. Later a |Φ| below it is no
-    /// drift (see [`Warning::Drift`](crate::Warning::Drift)).
+    /// Largest |Φ(q₀)| accepted at the start, in the unit of Φ, which should be m or rad (write (x² + y²)/R − R, not x² + y² − R²).
+    /// Rounding errors of large coordinates are accepted too. An assembled start ([`Start::assembled`](crate::Start::assembled)) satisfies
+    /// the default, whatever is set here. During the motion |Φ| below this value does not count as drift
+    /// ([`Warning::Drift`](crate::Warning::Drift)).
     pub position_tolerance: f64,
-    /// The largest |dΦ/dt(q₀, v₀)| that is accepted, in m/s or rad/s.
+    /// Largest |dΦ/dt(q₀, v₀)| accepted at the start, m/s or rad/s.
     pub velocity_tolerance: f64,
-    /// A step without a solution is halved, up to so many times (52 at most, as its length has no more digits); the grid that was taken is in
-    /// [`Solver::inputs`](crate::Solver::inputs).
+    /// Largest number of times that a step without a solution is halved (at most 52, the digits of its length);
+    /// [`Solver::inputs`](crate::Solver::inputs) contains the grid that was used.
     pub max_halvings: usize,
-    /// Position constraints are satisfied again at the ends of macro steps where ‖Φ‖∞ is this or more, in m or rad; 0.0 for all of them, infinite for never,
-    /// as in the paper. On grids that are not composed every given step is a macro step; a node where the mechanism is flat to
-    /// seven digits, so that branches of Φ = 0 cross, is passed over.
+    /// Bound of ‖Φ‖∞, m or rad, from which on positions are projected onto Φ = 0 at the end of a macro step: 0.0 for every macro step,
+    /// infinity for never, as in the paper. On grids that are not composed every given step is a macro step. Nodes at which branches of Φ =
+    /// 0 cross to seven digits (a flat mechanism) are skipped.
     ///
-    /// The multipliers begin anew there too, and the order of a [`Composition`](crate::Composition) is kept (see `docs/long-and-hard-motions.md`). Kinetic
-    /// energies must be quadratic in v for it. A projection costs as much as some five steps.
+    /// A projection also resets the multipliers and keeps the order of a [`Composition`](crate::Composition) (see
+    /// `docs/long-and-hard-motions.md`). The kinetic energy must be quadratic in v. A projection costs about as much as five steps.
     pub drift_bound: f64,
-    /// The multipliers begin anew after so many macro steps, counted from the start (of the whole motion, where a [part](crate::Grid::part) of one is computed),
-    /// so that they do not grow without bound under a steady load; 0 for never. On grids that are not composed these are the given steps. A node where the mechanism is flat is passed over, as above.
+    /// Number of macro steps after which the multipliers are reset, so that they do not grow without bound under a steady load; 0 for
+    /// never. They are counted from the start of the whole motion, also in a [part](crate::Grid::part) of it. On grids that are not
+    /// composed every given step is a macro step. Nodes at which branches of Φ = 0 cross to seven digits are skipped.
     ///
-    /// |σ| grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton fails; motions of many thousand steps want 1.
-    /// With any number the energy of a conservative motion stays bounded (see `docs/long-and-hard-motions.md`).
+    /// The absolute value of σ grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton's method fails. Use 1 for motions of
+    /// many thousand steps. With any number above 0 the energy of a conservative motion stays bounded (see
+    /// `docs/long-and-hard-motions.md`).
     pub rebase_every: usize,
-    /// Keep the adjoint variables of all nodes, for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
+    /// True to store the adjoint variables of all nodes for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,
 }
 

@@ -7,43 +7,45 @@ use crate::number::all_finite;
 use crate::scheme::Carried;
 use crate::{Error, Start, System, Warning};
 
-/// The cost and its derivatives with respect to everything a motion follows from.
+/// A cost and its derivatives with respect to all inputs of the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient {
-    /// J.
+    /// The cost J.
     pub value: f64,
     /// dJ/du_i in column i = 0 … N (k × (N + 1)), Eq. (11) without the factor Δt.
     pub controls: DMatrix<f64>,
-    /// dJ/db, Eq. (12), with the start held as it was given: of a start that is to follow (a hinge moves, a length changes), take
-    /// [`Start::Assembled`](crate::Start::Assembled).
+    /// dJ/db, Eq. (12). If the start is given, it is held constant; if it depends on b (a hinge moves, a length changes), use
+    /// [`Start::Assembled`](crate::Start::Assembled) for the total derivative.
     pub design: DVector<f64>,
-    /// dJ/dq₀ and dJ/dv₀ (or dJ/dp*₀, if the motion was started with p*₀).
+    /// dJ/dq₀ and dJ/dv₀, or dJ/dp*₀ if the start contains p*₀.
     pub start: Start,
-    /// dJ/dΔt_i of the steps i = 1 … N; their sum weighted with the steps' shares is the derivative with respect to a free final time.
+    /// dJ/dΔt_i of the steps i = 1 … N. Their sum, weighted with the shares of the steps in the duration, is the derivative with respect to
+    /// the final time.
     pub steps: Vec<f64>,
-    /// What the motion and the way back had to say.
+    /// Warnings of the motion and of the backward sweep.
     pub warnings: Vec<Warning>,
 }
 
 /// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjointVariables {
-    /// Of E1, q − q₋ − h (v + v₋); of a scheme with several stages, the sums over those of the step, as b and e.
+    /// Multiplier of E1, q − q₋ − h (v + v₋). For a scheme with several stages a, b and e are sums over the stages of the step.
     pub a: DMatrix<f64>,
-    /// Of E2, p* − p*₋ − h (ṗ* + ṗ*₋).
+    /// Multiplier of E2, p* − p*₋ − h (ṗ* + ṗ*₋).
     pub b: DMatrix<f64>,
-    /// Of E3, 𝓛_v − p*.
+    /// Multiplier of E3, 𝓛_v − p*.
     pub c: DMatrix<f64>,
-    /// Of E4, 𝓛_q + Q − ṗ*.
+    /// Multiplier of E4, 𝓛_q + Q − ṗ*.
     pub d: DMatrix<f64>,
-    /// Of E5, dΦ/dt.
+    /// Multiplier of E5, dΦ/dt.
     pub e: DMatrix<f64>,
-    /// Δt Σ_s a_s0 a_s over the stages of the step into the node: −dJ per unit of the velocities with which it begins, known q and p* held.
+    /// Δt Σ_s a_s0 a_s over the stages of the step that ends at the node: the negative derivative of J with respect to the velocities at
+    /// the beginning of the step, for constant q and p*.
     pub alpha: DMatrix<f64>,
-    /// Δt Σ_s a_s0 b_s, the same for ṗ*.
+    /// Δt Σ_s a_s0 b_s: the negative derivative of J with respect to ṗ* at the beginning of the step.
     pub beta: DMatrix<f64>,
-    /// At the nodes of a macro step at whose end the motion was started anew, what J gains per unit of σ₋, with which the step began, through
-    /// the σ that was started with (m × (N + 1); 0 elsewhere).
+    /// Derivative of J with respect to σ₋ at the beginning of a macro step that ends with a restart, through the σ after the restart (m ×
+    /// (N + 1); 0 at other nodes).
     pub s: DMatrix<f64>,
     /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
     /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).

@@ -51,15 +51,15 @@ impl<'a> CostSum<'a> {
 impl<R: Real> Trajectory<R> {
     /// J of Eq. (5): all costs of the scene, summed over the given nodes.
     ///
-    /// `inputs` are those the trajectory was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    /// `inputs` are those of the trajectory, on the grid that was used: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs of other sizes; inserted nodes that cannot be; a cost or a sum that is not finite; accelerations that a cost depends on and that are not determined.
+    /// Inputs of wrong size, invalid inserted nodes, a cost or sum that is not finite, or a cost on accelerations that are not unique.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
         Ok(self.sums_of_costs(system, inputs, CostFactors::of_cost(system.outputs()))?[0])
     }
 
-    /// The values of all outputs of the nodes computed, as [`cost`](Self::cost) gives J.
+    /// The values of all outputs, summed over the computed nodes.
     ///
     /// # Errors
     /// As [`cost`](Self::cost).

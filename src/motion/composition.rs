@@ -18,7 +18,7 @@
 
 use crate::{Grid, memory};
 
-/// A symmetric composition, named by its authors and its order.
+/// A symmetric composition of trapezoidal steps, named by its authors and its order.
 ///
 /// | | stages | order | nodes between the ends of the macro step | source |
 /// |---|---|---|---|---|
@@ -27,9 +27,9 @@ use crate::{Grid, memory};
 /// | `Yoshida6` | 7 | 6 | from −0.16 to 1.16 | H. Yoshida, Phys. Lett. A 150 (1990) 262, solution A; HLW V.3.2 |
 /// | `KahanLi6` | 9 | 6 | inside | W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089; HLW V.3.2 |
 ///
-/// These orders need controls and other functions of time that are smooth over all nodes of a macro step. A control with
-/// kinks keeps the order if the kinks lie at ends of macro steps and each macro step is given the values of its own smooth piece, also
-/// at nodes outside of it.
+/// These orders need controls and other functions of time that are smooth over all nodes of a macro step. A control with kinks keeps the
+/// order if the kinks are at ends of macro steps and each macro step has the values of its own smooth piece, also at nodes outside the
+/// macro step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Composition {
     /// One stage: the trapezoidal rule.
@@ -62,11 +62,11 @@ const KAHAN_LI_6: [f64; 9] = {
 };
 
 impl Composition {
-    /// All of them, by order and stages.
+    /// All compositions, by order and number of stages.
     pub const ALL: [Composition; 4] =
         [Composition::Trapezoidal, Composition::Suzuki4, Composition::Yoshida6, Composition::KahanLi6];
 
-    /// γ_1 … γ_s, the lengths of the stages as shares of the macro step.
+    /// Lengths γ_1 … γ_s of the stages, relative to the macro step.
     pub fn coefficients(self) -> &'static [f64] {
         match self {
             Composition::Trapezoidal => &[1.0],
@@ -90,7 +90,7 @@ impl Composition {
         }
     }
 
-    /// γ_1, γ_1 + γ_2, …, 1: where the stages end, as shares of the macro step from its start; not monotone.
+    /// Ends γ_1, γ_1 + γ_2, …, 1 of the stages, relative to the macro step; not monotone.
     pub fn stage_ends(self) -> Vec<f64> {
         let ends = self.coefficients().iter().scan(0.0, |end, gamma| {
             *end += gamma;
@@ -104,20 +104,19 @@ impl Composition {
 }
 
 impl Grid {
-    /// Macro steps of equal length `dt` from t = 0, each made of the stages of a composition: s · `macro_steps` steps.
+    /// A grid of macro steps of equal length `dt`, s, from t = 0, each divided into the stages of a composition: s · `macro_steps` steps.
     ///
-    /// Node s·j is the end of macro step j and lies at t = j · `dt`; only there the motion has the order of the composition. The nodes
-    /// between are nodes like all others, with controls of their own, but steps back and forth lead to them, so
-    /// their times are not monotone and may lie outside of the macro step ([`Composition::stage_ends`]).
+    /// Node s·j is the end of macro step j, at t = j · `dt`; only there the motion has the order of the composition. The nodes between have
+    /// controls of their own, but their times are not monotone and may lie outside the macro step ([`Composition::stage_ends`]).
     ///
-    /// The gradient on such a grid is that of the composed scheme, and as exact as on any other grid. dJ/du_i at a node between
-    /// is the derivative with respect to the control that this stage sees; it may be of either sign and large where its neighbours cancel
-    /// it, and is no approximation of a density in time. For a control that is a function of a few numbers, u_i = u(t_i; x), the chain rule
-    /// dJ/dx = Σ (du_i/dx)ᵀ dJ/du_i gives what converges with the order of the composition.
+    /// The gradient is exact for the composed scheme. dJ/du_i at a node between is the derivative with respect to the control at this
+    /// stage. It may have either sign and be large, with neighbours that cancel it, and does not approximate a density in time. If the
+    /// control is a function of a few parameters, u_i = u(t_i; x), then dJ/dx = Σ (du_i/dx)ᵀ dJ/du_i converges with the order of the
+    /// composition.
     ///
-    /// The motion is restarted, where [`Settings`](crate::Settings) ask for it, at the ends of macro steps only, and keeps its order.
+    /// Restarts ([`Settings`](crate::Settings)) take place at ends of macro steps only, and the motion keeps its order.
     ///
-    /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h, and has its order too;
+    /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h and has its order;
     /// [`Sum::Plain`](crate::Sum::Plain) and [`Sum::Rectangle`](crate::Sum::Rectangle) do not.
     ///
     /// ```
@@ -129,7 +128,7 @@ impl Grid {
     /// ```
     ///
     /// # Panics
-    /// If the steps cannot be held in memory.
+    /// If the grid does not fit into memory.
     pub fn composed(macro_steps: usize, dt: f64, composition: Composition) -> Self {
         memory::require("the steps of a grid", macro_steps, composition.stages() * size_of::<f64>());
         let stages = composition.coefficients().iter().map(|gamma| gamma * dt);

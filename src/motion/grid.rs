@@ -4,33 +4,34 @@ use crate::motion::Clock;
 use crate::number::Real;
 use crate::{Error, memory};
 
-/// The times of the nodes 0 … N: a start and N step lengths, which may differ and may be negative.
+/// The time grid of nodes 0 … N: a start time and N step lengths, which may differ and may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<R = f64> {
     /// t₀ in s.
     pub start: R,
     /// Δt_1 … Δt_N in s.
     pub steps: Vec<R>,
-    /// So many consecutive steps are the stages of one macro step ([`Grid::composed`]), at whose end alone a motion may be
-    /// restarted ([`Settings::drift_bound`](crate::Settings::drift_bound)); 1 where every step is one by itself. Steps that are left over end no macro step.
+    /// Number of consecutive steps that form one macro step ([`Grid::composed`]); 1 if every step is a macro step. A motion restarts at
+    /// ends of macro steps only ([`Settings::drift_bound`](crate::Settings::drift_bound)). An incomplete macro step at the end of the grid
+    /// has no restart.
     pub stages: usize,
-    /// How many nodes of a longer motion come before its first and behind its last: none, unless it is a [`part`](Grid::part) of one. The macro steps are those
-    /// of the longer motion.
+    /// Numbers of nodes of a longer motion before the first and after the last node; zero unless the grid is a [`part`](Grid::part) of a
+    /// longer one. Macro steps are those of the longer motion.
     pub around: [usize; 2],
 }
 
 impl Grid {
-    /// N equal steps from t = 0.
+    /// A grid of N equal steps of `dt`, s, from t = 0.
     ///
     /// # Panics
-    /// If they cannot be held in memory.
+    /// If the grid does not fit into memory.
     pub fn uniform(steps: usize, dt: f64) -> Self {
         memory::require("the steps of a grid", steps, size_of::<f64>());
         Grid::new(0.0, vec![dt; steps])
     }
 
-    /// Nodes at all of these times, in their order, and between them as many equal steps as none is longer than `longest`, s: for readings between steps, and
-    /// for controls that bend.
+    /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it for readings and for
+    /// controls with kinks.
     ///
     /// ```
     /// use hamiltonian_adjoint::Grid;
@@ -42,7 +43,7 @@ impl Grid {
     /// ```
     ///
     /// # Errors
-    /// No time at all, or one that is not finite; a length that is not positive, or so short that the steps cannot be held in memory.
+    /// No time, a time that is not finite, or a length that is not positive or so short that the steps do not fit into memory.
     pub fn through(times: &[f64], longest: f64) -> Result<Self, Error> {
         if let Some(&value) = times.iter().find(|t| !t.is_finite()) {
             return Err(Error::NotFinite { what: "a time of `Grid::through`".into(), value });
@@ -69,18 +70,18 @@ impl Grid {
 }
 
 impl<R: Real> Grid<R> {
-    /// Steps of any lengths, each by itself.
+    /// A grid of steps of the given lengths, s; every step is a macro step.
     pub fn new(start: R, steps: Vec<R>) -> Self {
         Grid { start, steps, stages: 1, around: [0, 0] }
     }
 
-    /// The part between two nodes, in which nodes keep their numbers: what counts at one of them ([`Sum::Node`](crate::Sum::Node)) counts in the part that has
-    /// it, and where one part ends and the next begins in the first of the two; errors and warnings name them so. Restarts that are counted stand at the nodes at which they stood, also where
-    /// a part begins inside of a macro step. Such a part has the order of the [`Composition`](crate::Composition) if it begins with the q and p\* of its first node
-    /// ([`Start::Momentum`](crate::Start::Momentum)).
+    /// The part of the grid between two nodes, which keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)), errors
+    /// and warnings. A node shared by two parts belongs to the first of them. Restarts remain at the nodes of the whole grid, also if a
+    /// part begins inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and p\* of
+    /// its first node ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
-    /// If there are no such nodes.
+    /// If the grid does not contain these nodes in this order.
     pub fn part(&self, first: usize, last: usize) -> Self {
         let [before, behind] = self.around;
         // Numbers beyond their range are refused with the inputs.
@@ -88,7 +89,7 @@ impl<R: Real> Grid<R> {
         Grid { start: self.time(first), steps: self.steps[first..last].to_vec(), stages: self.stages, around }
     }
 
-    /// The times of the nodes 0 … N, each right to rounding however many steps are before it.
+    /// The times of the nodes 0 … N, s, each correct to rounding for any number of steps.
     pub fn times(&self) -> Vec<R> {
         clocks(self.start, &self.steps).map(Clock::time).collect()
     }

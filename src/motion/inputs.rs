@@ -6,52 +6,52 @@ use crate::motion::{Grid, column};
 use crate::number::Real;
 use crate::{Control, Coordinate, Error, System, memory};
 
-/// What a start keeps of its guess when it is assembled.
+/// The coordinates and velocities that an assembled start keeps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
-    /// Coordinates that stay where they are: the driving ones, at most one for each degree of freedom.
+    /// Coordinates that keep their values: at most one for each degree of freedom.
     pub coordinates: Vec<Coordinate>,
-    /// Coordinates whose velocities stay what they are.
+    /// Coordinates whose velocities keep their values.
     pub velocities: Vec<Coordinate>,
 }
 
-/// The initial state; as part of a [`Gradient`](crate::Gradient), the derivatives with respect to it.
+/// The initial state or, in a [`Gradient`](crate::Gradient), the derivatives with respect to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start<R = f64> {
-    /// Coordinates and velocities; then p*₀ = T_v(q₀, v₀) and σ₀ = 0.
+    /// Coordinates and velocities are given; p*₀ = T_v(q₀, v₀) and σ₀ = 0.
     Velocity {
         /// q₀, m or rad.
         q: DVector<R>,
         /// v₀, m/s or rad/s.
         v: DVector<R>,
     },
-    /// Coordinates and augmented momenta; then v₀ and σ₀ follow from Eq. (1a) and (1c).
+    /// Coordinates and augmented momenta are given; v₀ and σ₀ follow from Eq. (1a) and (1c).
     Momentum {
         /// q₀, m or rad.
         q: DVector<R>,
         /// p*₀, N s or N m s.
         p_star: DVector<R>,
     },
-    /// A guess, from which the start is assembled: q₀ with Φ(q₀, t₀; b) = 0 and v₀ with dΦ/dt = 0, by the least change in the metric of the mass
-    /// matrix or with some of it held. So the start depends on design variables, and the gradient knows it. Then as for
-    /// [`Velocity`](Self::Velocity).
+    /// A guess is given. The start has Φ(q₀, t₀; b) = 0 and dΦ/dt = 0, with the least change from the guess in the metric of the mass
+    /// matrix and with some coordinates held; p*₀ and σ₀ follow as for [`Velocity`](Self::Velocity). The start depends on design variables,
+    /// and the gradient includes this dependence.
     Assembled {
         /// The guess for q₀, m or rad.
         q: DVector<R>,
         /// The guess for v₀, m/s or rad/s.
         v: DVector<R>,
-        /// What of it is no guess.
+        /// The coordinates and velocities that are kept.
         held: Held,
     },
 }
 
 impl Start {
-    /// Assembled from where the scene placed its bodies, at rest; nothing is held.
+    /// A start assembled from the positions of the scene, at rest, with nothing held.
     pub fn assembled(system: &System) -> Self {
         Start::Assembled { q: system.initial_coordinates(), v: DVector::zeros(system.n()), held: Held::default() }
     }
 
-    /// Holds coordinates and their velocities, if the start is one that is assembled; any other keeps all anyway.
+    /// Holds coordinates and their velocities in an assembled start; other starts keep all values anyway.
     pub fn hold(mut self, coordinates: &[Coordinate]) -> Self {
         if let Start::Assembled { held, .. } = &mut self {
             held.coordinates.extend_from_slice(coordinates);
@@ -62,14 +62,14 @@ impl Start {
 }
 
 impl<R: Real> Start<R> {
-    /// q₀.
+    /// The coordinates q₀, m or rad.
     pub fn q(&self) -> &DVector<R> {
         match self {
             Start::Velocity { q, .. } | Start::Momentum { q, .. } | Start::Assembled { q, .. } => q,
         }
     }
 
-    /// Sets one coordinate. A start is of no scene: a handle of another one sets what has its number.
+    /// Sets one coordinate. The start does not know its scene: a handle of another scene sets the coordinate with the same number.
     ///
     /// # Panics
     /// If the system has no such coordinate.
@@ -77,7 +77,7 @@ impl<R: Real> Start<R> {
         self.q_mut()[coordinate.index()] = value;
     }
 
-    /// Sets one velocity, or one momentum where momenta are given, as [`set_coordinate`](Self::set_coordinate) does.
+    /// Sets one velocity, or one momentum if momenta are given.
     ///
     /// # Panics
     /// If the system has no such coordinate.
@@ -85,14 +85,14 @@ impl<R: Real> Start<R> {
         self.rate_mut()[coordinate.index()] = value;
     }
 
-    /// q₀, to be changed.
+    /// Mutable access to the coordinates q₀.
     pub fn q_mut(&mut self) -> &mut DVector<R> {
         match self {
             Start::Velocity { q, .. } | Start::Momentum { q, .. } | Start::Assembled { q, .. } => q,
         }
     }
 
-    /// v₀ or p*₀, whichever is given.
+    /// The velocities v₀ or the momenta p*₀, whichever the start contains.
     pub fn rate(&self) -> &DVector<R> {
         match self {
             Start::Velocity { v, .. } | Start::Assembled { v, .. } => v,
@@ -100,7 +100,7 @@ impl<R: Real> Start<R> {
         }
     }
 
-    /// v₀ or p*₀, whichever is given, to be changed.
+    /// Mutable access to v₀ or p*₀, whichever the start contains.
     pub fn rate_mut(&mut self) -> &mut DVector<R> {
         match self {
             Start::Velocity { v, .. } | Start::Assembled { v, .. } => v,
@@ -134,16 +134,16 @@ impl<R: Real> Start<R> {
     }
 }
 
-/// Everything that a motion follows from.
+/// The inputs of a motion: grid, start, controls and design variables.
 ///
-/// The fields are public: take [`Inputs::at_rest`] and change what differs.
+/// The fields are public: start from [`Inputs::at_rest`] and change them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs<R = f64> {
-    /// The nodes in time.
+    /// The time grid.
     pub grid: Grid<R>,
     /// The initial state.
     pub start: Start<R>,
-    /// u_i in column i = 0 … N, one row for each control channel (k × (N + 1)).
+    /// The controls: u_i in column i = 0 … N, one row for each channel (k × (N + 1)).
     pub controls: DMatrix<R>,
     /// The values of the design variables.
     pub design: DVector<R>,
@@ -170,10 +170,10 @@ impl<R: Real> Inputs<R> {
 }
 
 impl Inputs {
-    /// At rest where the scene placed its bodies, with zero controls and the design of the scene.
+    /// Inputs at rest at the positions of the scene, with zero controls and the design of the scene.
     ///
     /// # Panics
-    /// If the controls cannot be held in memory.
+    /// If the controls do not fit into memory.
     pub fn at_rest(system: &System, grid: Grid) -> Self {
         memory::require("the controls", grid.nodes(), system.k() * size_of::<f64>());
         Inputs {
@@ -184,8 +184,8 @@ impl Inputs {
         }
     }
 
-    /// Sets a control at all nodes to a function of time: a measured or wanted signal, u(t). Inputs are of no scene: a handle of another one sets what
-    /// has its number.
+    /// Sets a control at all nodes to a function of time, u(t). The inputs do not know their scene: a handle of another scene sets the
+    /// control with the same number.
     ///
     /// # Panics
     /// If the system has no such control.
@@ -200,7 +200,7 @@ impl Inputs {
         }
     }
 
-    /// A direction of zeros, to be changed: what derivatives along a direction are asked for with.
+    /// A direction of zeros in the space of the inputs, for derivatives along a direction.
     pub fn no_change(&self) -> Inputs {
         let grid = Grid { start: 0.0, steps: vec![0.0; self.grid.steps.len()], ..self.grid };
         let (start, controls) = (self.start.map(|_| 0.0), self.controls.map(|_| 0.0));
@@ -258,7 +258,7 @@ impl Inputs {
         self.design.copy_from(&other.design);
     }
 
-    /// The same on other numbers, with zero imaginary or derivative parts.
+    /// The inputs converted to another number type, with zero imaginary or derivative parts.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
         let steps = self.grid.steps.iter().map(|&dt| dt.into()).collect();
         Inputs {

@@ -4,21 +4,21 @@ use std::ops::ControlFlow;
 
 use crate::Error;
 
-/// How far a motion, or the way back through it, has come.
+/// Progress of a simulation or an adjoint sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// What is under way.
+    /// The task being computed.
     pub task: Task,
-    /// Nodes that are done, and how many there are.
+    /// Number of nodes computed.
     pub done: usize,
-    /// All nodes.
+    /// Number of all nodes.
     pub of: usize,
 }
 
-/// What takes its time.
+/// A task whose progress is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    /// The motion.
+    /// The simulation.
     Simulation,
     /// The adjoint sweep.
     Gradient,

@@ -4,9 +4,9 @@ use std::fmt;
 
 use crate::Warning;
 
-/// The work of a simulation or an adjoint sweep, and how well it went.
+/// The work and the accuracy of a simulation or an adjoint sweep.
 ///
-/// It prints as a table, what was not done left out:
+/// It prints as a table without the rows that are zero:
 ///
 /// ```
 /// let report = hamiltonian_adjoint::Report { newton_iterations: 231, most_iterations: 3, restarts: 2, ..Default::default() };
@@ -15,35 +15,36 @@ use crate::Warning;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// Newton iterations of all steps.
+    /// Number of Newton iterations of all steps.
     pub newton_iterations: usize,
-    /// The most iterations of one step.
+    /// Largest number of Newton iterations of one step.
     pub most_iterations: usize,
-    /// Factorisations of tangent matrices.
+    /// Number of factorisations of tangent matrices.
     pub factorisations: usize,
-    /// Newton corrections with factors of the iteration before, because they leave nothing of the next one.
+    /// Number of Newton corrections with the factors of the previous iteration, used when they already suffice for convergence.
     pub reused_factors: usize,
-    /// Solutions of adjoint equations that were refined: one in 128, and where that shows that digits are lost (adjoint sweep only).
+    /// Number of adjoint solves with iterative refinement: one in 128, and all if these show lost digits (adjoint sweep only).
     pub refined_solutions: usize,
-    /// Evaluations of single elements that are neither constant nor sums of sines: their contributions to the equations.
+    /// Number of evaluations of single elements that are neither constant nor sums of sines.
     pub element_evaluations: usize,
-    /// Evaluations of their second derivatives, where K is assembled and at each solution.
+    /// Number of evaluations of second derivatives of such elements, at assemblies of K and at each solution.
     pub second_derivatives: usize,
-    /// Evaluations of sine and cosine of a coordinate for sinusoidal constraints.
+    /// Number of evaluations of sine and cosine of a coordinate for sinusoidal constraints.
     pub sine_evaluations: usize,
-    /// Derivatives of single elements with respect to one control, design variable or time.
+    /// Number of evaluated derivatives of single elements with respect to one control, design variable or time.
     pub input_evaluations: usize,
-    /// Evaluations of single elements at the ends of steps, along them, to see whether they are resolved (adjoint sweep only).
+    /// Number of evaluations of single elements that check whether steps resolve them (adjoint sweep only).
     pub chord_evaluations: usize,
-    /// Evaluations of single costs with their derivatives.
+    /// Number of evaluations of single costs with their derivatives.
     pub cost_evaluations: usize,
-    /// The smallest ratio of a pivot to the numbers it is the difference of; about 1e-16 means all digits were lost.
+    /// Smallest ratio of a pivot to the terms of which it is the difference; about 1e-16 means that all digits are lost.
     pub worst_pivot: f64,
-    /// How much larger (dJ/dq, dJ/dp*) became on the way back than what the costs put into it, looked at every so many nodes (adjoint sweep only).
+    /// Largest growth of (dJ/dq, dJ/dp*) in the backward sweep relative to the contributions of the costs, sampled at some nodes (adjoint
+    /// sweep only).
     pub adjoint_growth: f64,
-    /// Nodes at which the motion was started anew.
+    /// Number of restarts.
     pub restarts: usize,
-    /// What the run has to say besides.
+    /// Warnings of the run.
     pub warnings: Vec<Warning>,
 }
 

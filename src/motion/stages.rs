@@ -6,8 +6,8 @@ use super::trajectory::{column, column_mut};
 use crate::number::Real;
 use crate::system::NodeView;
 
-/// The states at the stages of all steps but the last ones, which are the nodes; for a scheme with S stages, stage s of the step into node i is
-/// column i (S − 1) + s − 1 (those of node 0 are zero).
+/// States at the inner stages of all steps. (The last stage of a step is a node.) For a scheme with S stages, stage s of the step that ends
+/// at node i is column i (S − 1) + s − 1; the columns of node 0 are zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stages<R = f64> {
     /// Times, s.

@@ -8,10 +8,10 @@ use crate::number::Real;
 use crate::system::{NodeView, Sums};
 use crate::{Error, Inputs, Scheme, System};
 
-/// y_i = (v, ṗ*, q, p*, σ)_i for the nodes i = 0 … N, one column each.
+/// A motion as data: y_i = (v, ṗ*, q, p*, σ)_i at the nodes i = 0 … N, one column each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory<R = f64> {
-    /// The number of nodes that hold a solution (N + 1, or fewer if a step failed).
+    /// Number of computed nodes: N + 1, or fewer if a step failed.
     pub computed: usize,
     /// Times, s.
     pub times: Vec<R>,
@@ -25,33 +25,33 @@ pub struct Trajectory<R = f64> {
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
     pub sigma: DMatrix<R>,
-    /// Compliances of equations that close loops, in the order of the nodes from which they hold: empty unless constraints depend on each other
+    /// Compliances of dependent constraints, in the order of the nodes from which they hold; empty if no constraints depend on each other
     /// (see `docs/long-and-hard-motions.md`).
     pub compliance: Vec<Compliance>,
-    /// Nodes that are not of the given grid: steps without a solution were halved there.
+    /// Nodes inserted by halved steps.
     pub inserted: Vec<usize>,
-    /// The scheme that the motion was computed with, and its stages between the nodes.
+    /// The scheme of the motion.
     pub scheme: Scheme,
-    /// Empty for the trapezoidal rule.
+    /// The states at the inner stages; empty for the trapezoidal rule.
     pub stages: Stages<R>,
-    /// Nodes at which the motion was started anew ([`Settings::drift_bound`](crate::Settings::drift_bound)).
+    /// Nodes with restarts ([`Settings::drift_bound`](crate::Settings::drift_bound)).
     pub restarted: Vec<usize>,
 }
 
 /// Equations and their μ.
 pub(crate) type Compliances = [(usize, f64)];
 
-/// Compliances of constraints that depend on each other, from a node on.
+/// Compliances of dependent constraints from a node on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compliance {
-    /// The node at which the motion begins or is started anew with them.
+    /// The node from which they hold: the start or a restart.
     pub from: usize,
-    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large one leaves an equation out.
+    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ leaves an equation out.
     pub equations: Vec<(usize, f64)>,
 }
 
 impl<R: Real> Trajectory<R> {
-    /// A motion whose numbers are all zero, to be filled with states that come from elsewhere.
+    /// A trajectory of zeros, to be filled with states computed elsewhere.
     pub fn zeros(system: &System, nodes: usize, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
         let state = || DMatrix::from_element(n, nodes, R::zero());
@@ -71,13 +71,13 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// The last column that was computed; 0 if there is none.
+    /// Index of the last computed column; 0 if there is none.
     pub fn last(&self) -> usize {
         self.computed.saturating_sub(1)
     }
 
-    /// The column of a node of the given grid, counted from its first: farther on where steps before it were halved. It is `computed` or more where the motion did not
-    /// come to the node, or there is none such.
+    /// Column of a node of the given grid; larger than the node's number if steps before it were halved, and at least `computed` if the
+    /// node was not computed or does not exist.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Scheme, Trajectory, scenes::CartPendulum};
@@ -197,7 +197,7 @@ impl<R: Real> Trajectory<R> {
     /// Φ(q_i, t_i) in m or rad (m × nodes).
     ///
     /// # Errors
-    /// Inputs of other sizes; numbers beyond their range.
+    /// Inputs of wrong size, or numbers beyond the floating-point range.
     pub fn phi(&self, system: &System, inputs: &Inputs<R>) -> Result<DMatrix<R>, Error> {
         self.check_fits(system, inputs)?;
         let design = system.parameters().values(inputs.design.as_slice());

@@ -2,7 +2,7 @@
 
 use crate::Error;
 
-/// A diagonally implicit Runge–Kutta method whose first stage is the node at which a step begins, and whose last one is its end.
+/// A diagonally implicit Runge–Kutta method, whose first stage is the beginning of the step and whose last stage is its end.
 ///
 /// ```text
 ///   0   | 0
@@ -11,23 +11,23 @@ use crate::Error;
 ///   1   | a_S0  a_S1  …  a_SS         x_{n+1} = x_S
 /// ```
 ///
-/// All methods solve the same problem at each stage, S times a step, and the gradient is the exact one of the discrete motion with each.
+/// All methods solve the same equations at each of S stages per step. The gradient is exact for the discrete motion of each method.
 ///
 /// | | stages S | order | |
 /// |---|---|---|---|
-/// | [`TRAPEZOIDAL`](Self::TRAPEZOIDAL) | 1 | 2 | symmetric, A-stable: the paper's, and the default |
+/// | [`TRAPEZOIDAL`](Self::TRAPEZOIDAL) | 1 | 2 | symmetric, A-stable; the paper's scheme, and the default |
 /// | [`TR_BDF2`](Self::TR_BDF2) | 2 | 2 | L-stable |
 /// | [`ESDIRK3`](Self::ESDIRK3) | 3 | 3 | L-stable |
 /// | [`ESDIRK4`](Self::ESDIRK4) | 5 | 4 | L-stable |
 /// | [`ESDIRK5`](Self::ESDIRK5) | 7 | 5 | L-stable |
 ///
-/// An L-stable method forgets what decays much faster than a step in one step, where the trapezoidal rule lets it oscillate for ever; but it takes energy
-/// out of fast vibrations, so that conservative motions over long times want the trapezoidal rule, or a [`Composition`](crate::Composition) of it.
+/// An L-stable method damps components that decay much faster than a step within one step, while the trapezoidal rule lets them oscillate
+/// undamped. It also removes energy from fast vibrations. Use the trapezoidal rule, or a [`Composition`](crate::Composition) of it, for
+/// long conservative motions.
 ///
-/// Controls are linear between nodes. A running cost that shall be summed with the order of the method wants
-/// [`Sum::Integral`](crate::Sum::Integral).
+/// Controls are linear between nodes. [`Sum::Integral`](crate::Sum::Integral) sums a running cost with the order of the method.
 ///
-/// A table of your own has public fields too; it is checked before a motion is computed, and of both orders what quadrature asks for.
+/// You can define your own table; it is validated before a motion is computed, including the quadrature conditions of both orders.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, gradient, scenes::CartPendulum};
@@ -41,15 +41,16 @@ use crate::Error;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
-    /// What it is called in reports.
+    /// Name of the method in reports.
     pub name: &'static str,
     /// The order of convergence.
     pub order: usize,
     /// The rows a_s0 … a_ss of the stages s = 1 … S.
     pub rows: &'static [&'static [f64]],
-    /// The weights b̂_0 … b̂_S of a method of another order with the same stages, whose difference estimates the error of a step; empty if there is none.
+    /// Weights b̂_0 … b̂_S of an embedded method of another order with the same stages, which estimates the error of a step; empty if there
+    /// is none.
     pub embedded: &'static [f64],
-    /// The order of that method.
+    /// The order of the embedded method.
     pub embedded_order: usize,
 }
 
@@ -59,7 +60,7 @@ const ROUNDING: f64 = 1e-12;
 const DIGITS: f64 = 1e-8;
 
 impl Scheme {
-    /// S, the stages that are solved in a step.
+    /// Number S of stages solved per step.
     pub const fn stages(&self) -> usize {
         self.rows.len()
     }
@@ -75,7 +76,7 @@ impl Scheme {
         self.rows[s - 1][j]
     }
 
-    /// c_s, where in a step stage s is: 0 for the node at which it begins, 1 for its end.
+    /// The abscissae c_s of the stages: 0 at the beginning of the step, 1 at its end.
     pub fn c(&self, s: usize) -> f64 {
         match s {
             0 => 0.0,

@@ -7,14 +7,14 @@ use super::Scheme;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 impl Scheme {
-    /// All of them.
+    /// All predefined schemes.
     pub const ALL: [Scheme; 5] = [Self::TRAPEZOIDAL, Self::TR_BDF2, Self::ESDIRK3, Self::ESDIRK4, Self::ESDIRK5];
 
     /// The trapezoidal rule (Eq. 2).
     pub const TRAPEZOIDAL: Scheme =
         Scheme { name: "trapezoidal rule", order: 2, rows: &[&[0.5, 0.5]], embedded: &[], embedded_order: 0 };
 
-    /// A trapezoidal step and a backward differentiation, γ = 2 − √2.
+    /// TR-BDF2: a trapezoidal stage followed by a backward differentiation, γ = 2 − √2.
     pub const TR_BDF2: Scheme = {
         const D: f64 = 1.0 - FRAC_1_SQRT_2;
         const W: f64 = 0.25 * SQRT_2;

@@ -105,9 +105,9 @@ use point::Layout;
 /// Units in the last place of its terms that a sum may be off by.
 const ROUNDED: f64 = 8.0 * f64::EPSILON;
 
-/// A mechanism that can be simulated: n coordinates, m constraint equations, k controls.
+/// A compiled mechanism: n coordinates, m constraint equations, k controls.
 ///
-/// Immutable, and shared freely between threads; what a run needs besides is in [`Solver`](crate::Solver).
+/// It is immutable and can be shared between threads; [`Solver`](crate::Solver) contains the data of a run.
 pub struct System {
     n: usize,
     m: usize,
@@ -158,7 +158,7 @@ impl System {
         self.design.len()
     }
 
-    /// The number of outputs beside J.
+    /// The number of outputs in addition to J.
     pub fn outputs(&self) -> usize {
         self.names.outputs.len()
     }
@@ -168,7 +168,7 @@ impl System {
         self.names.looked_at.contains(&output)
     }
 
-    /// The coordinates at which the scene placed its bodies.
+    /// The initial coordinates given in the scene, m or rad.
     pub fn initial_coordinates(&self) -> DVector<f64> {
         DVector::from_column_slice(&self.initial)
     }
@@ -178,7 +178,7 @@ impl System {
         DVector::from_column_slice(&self.design)
     }
 
-    /// The handle of a coordinate, as the scene gave it.
+    /// The handle of coordinate `i`, as returned by the scene.
     ///
     /// # Panics
     /// If `i` is not less than [`n`](Self::n).
@@ -187,7 +187,7 @@ impl System {
         Coordinate(Handle::of(self.scene, i))
     }
 
-    /// The handle of a control, as the scene gave it.
+    /// The handle of control `i`, as returned by the scene.
     ///
     /// # Panics
     /// If `i` is not less than [`k`](Self::k).
@@ -215,8 +215,8 @@ impl System {
         param.belongs_to(self.scene)
     }
 
-    /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones, and take
-    /// s (s + r)² multiplications at every factorisation. All other unknowns are condensed, once per step length.
+    /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones and need s (s + r)²
+    /// multiplications per factorisation. All other unknowns are condensed once per step length.
     pub fn elimination(&self) -> Vec<[usize; 2]> {
         self.symbolic.nodes().map(|(size, width)| [size, width]).collect()
     }
@@ -248,12 +248,13 @@ impl System {
         &self.formulas
     }
 
-    /// The programs of the element called `name`, as text: what is computed once and what at every point, instruction by instruction.
+    /// The programs of the element `name` as text: the instructions that run once and those that run at every point.
     pub fn program(&self, name: &str) -> Option<String> {
         self.formulas.elements.iter().find(|element| element.name == name).map(print::print)
     }
 
-    /// The elements and costs without a program, which num-dual differentiates at every point, and why: slower, but not less exact.
+    /// The elements and costs without a program, with the reason. num-dual differentiates them at every point, which is slower but as
+    /// exact.
     pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
         let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
         let costs = self.costs.terms().filter(|cost| !cost.has_program);

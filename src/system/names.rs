@@ -47,7 +47,7 @@ impl System {
         &self.names.outputs[k]
     }
 
-    /// The name of a coordinate: its group's and its own.
+    /// The name of a coordinate: the name of its group and its own name.
     ///
     /// # Panics
     /// If `i` is not less than [`n`](Self::n).
@@ -55,7 +55,7 @@ impl System {
         &self.names.coordinates[i]
     }
 
-    /// The name of a constraint equation: its constraint's and its number there.
+    /// The name of a constraint equation: the name of its constraint and its number in it.
     ///
     /// # Panics
     /// If `j` is not less than [`m`](Self::m).
