@@ -1,4 +1,4 @@
-//! The paper's own equations, dense and plain: the reference for the condensed sweep.
+//! The paper's discrete equations with all 4n + m unknowns in dense form: the reference for the reduced adjoint sweep.
 //!
 //! Unknowns y = (v, ṗ*, q, p*, σ), 4n + m of them; γ = 2/Δt. Equation (2) is used where q̇_i stands, so that, with
 //! V = γ (q_i − q_{i−1}) − v_{i−1} and G = γ (p*_i − p*_{i−1}) − ṗ*_{i−1},
@@ -9,11 +9,11 @@
 //!                                                f5 = dΦ/dt(q_i, V)                                (3)
 //! ```
 //!
-//! The paper does not define f_0. Here it is what fixes y_0: f1 = q_0 − q̄, f2 = p*_0 − p̄ with the given values, and f3, f4, f5
-//! with v_0 and ṗ*_0 in the place of V and G. Then Eq. (9) and (11) hold for i = 0 too, and the first two parts of
-//! w_0 are −dJ/dq_0 and −dJ/dp*_0.
+//! The paper does not define f_0. Assumed: f_0 determines y_0, with f1 = q_0 − q̄ and f2 = p*_0 − p̄ for the given values, and f3, f4, f5
+//! with v_0 and ṗ*_0 instead of V and G. Then Eq. (9) and (11) also hold for i = 0, and the first two parts of w_0 are −dJ/dq_0 and
+//! −dJ/dp*_0.
 //!
-//! Every block is a derivative of these formulas by dual numbers, one column at a time. Nothing here is fast.
+//! Every block is computed from these formulas by dual numbers, one column at a time. The module favours clarity over speed.
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use num_dual::Dual64;
@@ -89,7 +89,7 @@ impl Tangent {
     /// The block of an equation and a variable.
     ///
     /// # Panics
-    /// If `matrix` was given another size.
+    /// If `matrix` has another size.
     pub fn block(&self, row: Equation, column: Variable) -> DMatrixView<'_, f64> {
         let (rows, columns) = (part(row as usize, self.n, self.m), part(column as usize, self.n, self.m));
         self.matrix.view((rows.start, columns.start), (rows.len(), columns.len()))
@@ -101,14 +101,14 @@ pub(crate) fn part(k: usize, n: usize, m: usize) -> Range<usize> {
     k * n..if k < 4 { (k + 1) * n } else { 4 * n + m }
 }
 
-/// The gradient by Eq. (9), (11) and (12).
+/// The gradient computed from Eq. (9), (11) and (12).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperGradient {
     /// dJ/du_i in column i (k × (N + 1)).
     pub controls: DMatrix<f64>,
     /// dJ/db.
     pub design: DVector<f64>,
-    /// dJ/dq_0 with p*_0 held.
+    /// dJ/dq_0 for constant p*_0.
     pub q0: DVector<f64>,
     /// dJ/dp*_0.
     pub p_star0: DVector<f64>,
@@ -139,8 +139,8 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete, by another scheme than the trapezoidal rule, or started anew on the way; inputs of other sizes than it has;
-    /// inserted nodes that cannot be.
+    /// A motion that is incomplete, has restarts or another scheme than the trapezoidal rule; inputs of another size; invalid inserted
+    /// nodes.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
         if trajectory.computed == 0 || trajectory.computed < trajectory.times.len() {
             return Err(Error::Incomplete { expected: inputs.grid.nodes(), computed: trajectory.computed });

@@ -21,7 +21,7 @@ const MOST_FRAMES: usize = 1500;
 /// So many controls are plotted by themselves.
 const MOST_PLOTS: usize = 4;
 
-/// A motion that can be written as a page or as a picture.
+/// An animation of a motion, to be written as an HTML page or as an SVG picture.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Animation, Grid, Inputs, Settings, Solver, scenes::CartPendulum};
@@ -56,10 +56,11 @@ struct Plot {
 }
 
 impl Animation {
-    /// Of the nodes that were computed; `inputs` are those of the motion, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    /// An animation of the computed nodes. `inputs` are those of the motion, on the grid that was used:
+    /// [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs that do not belong to the motion; a motion without nodes; coordinates that are not finite.
+    /// Inputs that do not belong to the motion, a motion without nodes, or coordinates that are not finite.
     pub fn new(system: &System, inputs: &Inputs, motion: &Trajectory) -> Result<Self, Error> {
         motion.check_fits(system, inputs)?;
         if motion.computed == 0 {
@@ -89,13 +90,13 @@ impl Animation {
         Ok(Animation { title: "Motion".into(), nodes, times, figure, plots })
     }
 
-    /// With a title.
+    /// Sets the title.
     pub fn title(mut self, title: &str) -> Self {
         self.title = title.to_string();
         self
     }
 
-    /// With a plot of a quantity, one value for each node of the motion; values that are not finite leave gaps.
+    /// Adds a plot of a quantity with one value for each node of the motion; values that are not finite leave gaps.
     ///
     /// # Errors
     /// Fewer values than nodes.
@@ -109,24 +110,24 @@ impl Animation {
         Ok(self)
     }
 
-    /// The motion as one page that needs nothing else: a player with a slider, speeds, trails and plots.
+    /// The motion as one self-contained HTML page: a player with a slider, speeds, trails and plots.
     pub fn html(&self) -> String {
         page::html(self)
     }
 
-    /// A still at the node that is shown last before the motion comes to a time, as SVG.
+    /// The configuration at the last displayed node before `time`, s, as SVG.
     pub fn svg(&self, time: f64) -> String {
         let goes_back = self.times.last() < self.times.first();
         let frame = self.times.iter().rposition(|t| if goes_back { *t >= time } else { *t <= time }).unwrap_or(0);
         vector::still(&self.figure, frame, &self.title)
     }
 
-    /// The motion as an SVG that moves by itself, again and again; in ten seconds if it takes less than 10 µs or more than 10⁷ s.
+    /// The motion as an animated SVG that repeats; one cycle takes ten seconds if the motion is shorter than 10 µs or longer than 10⁷ s.
     pub fn animated_svg(&self) -> String {
         vector::animated(&self.figure, &self.times, &self.title)
     }
 
-    /// Writes the page; a file that is there stays as it is unless all was written.
+    /// Writes the page. An existing file is replaced only after the whole page was written.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -1,4 +1,4 @@
-//! What a researcher writes: small terms of the mechanics, each on a few coordinates, each a plain formula.
+//! Elements: terms of the mechanics on a few coordinates, each a plain formula written by the user.
 //!
 //! Together the elements of a scene give the augmented Lagrangian and the generalized forces,
 //!
@@ -6,12 +6,12 @@
 //! 𝓛(q, v, σ, t) = Σ T(q, v) − Σ V(q, t) + Σ σᵀ dΦ/dt(q, v, t),      Q = Σ Q(q, v, u, t)
 //! ```
 //!
-//! `N` is the number of coordinates of the element (not of the scene), `M` of its constraint equations, `K` of its
-//! control channels, `P` of its physical constants `b`. A constant is a number or is bound to a design variable of the scene;
-//! write every mass, arm or stiffness as a `b`, so that each of them can become a design variable later.
+//! `N` is the number of coordinates of the element (not of the scene), `M` of its constraint equations, `K` of its control channels, `P` of
+//! its physical constants `b`. A constant is a number or bound to a design variable of the scene. Write every mass, length or stiffness as
+//! a `b`, so that each of them can become a design variable later.
 //!
-//! The number types `S` are listed at [`Scalar`]. What a formula does not depend on, and what it is linear in,
-//! is found out by the scene when it is compiled; there is nothing to declare.
+//! The number types `S` are listed at [`Scalar`]. What a formula does not depend on, and what it is linear in, is detected when the scene
+//! is compiled; nothing needs to be declared.
 
 use nalgebra::SVector;
 
@@ -19,7 +19,7 @@ use crate::Scalar;
 
 /// Kinetic energy T(q, v; b) in J.
 ///
-/// Gives p* = T_v + Φ_qᵀσ (Eq. 1a) and the term T_q of Eq. (1b), which the paper's constant mass matrices lack.
+/// It contributes to p* = T_v + Φ_qᵀσ (Eq. 1a) and the term T_q to Eq. (1b), which is zero for the paper's constant mass matrices.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no kinetic energy of this many coordinates and constants",
     note = "implement `KineticEnergy<N, P>` with N the number of coordinates and P that of constants in the lists that are given"
@@ -49,7 +49,7 @@ pub trait Force<const N: usize, const K: usize = 0, const P: usize = 0>: Send + 
     fn force<S: Scalar>(&self, at: &ForcePoint<S, N, K>, b: &SVector<S, P>) -> SVector<S, N>;
 }
 
-/// Where a force is evaluated.
+/// The arguments of a [`Force`] at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct ForcePoint<S, const N: usize, const K: usize> {
     /// Coordinates, m or rad.
@@ -64,8 +64,8 @@ pub struct ForcePoint<S, const N: usize, const K: usize> {
 
 /// Holonomic constraint Φ(q, t; b) = 0, in m or rad.
 ///
-/// Its velocity form dΦ/dt = Φ_q v + Φ_t (Eq. 1c) and all its derivatives come from this one function; with `t` in it, the joint
-/// is driven.
+/// The velocity form dΦ/dt = Φ_q v + Φ_t (Eq. 1c) and all derivatives follow from this one function. A constraint that depends on `t`
+/// drives the joint.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no constraint of this many coordinates, equations and constants",
     note = "implement `Constraint<N, M, P>` with N the number of coordinates, M that of equations (of multipliers in the result) and P that of constants"
@@ -85,7 +85,7 @@ pub trait Cost<const N: usize, const M: usize = 0, const K: usize = 0, const P: 
     fn cost<S: Scalar>(&self, at: &CostPoint<S, N, M, K>, b: &SVector<S, P>) -> S;
 }
 
-/// Where a cost is evaluated: the paper's y = (q̇, ṗ*, q, p*, σ) on the element's coordinates, with u and t.
+/// The arguments of a [`Cost`] at one node: the paper's y = (q̇, ṗ*, q, p*, σ) for the element's coordinates, with u and t.
 #[derive(Clone, Copy, Debug)]
 pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     /// Coordinates, m or rad.
@@ -96,26 +96,28 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub p_star: SVector<S, N>,
     /// Their rates, N or N m.
     pub p_star_dot: SVector<S, N>,
-    /// Accelerations v̇, m/s² or rad/s². They follow from q, v, u and t, and their derivatives are exact; a scene whose costs do not use them,
-    /// nor λ, does without.
+    /// Accelerations v̇, m/s² or rad/s². They are functions of q, v, u and t with exact derivatives, and are computed only if a cost reads
+    /// v̇ or λ.
     pub v_dot: SVector<S, N>,
     /// Multipliers (impulses) of the chosen constraints, N s or N m s.
     pub sigma: SVector<S, M>,
-    /// λ = dσ/dt of the same constraints, N or N m: −Φ_qᵀλ are the forces of the constraints, M v̇ = Q + … − Φ_qᵀλ. So a revolute joint pushes its second body by
-    /// −λ and its first by λ. As functions of the state they do not depend on σ, and are the same before and behind a restart. Of constraints that depend on each other λ is not determined, and the
-    /// gradient of a cost on it is refused; its value is that of one of many λ.
+    /// Reactions λ = dσ/dt of the chosen constraints, N or N m. The constraint forces are −Φ_qᵀλ, with M v̇ = Q + … − Φ_qᵀλ: a revolute
+    /// joint acts with −λ on its second body and with λ on its first. λ is a function of the state without σ, hence the same before and
+    /// after a restart. For dependent constraints λ is not unique: a cost on it has the value for one choice of λ, and its gradient is an
+    /// error.
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
-    /// Their rates u̇ = (u_i − u_{i−1})/Δt_i in a step, in which they are linear: in the step whose length the value is multiplied with, and so in both, each with
-    /// its own half, for [`Sum::Trapezoidal`] and [`Sum::Integral`]; for [`Sum::Plain`] in the step that begins here; for a single node in the one that
-    /// ends there, if there is one. So a cost couples nodes, and derivatives with respect to their controls and the step lengths are in the gradient.
+    /// Rates of the controls in a step, u̇ = (u_i − u_{i−1})/Δt_i. For [`Sum::Trapezoidal`] and [`Sum::Integral`] the cost is evaluated
+    /// with the rates of both adjacent steps, each weighted with its half; for [`Sum::Plain`] with the rate of the step that begins at the
+    /// node; for a single node with that of the step that ends there, if there is one. The gradient includes the resulting dependence on
+    /// neighbouring controls and step lengths.
     pub u_dot: SVector<S, K>,
     /// Time, s.
     pub t: S,
 }
 
-/// A term of the cost like [`Cost`], on lists whose lengths are known at run time only: the energy of a chain of n links, a full quadratic form.
+/// A term of the cost on lists whose lengths are known at run time only, such as the energy of a chain of n links or a full quadratic form.
 ///
 /// ```
 /// use hamiltonian_adjoint::{ListCost, ListPoint, Scalar, Sum, scenes::CartPendulum};
@@ -141,7 +143,7 @@ pub trait ListCost: Send + Sync + 'static {
     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S;
 }
 
-/// Where a [`ListCost`] is evaluated: the lists are those of [`CostPoint`], in the order of the handles that were given.
+/// The arguments of a [`ListCost`] at one node: the lists of [`CostPoint`], in the order of the given handles.
 #[derive(Clone, Copy, Debug)]
 pub struct ListPoint<'a, S> {
     /// Coordinates, m or rad.
@@ -160,7 +162,7 @@ pub struct ListPoint<'a, S> {
     pub lambda: &'a [S],
     /// Controls.
     pub u: &'a [S],
-    /// Their rates.
+    /// Rates of the controls.
     pub u_dot: &'a [S],
     /// Time, s.
     pub t: S,
@@ -168,17 +170,17 @@ pub struct ListPoint<'a, S> {
     pub b: &'a [S],
 }
 
-/// A parameter as a formula of others, for [`Scene::parameter`](crate::Scene::parameter): whatever operators do not suffice for.
+/// A parameter as a user-defined formula of other parameters, for [`Scene::parameter`](crate::Scene::parameter).
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no formula of this many parameters",
     note = "implement `ParameterFormula<N>` with N the number of parameters that are given"
 )]
 pub trait ParameterFormula<const N: usize> {
-    /// Its value, given those of the others.
+    /// The value of the parameter from those of the others.
     fn value<S: Scalar>(&self, x: &SVector<S, N>) -> S;
 }
 
-/// How the values of a cost at the nodes are summed up.
+/// Rule by which the values of a cost at the nodes are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
     /// Σ h_i over i = 0 … N − 1, as in Eq. (5).
@@ -187,12 +189,12 @@ pub enum Sum {
     Rectangle,
     /// Σ Δt_i (h_{i−1} + h_i)/2 over i = 1 … N: the trapezoidal rule for ∫ h dt.
     Trapezoidal,
-    /// Σ Δt Σ_s b_s h_s over all steps and their stages: ∫ h dt with the weights of the [`Scheme`](crate::Scheme), and so with its order. For the
-    /// trapezoidal rule these are the trapezoidal weights; inserted nodes count as well.
+    /// Σ Δt Σ_s b_s h_s over all steps and their stages: ∫ h dt with the weights, and hence the order, of the [`Scheme`](crate::Scheme).
+    /// For the trapezoidal rule these are the trapezoidal weights. Nodes inserted by halved steps are included.
     Integral,
     /// h_N alone: the terminal cost S of Eq. (5).
     Terminal,
-    /// h_i of this node of the given grid alone: a measured residual, a passage at a time.
+    /// h_i at this node of the given grid alone, for example the residual of a reading.
     Node(usize),
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Coordinate, Param};
 
-/// A frame of reference: a body's own, one that goes with a particle and does not turn, or the ground.
+/// A frame of reference: that of a body, that of a particle (which does not rotate), or the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame(pub(crate) Owner);
 
@@ -14,7 +14,7 @@ pub(crate) enum Owner {
     Particle([Coordinate; 2]),
 }
 
-/// A point of a frame.
+/// A point fixed in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     pub(crate) frame: Frame,
@@ -36,7 +36,7 @@ impl Frame {
         }
     }
 
-    /// The coordinates of its body; none for the ground and for particles.
+    /// The coordinates of its body; `None` for the ground and for particles.
     pub fn coordinates(self) -> Option<[Coordinate; 3]> {
         match self.0 {
             Owner::Body(coordinates) => Some(coordinates),
@@ -65,7 +65,7 @@ impl Frame {
 }
 
 impl Point {
-    /// What it is fixed to.
+    /// The frame in which the point is fixed.
     pub fn frame(self) -> Frame {
         self.frame
     }

@@ -11,11 +11,11 @@ use super::{Design, expressions};
 use crate::number::Arithmetic;
 use crate::program::{Function, Graph, Node};
 
-/// A physical constant of an element: a number, or what design variables of the scene make it.
+/// A physical constant of an element: a number, a design variable, or an expression of design variables of the scene.
 ///
-/// Numbers and [`Design`] handles convert into it, and both calculate: `length * 0.5`, `-length`, `m * l * l / 12.0`, `a + 0.1`, `(a * a + b * b).sqrt()`.
-/// For what operators do not suffice there is [`Scene::parameter`](crate::Scene::parameter). Binding is what makes dJ/db available, exactly; a
-/// parameter of numbers alone is a number and costs nothing.
+/// Numbers and [`Design`] handles convert into it, and arithmetic works on both: `length * 0.5`, `-length`, `m * l * l / 12.0`, `a + 0.1`,
+/// `(a * a + b * b).sqrt()`. For other functions use [`Scene::parameter`](crate::Scene::parameter). dJ/db is exact for every design
+/// variable used. An expression of constants is a constant and costs nothing.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Scene, planar::Body};

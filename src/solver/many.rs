@@ -5,7 +5,7 @@
 
 use crate::{Error, Gradient, Inputs, Settings, Solver, System};
 
-/// J and its derivatives for each of the inputs, in their order; a motion that fails does not stop the others.
+/// J and its derivatives for each of the given inputs, in their order. A motion that fails does not stop the others.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, gradients, scenes::CartPendulum};

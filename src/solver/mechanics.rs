@@ -39,10 +39,10 @@ pub struct Mechanics<'s> {
 }
 
 impl<'s> Mechanics<'s> {
-    /// At coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0.
+    /// The mechanics at coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0.
     ///
     /// # Errors
-    /// Vectors of other lengths than [`System::n`]; numbers that are not finite.
+    /// Vectors whose length differs from [`System::n`], or numbers that are not finite.
     pub fn new(system: &'s System, q: &[f64], v: &[f64]) -> Result<Self, Error> {
         let design = system.parameters().values(system.design_values().as_slice()).into_owned();
         let here = Mechanics { system, q: q.to_vec(), v: v.to_vec(), u: vec![0.0; system.k()], t: 0.0, design };
@@ -51,7 +51,7 @@ impl<'s> Mechanics<'s> {
         Ok(here)
     }
 
-    /// At the start of a motion; a guess is assembled first, and velocities follow from momenta.
+    /// The mechanics at the start of a motion. A guess is assembled first; given momenta determine the velocities.
     ///
     /// # Errors
     /// As [`Solver::simulate`](crate::Solver::simulate).
@@ -64,10 +64,11 @@ impl<'s> Mechanics<'s> {
         here.with_controls(inputs.controls_at(0))?.with_design(inputs.design.as_slice())
     }
 
-    /// At a node of a motion; `inputs` are those it was computed from, on the grid that was taken: [`Solver::inputs`](crate::Solver::inputs).
+    /// The mechanics at a node of a motion. `inputs` are those of the motion, on the grid that was used:
+    /// [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
-    /// Inputs that do not belong to the motion; a node that is not there, or was not computed.
+    /// Inputs that do not belong to the motion, or a node that does not exist or was not computed.
     pub fn at_node(system: &'s System, inputs: &Inputs, motion: &Trajectory, node: usize) -> Result<Self, Error> {
         motion.check_fits(system, inputs)?;
         if node >= motion.times.len() {
@@ -81,20 +82,20 @@ impl<'s> Mechanics<'s> {
         here.with_controls(inputs.controls_at(node))?.with_design(inputs.design.as_slice())
     }
 
-    /// With these controls.
+    /// The same state with other controls.
     ///
     /// # Errors
-    /// Another number than [`System::k`]; numbers that are not finite.
+    /// A number of controls that differs from [`System::k`], or numbers that are not finite.
     pub fn with_controls(mut self, u: &[f64]) -> Result<Self, Error> {
         check("controls", self.system.k(), u)?;
         self.u = u.to_vec();
         Ok(self)
     }
 
-    /// With these values of the design variables.
+    /// The same state with other values of the design variables.
     ///
     /// # Errors
-    /// Another number than [`System::designs`]; values that are not finite or out of range.
+    /// A number of values that differs from [`System::designs`], or values that are not finite or out of range.
     pub fn with_design(mut self, design: &[f64]) -> Result<Self, Error> {
         check("design variables", self.system.designs(), design)?;
         self.system.check_design(design)?;
@@ -102,7 +103,7 @@ impl<'s> Mechanics<'s> {
         Ok(self)
     }
 
-    /// At another time, s.
+    /// The same state at another time, s.
     ///
     /// # Errors
     /// A time that is not finite.
@@ -136,7 +137,7 @@ impl<'s> Mechanics<'s> {
         mass_matrix(self.system, &self.view(&vec![0.0; self.system.m()]))
     }
 
-    /// T_v, the momenta without impulses of constraints (1a), N s or N m s.
+    /// Momenta T_v, without impulses of constraints (1a), N s or N m s.
     pub fn momenta(&self) -> DVector<f64> {
         DVector::from_column_slice(self.sums().l_v())
     }
@@ -162,10 +163,10 @@ impl<'s> Mechanics<'s> {
     ///   M v̇ + Φ_qᵀ λ = 𝓛_q + Q − (T_v)_q v − (T_v)_t      Φ_q v̇ = −(dΦ/dt)_q v − (dΦ/dt)_t
     /// ```
     ///
-    /// Of constraints that depend on each other, λ is one of many; Φ_qᵀλ is the only one.
+    /// For dependent constraints λ is not unique, but Φ_qᵀλ is.
     ///
     /// # Errors
-    /// A singular mass matrix or configuration; forces that are not finite.
+    /// A singular mass matrix or configuration, or forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
         let (mut accelerations, none) = (Accelerations::new(self.system), vec![0.0; self.system.m()]);
         accelerations.evaluate(self.system, &self.view(&none), (0, &[]))?;
@@ -181,17 +182,17 @@ impl<'s> Mechanics<'s> {
         system.n().saturating_sub(rank)
     }
 
-    /// Where a point of a body or of the ground is in the inertial frame, m.
+    /// Position of a point of a body or of the ground in the inertial frame, m.
     ///
     /// # Panics
-    /// If its body or its place in it belongs to another scene, or the place is an expression of design variables that was made after the scene was
+    /// If the point belongs to another scene, or its position in the body is an expression of design variables created after the scene was
     /// compiled.
     pub fn position(&self, point: Point) -> [f64; 2] {
         let ([x, y, _], [along, across], (sin, cos)) = self.frame(point);
         [x + cos * along - sin * across, y + sin * along + cos * across]
     }
 
-    /// Its velocity there, m/s.
+    /// Velocity of a point of a body or of the ground in the inertial frame, m/s.
     ///
     /// # Panics
     /// As [`position`](Self::position).

@@ -26,7 +26,7 @@ use crate::motion::{Progress, Report, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
-/// Simulates one system for many inputs; after the first call with a grid of some length, steps allocate nothing.
+/// A solver of one system for many inputs. After the first call with a grid of a given length, steps allocate nothing.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes};
@@ -84,21 +84,22 @@ impl<'s> Solver<'s> {
     /// Computes the motion for these inputs.
     ///
     /// # Errors
-    /// Inputs that do not fit or are not finite, an inconsistent start, a step without a solution. The nodes before a failed
-    /// step remain in [`Solver::trajectory`].
+    /// Inputs of wrong size or not finite, an inconsistent start, or a step without a solution. The nodes before a failed step remain in
+    /// [`Solver::trajectory`].
     pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
         self.forget();
         self.forward.run(self.system, inputs, &self.settings)?;
         Ok(&self.forward.motion.trajectory)
     }
 
-    /// The same inputs on a grid of its own, on which the estimated error of every step is below the tolerance: in m or rad, or relative
-    /// to coordinates and velocities that are larger than 1; errors of velocities count by how far they move coordinates in the step.
+    /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance, in m or rad, or relative to
+    /// coordinates and velocities larger than 1. An error of a velocity counts by the distance that it moves its coordinate in the step.
     ///
-    /// The given grid says where the motion begins and ends and where controls bend; these nodes stay, and controls are the same functions of
-    /// time. Schemes of even order make two motions for it: the first finds the steps by errors alone, the second takes those between them and equal ones,
-    /// on which errors cancel better. The new grid is data like any other, and the gradient on it is exact. Costs that are summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) become others;
-    /// an integral wants [`Sum::Integral`](crate::Sum::Integral). Derivatives with respect to step lengths are those of the new steps.
+    /// The given grid determines beginning and end of the motion and the kinks of controls; these nodes remain, and controls are the same
+    /// functions of time. Schemes of even order need two motions: the first determines steps by their errors alone, the second uses steps
+    /// between these and equal ones, on which errors cancel better. The new grid is ordinary data, and the gradient on it is exact. A cost
+    /// summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for
+    /// integrals. Derivatives with respect to step lengths refer to the new steps.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, Solver, scenes::CartPendulum};
@@ -116,15 +117,16 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate); a tolerance that is not positive, that no step meets, or that is below what coordinates are rounded by; steps forth and back, or a composed grid;
-    /// a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has another number on another grid.
+    /// As [`simulate`](Self::simulate); a tolerance that is not positive, that no step satisfies, or that is below the rounding error of
+    /// coordinates; steps of both signs, or a composed grid; a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has no place
+    /// on another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
         self.drop_motion();
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
     }
 
-    /// The same inputs with the consistent start that a guess leads to ([`Start::Assembled`](crate::Start::Assembled)), without a motion; any other start
-    /// stays as it is.
+    /// The same inputs with the consistent start assembled from a guess ([`Start::Assembled`](crate::Start::Assembled)), without a motion.
+    /// Other starts are unchanged.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, Start, planar::Body};
@@ -142,7 +144,7 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// Inputs that do not fit or are not finite; no consistent start near the guess; what is held and cannot be.
+    /// Inputs of wrong size or not finite, no consistent start near the guess, or a coordinate that cannot be held.
     pub fn assemble(&mut self, inputs: &Inputs) -> Result<Inputs, Error> {
         self.drop_motion();
         self.settings.check()?;
@@ -151,9 +153,10 @@ impl<'s> Solver<'s> {
         Ok(self.forward.motion.inputs.clone())
     }
 
-    /// Tells of the progress of every motion and gradient from now on, some hundred times each; what answers `Break` stops it with
-    /// [`Error::Interrupted`], and the nodes before remain in [`trajectory`](Self::trajectory). Of [`adapt`](Self::adapt) the number of all nodes is
-    /// what it will be if steps go on like those before, and every hundredth step is told of at least.
+    /// Sets a progress callback for all motions and gradients, called about a hundred times for each. If it returns `Break`, the
+    /// computation stops with [`Error::Interrupted`], and the nodes computed so far remain in [`trajectory`](Self::trajectory). During
+    /// [`adapt`](Self::adapt) the number of all nodes is extrapolated from the previous steps, and at least every hundredth step is
+    /// reported.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Progress, Settings, Solver, Task, scenes::CartPendulum};
@@ -175,13 +178,13 @@ impl<'s> Solver<'s> {
         self.forward.watch = Watch::new(callback);
     }
 
-    /// The last motion, as far as it was computed.
+    /// The last motion, up to the last computed node.
     pub fn trajectory(&self) -> &Trajectory {
         &self.forward.motion.trajectory
     }
 
-    /// The inputs of the last motion, on the grid that was taken: with the nodes of [`Trajectory::inserted`]. Its [`Grid::stages`](crate::Grid::stages)
-    /// are those of the given grid, to which these nodes do not belong.
+    /// The inputs of the last motion, on the grid that was used, including the nodes of [`Trajectory::inserted`]. Its
+    /// [`Grid::stages`](crate::Grid::stages) are those of the given grid, without the inserted nodes.
     pub fn inputs(&self) -> &Inputs {
         &self.forward.motion.inputs
     }
@@ -220,8 +223,8 @@ impl<'s> Solver<'s> {
         trajectory.outputs(self.system, inputs)
     }
 
-    /// The gradients of all outputs of the last motion, by one backward sweep with a right-hand side for each; what was differentiated last
-    /// stays what [`hessian_product`](Self::hessian_product) is of.
+    /// The gradients of all outputs of the last motion, by one backward sweep with a right-hand side for each. It does not change the
+    /// function whose Hessian [`hessian_product`](Self::hessian_product) uses.
     ///
     /// # Errors
     /// As [`gradient`](Self::gradient).
@@ -272,18 +275,19 @@ impl<'s> Solver<'s> {
         self.differentiate(|_, factors| factors.weigh(of_cost, of_outputs))
     }
 
-    /// What all outputs change by along a direction of the inputs, ∂r · d, exact: one forward sweep, however many there are.
+    /// Exact derivative of all outputs along a direction of the inputs, ∂r · d: one forward sweep for any number of outputs.
     ///
     /// # Errors
-    /// As [`hessian_product`](Self::hessian_product), but costs on accelerations and reactions need no programs.
+    /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions do not need programs.
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let Solver { system, settings, forward, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
         products.outputs(system, forward, direction)
     }
 
-    /// The Hessian of what was differentiated last ([`gradient`](Self::gradient) or a weighted one; J if nothing was), times a direction of the inputs
-    /// ([`Inputs::no_change`]): exact, and about the price of a gradient. Its value is the derivative along the direction.
+    /// Exact product of the Hessian with a direction of the inputs ([`Inputs::no_change`]), at about the cost of a gradient. The Hessian is
+    /// that of the function differentiated last by [`gradient`](Self::gradient) or [`weighted_gradient`](Self::weighted_gradient), or of J.
+    /// The value of the result is the derivative along the direction.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes::CartPendulum};
@@ -303,7 +307,7 @@ impl<'s> Solver<'s> {
     /// ```
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); a direction of another shape, or with numbers that are not finite.
+    /// As [`gradient`](Self::gradient), or a direction of wrong size or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
         let Solver { system, settings, forward, sweep, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
@@ -320,7 +324,7 @@ impl<'s> Solver<'s> {
         &self.forward.monitor.report
     }
 
-    /// The work of the last adjoint sweep; with several right-hand sides, of all of them.
+    /// The work of the last adjoint sweep, for all right-hand sides.
     pub fn adjoint_report(&self) -> &Report {
         &self.sweep.report
     }
@@ -354,10 +358,10 @@ fn check_weights(system: &System, of_cost: f64, of_outputs: &[f64]) -> Result<()
     })
 }
 
-/// Simulates once.
+/// Computes one motion.
 ///
 /// # Errors
-/// As [`Solver::simulate`]; the nodes before a failed step come with the error.
+/// As [`Solver::simulate`]; the error contains the nodes before a failed step.
 pub fn simulate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Trajectory, Stopped> {
     let mut solver = Solver::new(system, settings);
     let result = solver.simulate(inputs).map(|_| ());

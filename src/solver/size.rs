@@ -16,8 +16,9 @@ impl System {
     /// | cart with k links | 152 k + 120 |
     /// | ladder of l closed loops, each of three bars | 472 l + 8 |
     ///
-    /// and so grows with the number of bodies. Restarts, also those where dependent constraints are chosen, need up to 16 (3 n + 3 m + 3 B + 5) more, kept adjoint variables
-    /// 8 (10 n + 3 m); inputs and gradient are not counted. A scheme of S stages needs S times as much.
+    /// and grows with the number of bodies. Restarts, including those that change the choice of redundant constraints, need up to 16 (3 n +
+    /// 3 m + 3 B + 5) more, stored adjoint variables 8 (10 n + 3 m). Inputs and gradient are not included. A scheme of S stages needs S
+    /// times as much.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n(), self.m(), self.block_len());
         // Their lists grow as they are filled, to twice what they hold.

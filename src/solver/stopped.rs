@@ -4,12 +4,12 @@ use std::fmt;
 
 use crate::{Error, Trajectory};
 
-/// A simulation that stopped, with all that it had computed.
+/// The error of a simulation, with the nodes computed before it.
 #[derive(Clone)]
 pub struct Stopped {
-    /// Why.
+    /// The error.
     pub error: Error,
-    /// The nodes that were computed before ([`Trajectory::computed`] tells how many; the others are zero).
+    /// The motion up to the error; [`Trajectory::computed`] is the number of computed nodes, the others are zero.
     pub trajectory: Box<Trajectory>,
 }
 
@@ -19,7 +19,7 @@ impl fmt::Display for Stopped {
     }
 }
 
-/// The sentence of `Display`, without the motion: it is what `expect`, and a `main` that returns the error, print.
+/// The message of `Display` without the motion, because `expect`, and a `main` that returns the error, print `Debug`.
 impl fmt::Debug for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         fmt::Display::fmt(self, f)

@@ -21,7 +21,7 @@ use crate::scheme::known_part;
 use crate::system::{Given, NodeView, Pair, Sums};
 use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, memory};
 
-/// Simulates on numbers of type R, many times near one real motion.
+/// A solver on numbers of type R (dual or complex), for many motions with the same real part.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Cx, Grid, Inputs, LiftedSolver, Settings, scenes::CartPendulum};
@@ -73,7 +73,7 @@ struct Near<'a> {
 }
 
 impl<'s, R: Real> LiftedSolver<'s, R> {
-    /// Computes the real motion.
+    /// A solver for inputs near the given ones; computes the real motion.
     ///
     /// # Errors
     /// As [`Solver::simulate`].
@@ -107,7 +107,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// Simulates with inputs whose real parts are those of the real motion.
     ///
     /// # Errors
-    /// A step whose corrections do not converge; sizes that differ from those of the real inputs; parts that are not finite.
+    /// A step whose corrections do not converge, inputs of another size than the real ones, or parts that are not finite.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.lifted.trajectory.computed = 0;
         self.check_sizes(inputs)?;
@@ -130,7 +130,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// J of the last motion.
     ///
     /// # Errors
-    /// No complete motion; a cost that is not finite, in real numbers too: √x has a value for every complex x.
+    /// No complete motion, or a cost whose value or real counterpart is not finite (√x has a value for every complex x, but not for every
+    /// real x).
     pub fn cost(&self) -> Result<R, Error> {
         let Lifted { trajectory, inputs, .. } = &self.lifted;
         trajectory.check_complete(inputs)?;
@@ -153,14 +154,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         if which == 0 { self.cost() } else { Ok(self.outputs()?[which - 1]) }
     }
 
-    /// The largest correction of a step that was left to rounding in the last motion, relative to the unknowns; derivatives are no better.
+    /// Largest remaining correction of a step in the last motion, relative to the unknowns: the accuracy of derivatives.
     ///
-    /// It is about 1e-14, and more only where tangent matrices are close to singular, springs are very stiff, or nothing moves.
+    /// It is about 1e-14, and larger only if tangent matrices are nearly singular, springs are very stiff, or nothing moves.
     pub fn rounding(&self) -> f64 {
         self.lifted.rounding
     }
 
-    /// The inputs of the last motion, on the grid that was taken.
+    /// The inputs of the last motion, on the grid that was used.
     pub fn inputs(&self) -> &Inputs<R> {
         &self.lifted.inputs
     }

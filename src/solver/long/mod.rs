@@ -35,7 +35,7 @@ use crate::{Error, Inputs, Settings, System};
 /// One node in so many is planned besides those of the given grid.
 const SPARE: usize = 8;
 
-/// Value and gradient of motions that are too long to be stored, within so many bytes.
+/// A solver for motions that do not fit into memory: value and gradient within a given number of bytes.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Settings, gradient, scenes::CartPendulum};
@@ -70,10 +70,9 @@ pub struct LongSolver<'s> {
 }
 
 impl<'s> LongSolver<'s> {
-    /// A solver that keeps at most so many bytes of a motion, its copies of the inputs and the gradient included.
+    /// A solver that stores at most `bytes` of a motion, including its copies of the inputs and the gradient.
     ///
-    /// The workspace of a single step comes besides: about 4 kB a body in a chain, and 1 kB for each output of
-    /// [`jacobian`](Self::jacobian).
+    /// The workspace of one step is additional: about 4 kB per body of a chain, and 1 kB for each output of [`jacobian`](Self::jacobian).
     pub fn new(system: &'s System, settings: Settings, bytes: usize) -> Self {
         LongSolver {
             system,
@@ -91,37 +90,37 @@ impl<'s> LongSolver<'s> {
         }
     }
 
-    /// Computes the motion and shows every node to `visit`; nothing but the last nodes is kept.
+    /// Computes the motion and passes every node to `visit`; only the last nodes are stored.
     ///
     /// # Errors
-    /// As [`Solver::simulate`](crate::Solver::simulate); too little memory. The nodes before a failed step have been shown.
+    /// As [`Solver::simulate`](crate::Solver::simulate), or too little memory. The nodes before a failed step have been visited.
     pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
         self.sweeps.clear();
         self.begin(inputs)?;
         self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
     }
 
-    /// J and its derivatives with respect to all inputs, the same numbers that a [`Solver`](crate::Solver) gives.
+    /// J and its derivatives with respect to all inputs, equal to those of a [`Solver`](crate::Solver).
     ///
     /// # Errors
-    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient); too little memory, which may turn out
-    /// only where steps are halved.
+    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient), or too little memory, which
+    /// halved steps may reveal only during the motion.
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
         self.differentiate(inputs, 1, |_, _| ())?;
         Ok(&self.sweeps[0].gradient)
     }
 
-    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, which is what [`Solver::weighted_gradient`](crate::Solver::weighted_gradient) gives.
+    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, as [`Solver::weighted_gradient`](crate::Solver::weighted_gradient) computes it.
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
+    /// As [`gradient`](Self::gradient), or a number of weights that differs from that of the outputs, or a weight that is not finite.
     pub fn weighted_gradient(&mut self, inputs: &Inputs, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
         self.differentiate(inputs, 1, |_, factors| factors.weigh(of_cost, of_outputs))?;
         Ok(&self.sweeps[0].gradient)
     }
 
-    /// Values and gradients of all outputs, as [`Solver::jacobian`](crate::Solver::jacobian), by one way back for all of them.
+    /// Values and gradients of all outputs by one backward sweep for all of them.
     ///
     /// # Errors
     /// As [`gradient`](Self::gradient).
@@ -170,18 +169,18 @@ impl<'s> LongSolver<'s> {
         Ok(())
     }
 
-    /// Tells of the progress of every motion and gradient from now on, as [`Solver::watch`](crate::Solver::watch) does; parts of a motion that are computed again
-    /// on the way back are not told.
+    /// Sets a progress callback for all motions and gradients, as [`Solver::watch`](crate::Solver::watch) does. Parts of a motion that are
+    /// recomputed during the backward sweep are not reported.
     pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
         self.forward.watch = Watch::new(callback);
     }
 
-    /// The inputs of the last motion, on the grid that was taken.
+    /// The inputs of the last motion, on the grid that was used.
     pub fn inputs(&self) -> &Inputs {
         &self.forward.motion.inputs
     }
 
-    /// The work of the last motion, steps computed again included.
+    /// The work of the last motion, including recomputed steps.
     pub fn report(&self) -> &Report {
         &self.forward.monitor.report
     }

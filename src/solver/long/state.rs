@@ -2,22 +2,22 @@
 
 use crate::forward::ForwardSweep;
 
-/// One node of a motion.
+/// The state at one node of a motion.
 #[derive(Clone, Copy, Debug)]
 pub struct State<'a> {
-    /// Its number on the grid that is taken.
+    /// Number of the node on the grid that is used.
     pub node: usize,
-    /// t in s.
+    /// Time t, s.
     pub time: f64,
-    /// q, m or rad.
+    /// Coordinates q, m or rad.
     pub q: &'a [f64],
-    /// v, m/s or rad/s.
+    /// Velocities v, m/s or rad/s.
     pub v: &'a [f64],
-    /// p*, N s or N m s.
+    /// Augmented momenta p*, N s or N m s.
     pub p_star: &'a [f64],
-    /// ṗ*, N or N m.
+    /// Their rates ṗ*, N or N m.
     pub p_star_dot: &'a [f64],
-    /// σ, N s or N m s.
+    /// Multipliers σ (impulses), N s or N m s.
     pub sigma: &'a [f64],
 }
 

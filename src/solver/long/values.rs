@@ -46,8 +46,8 @@ impl<'a> Sums<'a> {
 }
 
 impl LongSolver<'_> {
-    /// J of the last motion, the number that a [`Solver`](crate::Solver) gives. Where steps were halved, the motion is computed once more for it and
-    /// for [`outputs`](Self::outputs).
+    /// J of the last motion, equal to that of a [`Solver`](crate::Solver). If steps were halved, the motion is computed once more for J and
+    /// [`outputs`](Self::outputs).
     ///
     /// # Errors
     /// As [`Solver::cost`](crate::Solver::cost).
@@ -55,7 +55,7 @@ impl LongSolver<'_> {
         self.values()?.cost.clone()
     }
 
-    /// The values of all outputs of the last motion, those that a [`Solver`](crate::Solver) gives.
+    /// The values of all outputs of the last motion, equal to those of a [`Solver`](crate::Solver).
     ///
     /// # Errors
     /// As [`cost`](Self::cost).
