@@ -24,7 +24,7 @@ struct File {
 }
 
 impl Gradient {
-    /// As JSON, every derivative by the name of its input.
+    /// The gradient as JSON, each derivative under the name of its input.
     ///
     /// # Errors
     /// A gradient of another system.

@@ -68,7 +68,7 @@ pub(super) fn by_controls(system: &System, u: &DMatrix<f64>) -> Named<Vec<f64>> 
 }
 
 impl Inputs {
-    /// As JSON, every value by its name and to the last digit.
+    /// The inputs as JSON, each value under its name and to the last bit.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, scenes::CartPendulum};
@@ -115,10 +115,10 @@ impl Inputs {
         serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole", &error.to_string()))
     }
 
-    /// From JSON as [`to_json`](Self::to_json) writes it.
+    /// Reads inputs from JSON as [`to_json`](Self::to_json) writes it.
     ///
     /// # Errors
-    /// What is no such file, with line and column; names that are missing or unknown; numbers that do not fit.
+    /// A malformed file (with line and column), missing or unknown names, or lists of wrong length.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
         let file: File = super::read_json("inputs", json)?;
         super::check_format("inputs", (&file.format, file.version), (FORMAT, VERSION))?;

@@ -16,7 +16,7 @@ const VERSION: u32 = 2;
 const KIND: &str = "trajectory";
 
 impl Report {
-    /// As JSON, the warnings in words.
+    /// The report as JSON, with the warnings as text.
     pub fn to_json(&self) -> String {
         let warnings: Vec<String> = self.warnings.iter().map(ToString::to_string).collect();
         let report = json!({
@@ -77,7 +77,7 @@ fn equations(system: &System) -> impl Iterator<Item = &str> {
 }
 
 impl Trajectory {
-    /// As JSON: all numbers of the nodes that were computed, by their names and to the last digit.
+    /// The motion as JSON: all numbers of the computed nodes, under their names and to the last bit.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Trajectory, scenes::CartPendulum, simulate};
@@ -88,7 +88,7 @@ impl Trajectory {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     ///
-    /// Of a motion by a table of one's own only the name of the table is in it, and [`from_json`](Self::from_json) refuses that.
+    /// Of a user-defined scheme only the name is written, and [`from_json`](Self::from_json) returns an error for it.
     ///
     /// # Errors
     /// A motion of another system.
@@ -136,11 +136,11 @@ impl Trajectory {
         serde_json::to_string(&file).map_err(|error| wrong("the whole", &error.to_string()))
     }
 
-    /// From JSON as [`to_json`](Self::to_json) writes it.
+    /// Reads a motion from JSON as [`to_json`](Self::to_json) writes it.
     ///
     /// # Errors
-    /// What is no such file, with line and column; names that are missing or unknown; lists that are not of one length; a scheme that is none of
-    /// [`Scheme::ALL`]; nodes and equations that the motion does not have, or out of order.
+    /// A malformed file (with line and column), missing or unknown names, lists of different lengths, a scheme that is not in
+    /// [`Scheme::ALL`], or nodes and equations that do not exist or are out of order.
     pub fn from_json(system: &System, json: &str) -> Result<Self, Error> {
         let file: File = super::read_json(KIND, json)?;
         super::check_format(KIND, (&file.format, file.version), (FORMAT, VERSION))?;

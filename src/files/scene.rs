@@ -13,9 +13,9 @@ use crate::{Error, Scene};
 const FORMAT: &str = "hamiltonian-adjoint scene";
 const VERSION: u32 = 1;
 
-/// A scene that was read from a file, and what the file could not hold.
+/// A scene read from a file, with the names of parts that the file could not contain.
 pub struct SceneFile {
-    /// The scene with its ready parts; handles are found by name ([`Scene::coordinate_named`], [`Scene::output_named`] and the like).
+    /// The scene with its ready-made parts; find handles by name ([`Scene::coordinate_named`], [`Scene::output_named`] and similar).
     pub scene: Scene,
     /// Names of elements, costs and outputs that were the writer's own, and of parts and costs whose parameters no text can say, with all that such
     /// bodies have or are joined by: without them it is another mechanism, or another J.
@@ -23,10 +23,10 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The scene, if nothing was left out of it.
+    /// The scene, if no part was left out.
     ///
     /// # Errors
-    /// The name of the first part that was.
+    /// The name of the first part that was left out.
     pub fn complete(self) -> Result<Scene, Error> {
         match self.left_out.first() {
             None => Ok(self.scene),
@@ -39,10 +39,10 @@ impl SceneFile {
         }
     }
 
-    /// A scene from JSON as [`Scene::to_json`] writes it.
+    /// Reads a scene from JSON as [`Scene::to_json`] writes it.
     ///
     /// # Errors
-    /// What is no such file, with line and column; parts that are not what their kind wants, with their names.
+    /// A malformed file (with line and column), or parts with wrong entries (with their names).
     pub fn from_json(json: &str) -> Result<Self, Error> {
         let Unique(file) = super::read_json("scene", json)?;
         let mut file = Fields::of("the file", &file)?;
@@ -63,7 +63,8 @@ impl SceneFile {
 }
 
 impl Scene {
-    /// As JSON: coordinates, controls, design variables, bodies, all ready parts, costs and outputs; elements, costs and outputs of your own by their names.
+    /// The scene as JSON: coordinates, controls, design variables, bodies, ready-made parts, costs and outputs. Of user-defined elements,
+    /// costs and outputs only the names are written.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Scene, SceneFile, planar::Body};
@@ -82,7 +83,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// What [`compile`](Self::compile) would say of the parts; numbers that are not finite.
+    /// The errors of [`compile`](Self::compile) for these parts, or numbers that are not finite.
     pub fn to_json(&self) -> Result<String, Error> {
         if let Some(problem) = self.problem() {
             return Err(problem.clone());

@@ -16,28 +16,28 @@ use crate::solver::each;
 const FORMAT: &str = "hamiltonian-adjoint study";
 const VERSION: u32 = 1;
 
-/// What became of one start.
+/// The result of one start of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Finished {
-    /// Its number.
+    /// Number of the start.
     pub start: usize,
-    /// The best point, finite; empty if there was an error.
+    /// The best point; empty if the start ended with an error.
     pub x: Vec<f64>,
-    /// The value there, if it is a number.
+    /// The value at this point; `None` if it is not finite.
     pub value: Option<f64>,
-    /// The largest violation of a constraint, if it is a number.
+    /// The largest violation of a constraint; `None` if it is not finite.
     pub violation: Option<f64>,
-    /// Whether what was asked for is reached.
+    /// True if the method converged.
     pub converged: bool,
-    /// Why the method stopped, or the error.
+    /// The reason to stop, or the error.
     pub reason: String,
-    /// Values, gradients and products that were asked for.
+    /// Numbers of evaluations, gradients and Hessian products.
     pub counts: [usize; 3],
 }
 
 impl Finished {
-    /// The outcome of a start; a point that is not finite is an error.
+    /// The result of a start from its outcome; a point that is not finite counts as an error.
     pub fn new(start: usize, outcome: &Result<Outcome, Error>) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let failed = |reason: String| Finished {
@@ -64,15 +64,15 @@ impl Finished {
         }
     }
 
-    /// As a line of JSON, without its end.
+    /// The result as a line of JSON without line break.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("numbers, lists and strings")
     }
 
-    /// From such a line.
+    /// Reads a result from a line of JSON.
     ///
     /// # Errors
-    /// What is no such line.
+    /// A malformed line.
     pub fn from_json(line: &str) -> Result<Self, Error> {
         super::read_json("what became of a start", line)
     }
@@ -89,10 +89,9 @@ struct Head {
     sum: String,
 }
 
-/// One method from many starts, each outcome a line in a file: a study that was stopped goes on where it was.
+/// A study: one method from many starts, with each outcome as a line in a file. An interrupted study continues where it stopped.
 ///
-/// A line that was being written when the run was lost is written anew. Outcomes do not depend on the number of threads, nor on how often the
-/// study was stopped.
+/// An incomplete last line is discarded and computed again. Outcomes do not depend on the number of threads or interruptions.
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};
@@ -126,10 +125,11 @@ pub struct Study {
 }
 
 impl Study {
-    /// Goes on with the study in a file, or begins it.
+    /// Opens the study in a file, or creates it.
     ///
     /// # Errors
-    /// A file that cannot be read or written, that this or another process has opened so, that is no study, or one of another name or with other starts.
+    /// A file that cannot be read or written, that is already open as a study, that is not a study, or that belongs to another name or
+    /// other starts.
     pub fn open(path: &Path, name: &str, starts: &[Vec<f64>]) -> Result<Self, Error> {
         let place = path.display().to_string();
         let failed = |error: std::io::Error| wrong(&place, error.to_string());
@@ -173,10 +173,10 @@ impl Study {
         Ok(Study { place, file, starts: starts.to_vec(), finished })
     }
 
-    /// Keeps what became of a start.
+    /// Stores the result of a start.
     ///
     /// # Errors
-    /// A file that cannot be written any more; a start that there is not; numbers that are not finite, which no line can hold.
+    /// A file that cannot be written, a start that does not exist, or numbers that are not finite.
     pub fn add(&mut self, of: Finished) -> Result<(), Error> {
         if of.start >= self.starts.len() {
             return Err(wrong(&self.place, format!("there is no start {}", of.start)));
@@ -194,12 +194,12 @@ impl Study {
         Ok(())
     }
 
-    /// What became of the starts that are finished, in their order.
+    /// The results of the finished starts, in the order of the starts.
     pub fn finished(&self) -> impl Iterator<Item = &Finished> {
         self.finished.values()
     }
 
-    /// The numbers of the starts that are not.
+    /// The numbers of the unfinished starts.
     pub fn missing(&self) -> impl Iterator<Item = usize> {
         (0..self.starts.len()).filter(|start| !self.finished.contains_key(start))
     }
@@ -209,19 +209,19 @@ impl Study {
         &self.starts
     }
 
-    /// The finished start with the lowest value of those whose constraints hold within so much; the first of equal ones.
+    /// The finished start with the lowest value among those whose violation is at most `violation`; the first of equal ones.
     pub fn lowest(&self, violation: f64) -> Option<&Finished> {
         let good = self.finished().filter(|of| of.violation.is_some_and(|found| found <= violation));
         let value = |of: &Finished| of.value.unwrap_or(f64::INFINITY);
         good.min_by(|one, other| value(one).total_cmp(&value(other)))
     }
 
-    /// Computes what is missing; with the feature `rayon` on all cores, each thread making one problem.
+    /// Computes the unfinished starts; with the feature `rayon` on all cores, with one problem per thread.
     ///
     /// A start that was stopped because a watcher asked to ([`Reason::Asked`], [`Error::Interrupted`]) and those that were not begun then stay missing.
     ///
     /// # Errors
-    /// A file that cannot be written any more. Errors of problems and methods are outcomes.
+    /// A file that cannot be written. Errors of problems and methods are stored as results.
     pub fn run<P: Problem>(
         &mut self,
         problem: impl Fn() -> Result<P, Error> + Sync,

@@ -23,7 +23,7 @@ const NOT_SECONDS: [&str; 16] = [
     "years",
 ];
 
-/// Columns of numbers over time, with gaps.
+/// A table of signals over time; cells may be empty.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Table, planar::Body};
@@ -48,19 +48,20 @@ const NOT_SECONDS: [&str; 16] = [
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The names in the header, that of the time first left out, with their units.
+    /// The column names of the header with their units, without that of the time.
     pub names: Vec<String>,
-    /// The times of the rows, s, each later than the one before.
+    /// The times of the rows, s, increasing.
     pub times: Vec<f64>,
-    /// The values of each column; none where a cell is empty.
+    /// The values of each column; `None` for empty cells.
     pub columns: Vec<Vec<Option<f64>>>,
 }
 
 impl Table {
-    /// From CSV with a header; the first column is the time in s, whether its name says so or nothing of a unit.
+    /// Reads a table from CSV with a header. The first column is the time in s; its name may contain the unit s or no unit.
     ///
     /// # Errors
-    /// No header, a time in another unit or in another column, no rows, cells that are no numbers, rows of another length, times that do not grow, a column without values, each with its line.
+    /// No header, a time in another unit or column, no rows, cells that are not numbers, rows of different lengths, times that do not
+    /// increase, or a column without values; each with its line.
     pub fn from_csv(text: &str) -> Result<Self, Error> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| problem(&error))?.clone();
@@ -110,10 +111,10 @@ impl Table {
         Ok(())
     }
 
-    /// The number of a column, by its name with or without the unit.
+    /// The index of a column by its name, with or without the unit.
     ///
     /// # Errors
-    /// A name that no column has, or without its unit several; the error lists those there are.
+    /// An unknown name, or one that is ambiguous without its unit; the error lists the existing names.
     pub fn column(&self, name: &str) -> Result<usize, Error> {
         let bare = |full: &str| full.split_once('[').map_or(full, |(name, _)| name).trim() == name;
         let exact = self.names.iter().position(|known| known == name);
@@ -127,13 +128,13 @@ impl Table {
         Err(Error::File { kind: "a table", place: "the header".into(), problem })
     }
 
-    /// The values of a column with the nodes that they belong to, of which one may have several; gaps are left out.
+    /// The values of a column with the numbers of their nodes, without empty cells; a node may have several values.
     ///
     /// # Errors
-    /// A value at a time at which there is no node of the grid, to a thousandth of a step.
+    /// A value at a time without a node of the grid, to a thousandth of a step.
     ///
     /// # Panics
-    /// If there is no such column.
+    /// If the column does not exist.
     pub fn readings(&self, column: usize, grid: &Grid) -> Result<Vec<(usize, f64)>, Error> {
         let times = grid.times();
         // Without steps there is but the time of the start.
@@ -172,7 +173,7 @@ impl Table {
         &self.columns[column]
     }
 
-    /// The value of a column at a time, linear between rows that have one; before the first and behind the last it is theirs.
+    /// The value of a column at a time, s: linear between the rows with values, constant before the first and after the last.
     ///
     /// # Panics
     /// If there is no such column.

@@ -8,7 +8,8 @@ use crate::motion::column;
 use crate::{Error, Inputs, System, Trajectory};
 
 impl Trajectory {
-    /// As CSV: t, q, v, p*, σ and u of all nodes that were computed, to the last digit. Names that a spreadsheet would take for formulas are preceded by `'`.
+    /// The motion as CSV: t, q, v, p*, σ and u of all computed nodes, to the last digit. Names that a spreadsheet would interpret as
+    /// formulas are preceded by `'`.
     ///
     /// # Errors
     /// Inputs that do not belong to the motion.

@@ -10,9 +10,9 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssi
 
 /// A complex number for the complex step, f′(x) = Im f(x + i h)/h with h ≈ 1e-30.
 ///
-/// Comparisons look at the real part, as num-dual's do, so that a program takes the branch it takes for real numbers.
-/// Functions whose num-complex version rounds a tiny imaginary part away (atan, asin, acos) or overflows (tanh) are given
-/// by formulas that do not. Where a function has no real value (√x of x < 0), it has none here either.
+/// Comparisons use the real part, as in num-dual, so that a formula takes the same branch as for real numbers. Functions whose num-complex
+/// version loses a tiny imaginary part (atan, asin, acos) or overflows (tanh) are replaced by formulas that do not. A function without a
+/// real value (√x of x < 0) has no value here either.
 #[derive(Clone, Copy, Debug)]
 pub struct Cx(pub Complex64);
 

@@ -18,9 +18,10 @@ pub fn slope(x: &Slope) -> f64 {
     x.eps.0.map_or(0.0, |eps| eps[0])
 }
 
-/// A hyper-dual number: a value with derivatives along two directions and the mixed second derivative, each there or not (ε₁ inside, ε₂ outside).
+/// A hyper-dual number: a value, the derivatives along two directions and the mixed second derivative (ε₁ inside, ε₂ outside).
 ///
-/// `Hyper::from(x)` with [`Real::add_to_part`](crate::Real::add_to_part) makes one, [`Real::part`](crate::Real::part) reads it:
+/// Create one with `Hyper::from(x)` and [`Real::add_to_part`](crate::Real::add_to_part), and read it with
+/// [`Real::part`](crate::Real::part):
 ///
 /// ```
 /// use hamiltonian_adjoint::{Hyper, Real, Scalar};

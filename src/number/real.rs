@@ -14,14 +14,13 @@ pub trait Family {
     fn hyper(self) -> Self::Of<Hyper>;
 }
 
-/// A number that a whole simulation can run on: `f64`, [`Cx`] (complex step) `Dual64` (tangent), or [`Hyper`] (two tangents
-/// and the mixed second derivative).
+/// A number type on which a whole simulation can run: `f64`, [`Cx`] (complex step), `Dual64` (tangent), or [`Hyper`] (two tangents and the
+/// mixed second derivative).
 ///
-/// It may stand inside num-dual's types, since the residual of a step contains derivatives itself. The Newton
-/// matrix is always real: its factors serve every part alike, because an iteration matrix decides how fast an
-/// iteration converges, not where to.
+/// It can be nested in num-dual's types, since the residual of a step contains derivatives itself. The matrix of Newton's method is always
+/// real: its factors serve every part, because the matrix determines how fast the iteration converges, not its limit.
 pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {
-    /// How many real numbers it consists of.
+    /// Number of real numbers it consists of.
     const PARTS: usize;
     /// Part `k`: 0 is the real value, 1 the imaginary or derivative part; of hyper-dual numbers 1 and 2 are those along both directions, 3 the mixed one.
     fn part(&self, k: usize) -> f64;

@@ -34,9 +34,9 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 {
 }
 
-/// A number in a model function: a real value with, perhaps, derivatives or an imaginary part attached.
+/// A number in a model formula: a real value, possibly with derivatives or an imaginary part.
 ///
-/// A model function is written once, `fn phi<S: Scalar>(…)`, and is then evaluated with
+/// A model formula is written once, `fn phi<S: Scalar>(…)`, and evaluated with
 ///
 /// | type | for |
 /// |---|---|
@@ -45,24 +45,23 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 /// | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
 /// | a recording number | the programs that a scene is compiled to |
 ///
-/// A vector is scaled by a number of its own type: `vector * S::from(0.3)`.
+/// Scale a vector by a number of its own type: `vector * S::from(0.3)`.
 ///
-/// It has the arithmetic operators (a constant stands on the right: `x * 2.0`, not `2.0 * x`) and the analytic
-/// functions below. It is deliberately not a nalgebra `ComplexField`: `norm`, `dotc`, `adjoint` conjugate or take absolute
-/// values and would silently spoil a complex step, so they do not compile in a model; `dot`, `+`, `*` and
-/// `transpose` do.
+/// It has the arithmetic operators (write constants on the right: `x * 2.0`, not `2.0 * x`) and the functions below. It is deliberately not
+/// a nalgebra `ComplexField`: `norm`, `dotc` and `adjoint` conjugate or take absolute values, which would invalidate a complex step, so
+/// they do not compile in a formula; `dot`, `+`, `*` and `transpose` do.
 pub trait Scalar:
     MatrixEntry + Copy + Zero + One + Sum + From<f64> + Neg<Output = Self> + Arithmetic + Arithmetic<f64>
 {
     /// The real value, without derivatives: for branching and diagnostics only.
     ///
-    /// A formula that continues with this value loses its derivative.
+    /// A formula that computes with this value loses its derivative.
     fn re(&self) -> f64;
     /// 1/x.
     fn recip(&self) -> Self;
     /// xⁿ for an integer n.
     fn powi(&self, n: i32) -> Self;
-    /// xⁿ for a real constant n, x ≥ 0 unless n is a whole number; at 0 it has the derivatives of order below n.
+    /// xⁿ for a real constant n; x ≥ 0 unless n is an integer. At x = 0 the derivatives of order below n exist.
     fn powf(&self, n: f64) -> Self;
     /// √x, with an infinite derivative at 0.
     fn sqrt(&self) -> Self;
@@ -125,12 +124,12 @@ pub trait Scalar:
         if self.re() < 0.0 { -*self } else { *self }
     }
 
-    /// The larger of two numbers, by their real values; the first where they cannot be compared, as nothing can with NaN.
+    /// The larger of two numbers, compared by their real values; `self` if either is NaN.
     fn max(&self, other: Self) -> Self {
         if other.re() > self.re() { other } else { *self }
     }
 
-    /// The smaller of two numbers, by their real values; the first where they cannot be compared, as nothing can with NaN.
+    /// The smaller of two numbers, compared by their real values; `self` if either is NaN.
     fn min(&self, other: Self) -> Self {
         if other.re() < self.re() { other } else { *self }
     }

@@ -12,11 +12,11 @@ use crate::system::{CostShape, Fixed, PlacedCost};
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EndState {
-    /// Which.
+    /// The coordinate.
     pub coordinate: Coordinate,
-    /// q_N.
+    /// The coordinate q_N at the end, m or rad.
     pub position: Output,
-    /// q̇_N.
+    /// The velocity q̇_N at the end, m/s or rad/s.
     pub rate: Output,
 }
 
@@ -64,8 +64,8 @@ impl Cost<1, 0, 0, 0> for Rate {
 }
 
 impl Scene {
-    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` tells how its values at
-    /// the nodes add up.
+    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its values at
+    /// the nodes are summed.
     #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
     pub fn cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
         &mut self,
@@ -82,7 +82,7 @@ impl Scene {
         self.add_cost((name, 0), (Fixed(cost), sum), (&q, &sigma, &u), &b);
     }
 
-    /// Adds an output: a number that is computed of a motion beside J, the sum of its terms ([`term`](Self::term)).
+    /// Adds an output: a scalar result of the motion in addition to J, the sum of its terms ([`term`](Self::term)).
     pub fn output(&mut self, name: &str) -> Output {
         let output = self.parts.outputs.len();
         self.recipe.note_output(name, output);
@@ -90,8 +90,8 @@ impl Scene {
         Output(self.tag.handle(output))
     }
 
-    /// Adds a term to an output: a function as for [`cost`](Self::cost), which adds one to J. A measured residual is a term with
-    /// [`Sum::Terminal`] or [`Sum::Node`]; a peak is soft, (∫ |h|ᵖ dt)^(1/p).
+    /// Adds a term to an output, as [`cost`](Self::cost) adds one to J. The residual of a reading is a term with [`Sum::Terminal`] or
+    /// [`Sum::Node`]; for a maximum use a soft one, (∫ |h|ᵖ dt)^(1/p).
     ///
     /// ```
     /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, planar::Body};
@@ -151,7 +151,7 @@ impl Scene {
         });
     }
 
-    /// Adds the duration of the motion, times a weight, to J.
+    /// Adds the duration of the motion (s) times a weight to J.
     pub fn time(&mut self, name: &str, weight: impl Into<Param>) {
         let weight = weight.into();
         self.ready_cost(name, ReadyCost::Time { weight }, |scene| {
@@ -159,8 +159,8 @@ impl Scene {
         });
     }
 
-    /// Adds outputs for where a coordinate is at the end of a motion and how fast it goes; nothing is asked of them unless
-    /// [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain) says it.
+    /// Adds outputs for the value and the rate of a coordinate at the end of the motion. Optimisers constrain them only after
+    /// [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain).
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
         let of = self.parts.coordinates.get(coordinate.index()).cloned().unwrap_or_else(|| "?".into());
         self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
@@ -173,8 +173,8 @@ impl Scene {
         })
     }
 
-    /// Adds a residual as an output: w (q_i − q̃) of a coordinate that was read at node i, q̃, with the weight w, such as the reading's inverse standard
-    /// deviation.
+    /// Adds the residual of a reading as an output: w (q_i − q̃) with the reading q̃ of a coordinate at node i and the weight w, such as
+    /// its inverse standard deviation.
     pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
         self.ready_cost(name, ReadyCost::Reading { coordinate, node, value, weight }, |scene| {
             let output = scene.output(name);
@@ -188,7 +188,7 @@ impl Scene {
         self.noted(name, Added::Cost(cost), |scene, _| add(scene))
     }
 
-    /// Adds a cost on lists, of lengths that are known at run time ([`ListCost`]).
+    /// Adds a cost on lists whose lengths are known at run time ([`ListCost`]).
     #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
     pub fn list_cost<C: ListCost>(
         &mut self,
@@ -203,7 +203,7 @@ impl Scene {
         self.add_cost((name, 0), (cost, sum), (q, sigma, u), b);
     }
 
-    /// Adds a term on lists to an output, as [`term`](Self::term) does.
+    /// Adds a term on lists ([`ListCost`]) to an output.
     #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
     pub fn list_term<C: ListCost>(
         &mut self,

@@ -24,8 +24,7 @@ use ready::{Added, Recipe};
 
 /// A mechanism under construction.
 ///
-/// Bodies and joints in the plane are added by the methods of [`planar`]; anything else as an element with coordinates
-/// of its own:
+/// Add planar bodies and joints with the methods of [`planar`], and anything else as elements on coordinates of your own:
 ///
 /// ```
 /// use hamiltonian_adjoint::{KineticEnergy, PotentialEnergy, Scalar, Scene};
@@ -71,7 +70,7 @@ impl Scene {
 
     /// Adds generalized coordinates that belong together (a body, a whole mechanism), in m or rad.
     ///
-    /// The coordinates of a group are eliminated together in the linear solves; list together what is coupled closely.
+    /// The coordinates of a group are eliminated together in the linear solves, so group closely coupled coordinates.
     pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
         let first = self.coordinate_group(group, &names);
         std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
@@ -87,7 +86,7 @@ impl Scene {
         first
     }
 
-    /// Sets the value that a coordinate has in [`System::initial_coordinates`].
+    /// Sets the initial value of a coordinate, m or rad ([`System::initial_coordinates`]).
     pub fn place(&mut self, coordinate: Coordinate, value: f64) {
         if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
             self.recipe.note("", || Added::Place(coordinate, value));
@@ -95,7 +94,7 @@ impl Scene {
         }
     }
 
-    /// The value that a coordinate has in [`System::initial_coordinates`]; NaN for one of another scene.
+    /// The initial value of a coordinate, m or rad; NaN for a coordinate of another scene.
     pub fn initial(&self, coordinate: Coordinate) -> f64 {
         if self.tag.owns(&coordinate.0) { self.parts.initial[coordinate.0.index] } else { f64::NAN }
     }
@@ -107,16 +106,16 @@ impl Scene {
         Control(self.tag.handle(self.parts.controls.len() - 1))
     }
 
-    /// Adds a design variable with its value; bind it by giving it in place of a number.
+    /// Adds a design variable with its value; use its handle instead of a number in elements.
     pub fn design(&mut self, name: &str, value: f64) -> Design {
         self.recipe.note(name, || Added::Design(value));
         self.parts.designs.push((name.to_string(), value));
         Design(self.tag.handle(self.parts.designs.len() - 1))
     }
 
-    /// A parameter made of others by a formula; operators and functions of [`Param`] suffice for most.
+    /// A parameter computed from others by a user-defined formula; operators and functions of [`Param`] suffice in most cases.
     ///
-    /// A formula that branches on a value, or panics, is refused when the scene is compiled.
+    /// A formula that branches on a value or panics is an error when the scene is compiled.
     ///
     /// ```
     /// use hamiltonian_adjoint::{ParameterFormula, Scalar, Scene, planar::Body};
@@ -221,16 +220,16 @@ impl Scene {
         self.multipliers(equations.start)
     }
 
-    /// Checks the scene and makes it ready to run.
+    /// Validates the scene and compiles it to a [`System`].
     ///
     /// # Errors
-    /// Names used twice, handles of another scene, coordinates without inertia, parameters out of range.
+    /// Duplicate names, handles of another scene, coordinates without inertia, or parameters out of range.
     pub fn compile(self) -> Result<System, Error> {
         self.compiled(false)
     }
 
-    /// As [`compile`](Self::compile), with num-dual to differentiate every element at every point instead of a program made of its formula: slower, and
-    /// the same gradient to rounding.
+    /// Compiles the scene without programs: num-dual differentiates every element at every point. Slower, with the same gradient to
+    /// rounding.
     ///
     /// # Errors
     /// As [`compile`](Self::compile).

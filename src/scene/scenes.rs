@@ -1,4 +1,4 @@
-//! Ready scenes: the paper's example and its relatives.
+//! Ready-made scenes: the paper's example and variants of it.
 
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
@@ -23,25 +23,25 @@ pub struct CartPendulum {
     pub links: usize,
     /// The mass of the cart, kg.
     pub cart_mass: f64,
-    /// Its moment of inertia, kg m².
+    /// The moment of inertia of the cart about its centre, kg m².
     pub cart_inertia: f64,
     /// The mass of a link, kg.
     pub link_mass: f64,
-    /// Its moment of inertia about its centre, kg m².
+    /// The moment of inertia of a link about its centre, kg m².
     pub link_inertia: f64,
-    /// Its length, m. Assumed.
+    /// The length of a link, m. Assumed.
     pub link_length: f64,
     /// Viscous friction of the cart on the rail, N s/m.
     pub rail_friction: f64,
     /// Viscous friction in one hinge, N m s/rad.
     pub hinge_friction: f64,
-    /// Which hinge: 0 joins the cart and the first link. Assumed.
+    /// Index of the hinge with friction; 0 is the hinge between cart and first link. Assumed.
     pub friction_joint: usize,
     /// The acceleration of gravity, m/s². Assumed.
     pub gravity: f64,
     /// The angle of the links at the start, rad.
     pub start_angle: f64,
-    /// The angle φ_v that the cost asks for at the end, rad.
+    /// The desired final angle φ_v of the cost, rad.
     pub target_angle: f64,
 }
 
@@ -80,7 +80,7 @@ pub struct CartScene {
     pub hinges: Vec<[Multiplier; 2]>,
 }
 
-/// S = ½ (φ − φ_v)², `b = [φ_v]`.
+/// The terminal cost S = ½ (φ − φ_v)²; `b = [φ_v]`.
 #[derive(Clone, Copy, Debug)]
 pub struct AngleError;
 
@@ -92,12 +92,12 @@ impl Cost<1, 0, 0, 1> for AngleError {
 }
 
 impl CartPendulum {
-    /// The scene with `links` links and the paper's other values.
+    /// The example with `links` links and the paper's other values.
     pub fn with_links(links: usize) -> Self {
         CartPendulum { links, ..CartPendulum::default() }
     }
 
-    /// The scene, with the terminal cost S = ½ Σ (φ_j − φ_v)² over the links.
+    /// The scene with the terminal cost S = ½ Σ (φ_j − φ_v)² over the links.
     pub fn scene(&self) -> Scene {
         let CartScene { mut scene, links, .. } = self.mechanism();
         for (j, link) in (1..).zip(links) {
@@ -107,7 +107,7 @@ impl CartPendulum {
         scene
     }
 
-    /// The scene without a cost and handles to its parts, for a cost or further elements of your own.
+    /// The scene without a cost, and handles of its parts, for a cost or further elements of your own.
     pub fn mechanism(&self) -> CartScene {
         let mut scene = Scene::new();
         let fits = (1..=MOST_LINKS).contains(&self.links);

@@ -33,7 +33,7 @@ impl From<Particle> for Frame {
 }
 
 impl Particle {
-    /// Where it is.
+    /// The point at which the particle is.
     pub fn point(self) -> Point {
         Frame::from(self).at(0.0, 0.0)
     }
@@ -85,8 +85,8 @@ impl Scene {
         self.add_body(name, [mass.into(), inertia.into()], place)
     }
 
-    /// Adds a particle with mass (kg) and initial position (x, y). It has no angle: hinges, distances,
-    /// springs, dampers, actuators between points and applied forces go with it, the others do not.
+    /// Adds a particle with mass (kg) and initial position (x, y), m. It has no angle, so only parts between points can be attached:
+    /// hinges, distances, springs, dampers, actuators and applied forces.
     pub fn particle(&mut self, name: &str, mass: impl Into<Param>, place: [f64; 2]) -> Particle {
         self.add_particle(name, mass.into(), place)
     }
@@ -136,14 +136,15 @@ impl Scene {
         frame.at(along, across)
     }
 
-    /// Its place in the frame: R(φ)ᵀ (p − r) with the initial position r and angle φ of the body, for p in the inertial frame.
+    /// Position in a body's frame of a point p of the inertial frame: R(φ)ᵀ (p − r), with the initial position r and angle φ of the body,
+    /// m.
     pub fn local(&self, frame: impl Into<Frame>, [x, y]: [f64; 2]) -> [f64; 2] {
         let [x0, y0, phi] = frame.into().place(|q| self.initial(q));
         let (dx, dy, (sin, cos)) = (x - x0, y - y0, phi.sin_cos());
         [cos * dx + sin * dy, cos * dy - sin * dx]
     }
 
-    /// Sets the acceleration of gravity of all bodies, m/s², in whatever order they are added; it is zero unless this is called.
+    /// Sets the acceleration of gravity of all bodies, m/s², including those added later. The default is zero.
     pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
         self.set_gravity([x.into(), y.into(), 0.0.into()]);
     }

@@ -11,7 +11,8 @@ use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
 
-/// V = ½ (c_x d_x² + c_y d_y² + c_φ (φ_b − φ_a)²), d from the point of a to that of b in the frame of a; b = [s_a, s_b, c_x, c_y, c_φ].
+/// A bushing: V = ½ (c_x d_x² + c_y d_y² + c_φ (φ_b − φ_a)²), with d from the point of a to that of b in the frame of a; b = [s_a, s_b,
+/// c_x, c_y, c_φ].
 #[derive(Clone, Copy, Debug)]
 pub struct Bushing;
 
@@ -23,7 +24,7 @@ impl PotentialEnergy<6, 7> for Bushing {
     }
 }
 
-/// Viscous forces against the rates of the same three numbers; b = [s_a, s_b, d_x, d_y, d_φ].
+/// The damping of a bushing: viscous forces against the rates of d_x, d_y and φ_b − φ_a; b = [s_a, s_b, d_x, d_y, d_φ].
 #[derive(Clone, Copy, Debug)]
 pub struct BushingDamper;
 
@@ -38,7 +39,7 @@ impl Force<6, 0, 7> for BushingDamper {
     }
 }
 
-/// The torque −M tanh((φ̇_b − φ̇_a)/ω_s) on b, the opposite on a; b = [M, ω_s].
+/// Regularised dry friction in a hinge: the torque −M tanh((φ̇_b − φ̇_a)/ω_s) on b and its reaction on a; b = [M, ω_s].
 #[derive(Clone, Copy, Debug)]
 pub struct CoulombFriction;
 
@@ -48,7 +49,8 @@ impl Force<6, 0, 2> for CoulombFriction {
     }
 }
 
-/// The force −F tanh(ds/dt/v_s) along an axis of a, where s is the position of b's point on it; b = [s_a, s_b, axis angle, F, v_s].
+/// Regularised dry friction along an axis of a: the force −F tanh(ds/dt/v_s), with the position s of b's point on the axis; b = [s_a, s_b,
+/// axis angle, F, v_s].
 #[derive(Clone, Copy, Debug)]
 pub struct CoulombSliding;
 
@@ -59,9 +61,9 @@ impl Force<6, 0, 7> for CoulombSliding {
     }
 }
 
-/// The point of b against the half-plane behind the point of a: with the depth δ = −n · d and its rate,
-/// N = k max(δ, 0)^(3/2) max(1 + c dδ/dt, 0) along the normal n of a, and −μ N tanh(v_t/v_s) across it;
-/// b = [s_a, s_b, normal angle in a, k, c, μ, v_s].
+/// Contact of the point of b with a half-plane whose edge contains the point of a: with the depth δ = −n · d, the normal force N = k max(δ,
+/// 0)^(3/2) max(1 + c dδ/dt, 0) along the normal n of a, and the friction force −μ N tanh(v_t/v_s) across it; b = [s_a, s_b, normal angle
+/// in a, k, c, μ, v_s].
 #[derive(Clone, Copy, Debug)]
 pub struct Contact;
 
@@ -129,15 +131,16 @@ pub(super) static CONTACT: Kind =
     });
 
 impl Scene {
-    /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against turning (N m/rad), and three damping constants.
+    /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against rotation (N m/rad), and the three
+    /// damping constants (N s/m, N m s/rad).
     pub fn bushing(&mut self, name: &str, a: Point, b: Point, stiffness: [Param; 3], damping: [Param; 3]) {
         self.ready_between(name, &BUSHING, [a, b], [stiffness, damping].concat());
     }
 
     /// Adds dry friction in a hinge, regularised: a torque of at most `torque` (N m), reached at a few times `speed` (rad/s).
     ///
-    /// There is no sticking: under a torque M₁ < M a joint creeps at the speed ω_s artanh(M₁/M). A small `speed` is a stiff damper of M/ω_s
-    /// near rest, for which L-stable schemes are made.
+    /// There is no sticking: under a torque M₁ < M the joint creeps at the speed ω_s artanh(M₁/M). A small `speed` is a stiff damper M/ω_s
+    /// near rest; use an L-stable scheme.
     pub fn coulomb_friction(
         &mut self,
         name: &str,
@@ -150,9 +153,8 @@ impl Scene {
         self.ready_between(name, &COULOMB_FRICTION, frames, [torque.into(), speed.into()]);
     }
 
-    /// Adds dry friction of `b` sliding along the axis of `a` (rad, in a's frame), regularised: at most `force` (N), reached at a few times `speed` (m/s).
-    ///
-    /// As for [`coulomb_friction`](Self::coulomb_friction), there is no sticking.
+    /// Adds regularised dry friction of `b` sliding along the axis of `a` (rad, in a's frame): at most `force` (N), reached at a few times
+    /// `speed` (m/s). There is no sticking.
     pub fn coulomb_sliding(
         &mut self,
         name: &str,
@@ -167,9 +169,9 @@ impl Scene {
 
     /// Adds the contact of the point `b` with the half-plane through `a` whose outer `normal` is at an angle (rad) in a's frame.
     ///
-    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, friction and the speed at which it is reached.
-    /// The force is as smooth as δ^(3/2): steps must resolve the time of a contact, or the gradient is that of a motion which jumps over it
-    /// ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement) says so). There is no sticking.
+    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, friction and the speed at which it
+    /// is reached. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
+    /// a motion that jumps over it ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
         self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);
     }

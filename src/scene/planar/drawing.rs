@@ -5,8 +5,8 @@ use crate::Scene;
 use crate::model::Shape;
 
 impl Scene {
-    /// Draws a spring between two points that an element of one's own pulls at. Only pictures know of it: nothing is computed with it, and files
-    /// of scenes do not keep it.
+    /// Draws a spring between two points in pictures and animations, for a user-defined element. It has no effect on the mechanics and is
+    /// not stored in scene files.
     ///
     /// ```
     /// use hamiltonian_adjoint::{PotentialEnergy, Scalar, Scene, planar::Body};
@@ -33,7 +33,8 @@ impl Scene {
         self.draw_own(name, Shape::Spring, a, b);
     }
 
-    /// Draws a rod between two points that a constraint of one's own holds, as [`draw_spring`](Scene::draw_spring) does a spring.
+    /// Draws a rod between two points in pictures and animations, for a user-defined constraint. It has no effect on the mechanics and is
+    /// not stored in scene files.
     pub fn draw_rod(&mut self, name: &str, a: Point, b: Point) {
         self.draw_own(name, Shape::Rod, a, b);
     }

@@ -12,7 +12,7 @@ use crate::model::{Frame, Owner, Point, Shape};
 use crate::scene::ready::Kind;
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
-/// A motion may have so many parameters where points stand beside them.
+/// Largest number of parameters of a motion in elements with points.
 pub const MOST_PARAMETERS: usize = 8;
 
 /// The parameters of a motion behind the first ones of an element.
@@ -21,7 +21,8 @@ fn behind<S: Scalar, const P: usize>(b: &[S]) -> SVector<S, P> {
     SVector::from_fn(|i, _| b[i])
 }
 
-/// A distance that is prescribed: Φ = (|d|²/f(t) − f(t))/2, the change of length to first order; b = [s_a, s_b, parameters of f, zeros].
+/// A prescribed distance f(t): Φ = (|d|²/f(t) − f(t))/2, to first order the deviation of the distance; b = [s_a, s_b, parameters of f,
+/// zeros].
 #[derive(Clone, Copy, Debug)]
 pub struct DrivenDistance<F, const P: usize>(pub F);
 
@@ -32,7 +33,7 @@ impl<F: Motion<P>, const P: usize> Constraint<6, 1, 12> for DrivenDistance<F, P>
     }
 }
 
-/// A position that is prescribed along an axis of a: Φ = e · d − f(t); b = [s_a, s_b, axis angle, parameters of f, zeros].
+/// A prescribed position along an axis of a: Φ = e · d − f(t); b = [s_a, s_b, axis angle, parameters of f, zeros].
 #[derive(Clone, Copy, Debug)]
 pub struct DrivenSlider<F, const P: usize>(pub F);
 
@@ -43,7 +44,7 @@ impl<F: Motion<P>, const P: usize> Constraint<6, 1, 13> for DrivenSlider<F, P> {
     }
 }
 
-/// The force u along the line between two points, positive where it pushes them apart; b = [s_a, s_b].
+/// The force u along the line between two points, positive if it pushes them apart; b = [s_a, s_b].
 #[derive(Clone, Copy, Debug)]
 pub struct TwoPointActuator;
 
@@ -120,7 +121,7 @@ pub(super) static APPLIED_TORQUE: Kind =
     .moving();
 
 impl Scene {
-    /// Adds a prescribed distance f(t; parameters) > 0, m, between two points: a cylinder that follows a programme.
+    /// Adds a prescribed distance f(t; parameters) > 0, m, between two points, for example a driven cylinder.
     pub fn driven_distance<F, const P: usize>(
         &mut self,
         name: &str,
@@ -171,15 +172,16 @@ impl Scene {
         })
     }
 
-    /// Adds a force (N) along the line between two points, driven by a control and positive where it pushes them apart: a hydraulic cylinder.
+    /// Adds a force (N) along the line between two points, driven by a control and positive if it pushes them apart, for example a
+    /// hydraulic cylinder.
     ///
-    /// The points must not coincide: the direction of the force would be undefined.
+    /// The points must not coincide, because the direction of the force would be undefined.
     pub fn two_point_actuator(&mut self, name: &str, a: Point, b: Point, force: Control) {
         self.ready_driven(name, &TWO_POINT_ACTUATOR, [a, b], &[], force);
     }
 
-    /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; [`Constant`](super::Constant) for one that does not
-    /// change.
+    /// Adds a force f(t; parameters), N, at a point of a body, in a direction (rad) of the inertial frame; use
+    /// [`Constant`](super::Constant) for a constant force.
     pub fn applied_force<F, const P: usize>(
         &mut self,
         name: &str,

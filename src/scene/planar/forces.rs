@@ -13,7 +13,7 @@ use crate::scene::ready::Kind;
 use crate::system::{Applied, Potential, Typed};
 use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
-/// V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
+/// A linear spring between two points: V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSpring;
 
@@ -25,7 +25,7 @@ impl PotentialEnergy<6, 6> for LinearSpring {
     }
 }
 
-/// V = ½ c dᵀd, of a spring whose free length is zero: smooth also where the points coincide; b = [s_a, s_b, c].
+/// A linear spring of zero free length: V = ½ c dᵀd, smooth also if the points coincide; b = [s_a, s_b, c].
 #[derive(Clone, Copy, Debug)]
 pub struct ZeroLengthSpring;
 
@@ -36,7 +36,7 @@ impl PotentialEnergy<6, 5> for ZeroLengthSpring {
     }
 }
 
-/// F = −d d|d|/dt along the line between the points; b = [s_a, s_b, d].
+/// A viscous damper between two points: F = −d d|d|/dt along the line between them; b = [s_a, s_b, d].
 #[derive(Clone, Copy, Debug)]
 pub struct Damper;
 
@@ -49,7 +49,7 @@ impl Force<6, 0, 5> for Damper {
     }
 }
 
-/// V = ½ c (φ_b − φ_a − φ₀)²; b = [c, φ₀].
+/// A torsional spring: V = ½ c (φ_b − φ_a − φ₀)²; b = [c, φ₀].
 #[derive(Clone, Copy, Debug)]
 pub struct TorsionalSpring;
 
@@ -60,7 +60,7 @@ impl PotentialEnergy<6, 2> for TorsionalSpring {
     }
 }
 
-/// The torque −d (φ̇_b − φ̇_a) on b, the opposite on a; `b = [d]`.
+/// Viscous friction in a hinge: the torque −d (φ̇_b − φ̇_a) on b and its reaction on a; `b = [d]`.
 #[derive(Clone, Copy, Debug)]
 pub struct JointFriction;
 
@@ -70,7 +70,7 @@ impl Force<6, 0, 1> for JointFriction {
     }
 }
 
-/// The force −d ds/dt along an axis of a, where s is the position of b's point on it; b = [s_a, s_b, axis angle, d].
+/// Viscous friction along an axis of a: the force −d ds/dt, with the position s of b's point on the axis; b = [s_a, s_b, axis angle, d].
 #[derive(Clone, Copy, Debug)]
 pub struct SlidingFriction;
 
@@ -82,7 +82,7 @@ impl Force<6, 0, 6> for SlidingFriction {
     }
 }
 
-/// The force u along an axis of a, on b's point, the opposite on a; b = [s_a, s_b, axis angle].
+/// The force u along an axis of a on b's point, and its reaction on a; b = [s_a, s_b, axis angle].
 #[derive(Clone, Copy, Debug)]
 pub struct Actuator;
 
@@ -92,7 +92,7 @@ impl Force<6, 1, 5> for Actuator {
     }
 }
 
-/// The torque u on b, the opposite on a.
+/// The torque u on b and its reaction on a.
 #[derive(Clone, Copy, Debug)]
 pub struct TorqueActuator;
 
@@ -167,8 +167,8 @@ pub(super) static TORQUE_ACTUATOR: Kind = Kind::of_frames("torque actuator", &[]
 impl Scene {
     /// Adds a spring and a damper between two points: stiffness (N/m), free length (m), damping (N s/m).
     ///
-    /// The points must not coincide: the direction of the force would be undefined. Those of a spring with the number 0 as its free length, and as its
-    /// damping, may.
+    /// The points must not coincide, because the direction of the force would be undefined. They may if free length and damping are the
+    /// constant 0.
     pub fn spring_damper(
         &mut self,
         name: &str,

@@ -20,7 +20,7 @@ impl Constraint<2, 1, 3> for Gear {
     }
 }
 
-/// A rack that a wheel rolls on: Φ = e · r − ρ φ − c with the rack's centre r and an axis e of the inertial frame; b = [axis angle, ρ, c].
+/// A rack on which a wheel rolls: Φ = e · r − ρ φ − c with the rack's centre r and an axis e of the inertial frame; b = [axis angle, ρ, c].
 #[derive(Clone, Copy, Debug)]
 pub struct Rack;
 
@@ -37,7 +37,7 @@ impl Constraint<3, 1, 3> for Rack {
     note = "implement `Curve<P>` with P the number of parameters that are given"
 )]
 pub trait Curve<const P: usize>: Send + Sync + 'static {
-    /// F.
+    /// The value of F, m.
     fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, P>) -> S;
 }
 
@@ -78,8 +78,8 @@ pub(super) static RACK: Kind = Kind::of_frames("rack", &["axis", "radius"], |sce
 .at(&["rack", "pinion"]);
 
 impl Scene {
-    /// Adds a pair of wheels with radii (m) that roll on each other from where the scene has placed them, turning against each other; a negative radius is
-    /// that of a ring around the other one. The axles must be at rest: revolute joints to the ground.
+    /// Adds a pair of wheels with radii (m) that roll on each other, starting from their initial angles and turning in opposite directions.
+    /// A negative radius is that of a ring around the other wheel. The axles must be fixed: revolute joints to the ground.
     pub fn gear(
         &mut self,
         name: &str,
@@ -91,7 +91,8 @@ impl Scene {
         self.ready_joint(name, &GEAR, [a, b].map(|body| Frame::from(body).origin()), [radius_a.into(), radius_b.into()])
     }
 
-    /// Adds a rack that slides along an axis (rad, of the inertial frame) as a wheel of a radius (m) rolls on it, from where the scene has placed them.
+    /// Adds a rack that slides along an axis (rad, in the inertial frame) while a wheel of the given radius (m) rolls on it, starting from
+    /// their initial positions.
     pub fn rack(
         &mut self,
         name: &str,
@@ -103,7 +104,7 @@ impl Scene {
         self.ready_joint(name, &RACK, [rack, pinion].map(|body| Frame::from(body).origin()), [axis.into(), radius.into()])
     }
 
-    /// Keeps a point of `b` on a curve that is fixed to the point of `a` and turns with its body: a cam, a slot.
+    /// Keeps the point `b` on a curve that is fixed in the frame of `a` with its origin at the point `a`: a cam or a slot.
     pub fn point_on_curve<F, const P: usize>(
         &mut self,
         name: &str,

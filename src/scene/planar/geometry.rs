@@ -4,18 +4,18 @@ use nalgebra::SVector;
 
 use crate::Scalar;
 
-/// R(φ) s: a vector of a body's frame in the inertial frame.
+/// R(φ) s: a vector given in a body's frame, expressed in the inertial frame.
 pub fn rotated<S: Scalar>(phi: S, s: [S; 2]) -> SVector<S, 2> {
     let (sin, cos) = phi.sin_cos();
     SVector::from([cos * s[0] - sin * s[1], sin * s[0] + cos * s[1]])
 }
 
-/// A vector turned by a right angle: the derivative of a rotated vector with respect to φ.
+/// A vector rotated by a right angle: the derivative of a rotated vector with respect to φ.
 pub fn turned<S: Scalar>(v: &SVector<S, 2>) -> SVector<S, 2> {
     SVector::from([-v[1], v[0]])
 }
 
-/// What lies between a point of body a and one of body b, for elements of one's own on their six coordinates.
+/// Geometry of a point of body a and a point of body b, for user-defined elements on their six coordinates.
 ///
 /// ```
 /// use hamiltonian_adjoint::planar::{Body, Link};
@@ -44,14 +44,14 @@ pub fn turned<S: Scalar>(v: &SVector<S, 2>) -> SVector<S, 2> {
 pub struct Link<S> {
     /// R_a s_a, from the centre of a to its point, m.
     pub arm_a: SVector<S, 2>,
-    /// R_b s_b.
+    /// R_b s_b, from the centre of b to its point, m.
     pub arm_b: SVector<S, 2>,
     /// d = r_b + R_b s_b − r_a − R_a s_a, m.
     pub between: SVector<S, 2>,
 }
 
 impl<S: Scalar> Link<S> {
-    /// Between the points s_a = (b₀, b₁) and s_b = (b₂, b₃), each in its body's frame.
+    /// The geometry of the points s_a = (b₀, b₁) and s_b = (b₂, b₃), each in its body's frame, m.
     ///
     /// # Panics
     /// If `b` has fewer than four entries.
@@ -62,19 +62,19 @@ impl<S: Scalar> Link<S> {
         Link { arm_a, arm_b, between }
     }
 
-    /// The velocity of the vector between, in the plane: written with differences, so that equal differences are computed once.
+    /// The time derivative of `between`, m/s, written with differences so that equal differences are computed once.
     pub fn velocity(&self, v: &SVector<S, 6>) -> SVector<S, 2> {
         SVector::from([v[3] - v[0], v[4] - v[1]]) + turned(&self.arm_b) * v[5] - turned(&self.arm_a) * v[2]
     }
 
-    /// The gradient with respect to q of e · between for a direction e that does not change.
+    /// The gradient of e · `between` with respect to q for a constant direction e.
     pub fn along(&self, e: &SVector<S, 2>) -> SVector<S, 6> {
         let turn_a = -e.dot(&turned(&self.arm_a));
         let turn_b = e.dot(&turned(&self.arm_b));
         SVector::from([-e[0], -e[1], turn_a, e[0], e[1], turn_b])
     }
 
-    /// The gradient of e · between for a direction e that turns with body a.
+    /// The gradient of e · `between` with respect to q for a direction e that rotates with body a.
     pub fn along_axis(&self, e: &SVector<S, 2>) -> SVector<S, 6> {
         let mut gradient = self.along(e);
         gradient[2] += turned(e).dot(&self.between);

@@ -20,7 +20,7 @@ impl Constraint<6, 2, 4> for Revolute {
     }
 }
 
-/// A slider: the point of b stays on a line of a, and b does not turn against a; b = [s_a, s_b, axis angle in a, φ_b − φ_a].
+/// A slider: the point of b stays on a line of a, and b does not rotate relative to a; b = [s_a, s_b, axis angle in a, φ_b − φ_a].
 #[derive(Clone, Copy, Debug)]
 pub struct Prismatic;
 
@@ -42,9 +42,9 @@ impl Constraint<6, 3, 5> for Weld {
     }
 }
 
-/// A massless rod: the points keep their distance, Φ = (|d|² − l²)/(2 l); b = [s_a, s_b, l].
+/// A massless rod between two points at the distance l: Φ = (|d|² − l²)/(2 l); b = [s_a, s_b, l].
 ///
-/// Φ is the change of length to first order, and smooth where |d| itself has a kink.
+/// Φ is to first order the deviation of the distance from l, and it is smooth where |d| has a kink.
 #[derive(Clone, Copy, Debug)]
 pub struct Distance;
 

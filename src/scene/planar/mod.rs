@@ -1,8 +1,8 @@
 //! Planar rigid bodies, joints and forces, as elements of a scene.
 //!
-//! A body has the coordinates (x, y, φ) of its centre of mass in the inertial frame, in m and rad. A point of a body is given in the
-//! body's own frame, `body.at(0.5, 0.0)`; [`Body::GROUND`] is the inertial frame and has no coordinates.
-//! Wherever a number is expected, a [`Design`](crate::Design) variable may stand.
+//! A body has the coordinates (x, y, φ) of its centre of mass in the inertial frame, in m and rad. A point of a body is given in the body's
+//! own frame, `body.at(0.5, 0.0)`; [`Body::GROUND`] is the inertial frame and has no coordinates. Every number can be replaced by a
+//! [`Design`](crate::Design) variable.
 //!
 //! ```
 //! use hamiltonian_adjoint::planar::Body;

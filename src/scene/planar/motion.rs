@@ -8,7 +8,7 @@ use crate::model::{Param, Point};
 use crate::scene::ready::{Added, Kind, Part};
 use crate::{Scalar, Scene};
 
-/// A prescribed function of time, in the unit of what it prescribes: rad, m, N, N m.
+/// A prescribed function of time, in rad, m, N or N m.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no motion with this many parameters",
     note = "implement `Motion<P>` with P the number of parameters that are given"
@@ -18,7 +18,7 @@ pub trait Motion<const P: usize>: Send + Sync + 'static {
     fn value<S: Scalar>(&self, t: S, b: &SVector<S, P>) -> S;
 }
 
-/// The same at all times; `b = [value]`.
+/// A constant function; `b = [value]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Constant;
 
@@ -28,7 +28,7 @@ impl Motion<1> for Constant {
     }
 }
 
-/// φ₀ + ω t, b = [φ₀, ω].
+/// A linear function φ₀ + ω t; b = [φ₀, ω].
 #[derive(Clone, Copy, Debug)]
 pub struct ConstantSpeed;
 
@@ -38,7 +38,7 @@ impl Motion<2> for ConstantSpeed {
     }
 }
 
-/// φ₀ + A sin(ω t + ψ), b = [φ₀, A, ω, ψ].
+/// A harmonic function φ₀ + A sin(ω t + ψ); b = [φ₀, A, ω, ψ].
 #[derive(Clone, Copy, Debug)]
 pub struct Harmonic;
 
