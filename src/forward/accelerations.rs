@@ -225,7 +225,7 @@ impl Accelerations {
         Ok(())
     }
 
-    /// v̇ and λ on other numbers: those of the real parts, and their derivatives for every other part, by the plain formulas.
+    /// v̇ and λ on other numbers: those of the real parts, and their derivatives for every other part, by programs or by the plain formulas.
     ///
     /// # Errors
     /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which nothing here knows.
@@ -233,7 +233,7 @@ impl Accelerations {
         &mut self,
         system: &System,
         at: &NodeView<R>,
-        place: (usize, &Compliances),
+        (place, by_programs): ((usize, &Compliances), bool),
     ) -> Result<[Vec<R>; 2], Error> {
         if R::PARTS > 2 {
             return Err(Error::NoHyperDual);
@@ -241,12 +241,18 @@ impl Accelerations {
         let part = |part: usize| NodeValues::of_equations(at, |x| x.part(part));
         let real = part(0);
         self.evaluate(system, &real.view(), place)?;
-        let Accelerations { state, x, adjoint, zeros, .. } = self;
+        let Accelerations { state, second, x, adjoint, zeros, .. } = self;
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(&real.view(), zeros) };
         for k in 1..R::PARTS {
-            let elements = &state.newton.evaluation.formulas(system).elements;
-            acceleration_tangent((system, elements), (&here, &part(k).view()), &mut state.right);
+            let (elements, along) = (&state.newton.evaluation.formulas(system).elements, part(k));
+            let (of, at) = ((system, &elements[..]), (&here, &along.view()));
+            if by_programs {
+                let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, here.design));
+                second.changes(of, at, &mut state.right);
+            } else {
+                acceleration_tangent(of, at, &mut state.right);
+            }
             state.solve(system, adjoint);
             for (all, own) in lifted.iter_mut().zip([&adjoint.v, &adjoint.sigma]) {
                 all.iter_mut().zip(own).for_each(|(x, own)| x.add_to_part(k, *own));
@@ -262,6 +268,8 @@ pub(crate) struct AccelerationsOfCosts {
     pub(crate) own: Option<Box<Accelerations>>,
     /// Why they are missing, where a cost may not need them.
     pub(crate) missing: Option<Error>,
+    /// True if programs give their derivatives on lifted numbers, not the plain formulas.
+    pub(crate) by_programs: bool,
 }
 
 impl AccelerationsOfCosts {

@@ -40,7 +40,8 @@ impl<'a> CostSum<'a> {
             return Ok(());
         }
         let place = (self.refinement.node_of_whole(node), compliance);
-        let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, place))?;
+        let with = (place, self.accelerations.by_programs);
+        let lifted = self.accelerations.find(system, uses, |accelerations| accelerations.lift(system, at, with))?;
         let unknown = || [system.n(), system.m()].map(|len| vec![R::from(f64::NAN); len]);
         let [v_dot, lambda] = lifted.unwrap_or_else(unknown);
         system.add_costs(&NodeView { v_dot: &v_dot, lambda: &lambda, ..*at }, weights, &self.factors, add);
@@ -56,7 +57,8 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// Inputs of wrong size, invalid inserted nodes, a cost or sum that is not finite, or a cost on accelerations that are not unique.
     pub fn cost(&self, system: &System, inputs: &Inputs<R>) -> Result<R, Error> {
-        Ok(self.sums_of_costs(system, inputs, CostFactors::of_cost(system.outputs()))?[0])
+        let factors = CostFactors::of_cost(system.outputs());
+        Ok(self.sums_of_costs(system, inputs, (factors, &mut AccelerationsOfCosts::default()))?[0])
     }
 
     /// The values of all outputs, summed over the computed nodes.
@@ -64,15 +66,24 @@ impl<R: Real> Trajectory<R> {
     /// # Errors
     /// As [`cost`](Self::cost).
     pub fn outputs(&self, system: &System, inputs: &Inputs<R>) -> Result<DVector<R>, Error> {
-        let sums = self.sums_of_costs(system, inputs, CostFactors::of_outputs(system.outputs()))?;
+        let factors = CostFactors::of_outputs(system.outputs());
+        let sums = self.sums_of_costs(system, inputs, (factors, &mut AccelerationsOfCosts::default()))?;
         Ok(DVector::from_column_slice(&sums[1..]))
     }
 
-    /// J and the outputs, as far as they are asked for.
-    fn sums_of_costs(&self, system: &System, inputs: &Inputs<R>, factors: CostFactors) -> Result<Vec<R>, Error> {
+    /// J and the outputs, as far as they are asked for, with what v̇ and λ of other motions of the system were computed with.
+    ///
+    /// # Errors
+    /// As [`cost`](Self::cost).
+    pub(crate) fn sums_of_costs(
+        &self,
+        system: &System,
+        inputs: &Inputs<R>,
+        (factors, accelerations): (CostFactors, &mut AccelerationsOfCosts),
+    ) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
         let refinement = self.refinement(&inputs.grid)?;
-        let mut costs = CostSum::new(&refinement, factors);
+        let mut costs = CostSum { accelerations: std::mem::take(accelerations), ..CostSum::new(&refinement, factors) };
         let design = system.parameters().values(inputs.design.as_slice());
         let at = self.columns(0).with_inputs((inputs.controls_at(0), &design));
         system.costs_now(&NodeValues::of_costs(&at, |x| x.part(0)).view())?;
@@ -81,6 +92,7 @@ impl<R: Real> Trajectory<R> {
         for i in first..self.computed {
             self.sum_costs_of_step(system, (inputs, &design), (&mut costs, i, i), &mut sums)?;
         }
+        *accelerations = costs.accelerations;
         check_sums(system, &sums)?;
         Ok(sums)
     }

@@ -149,7 +149,7 @@ impl<'p> Counted<'p> {
         self.noting(found)
     }
 
-    /// These rows of ∂c/∂x at the point that was evaluated last: by columns where they are fewer and the problem knows them, else row by row.
+    /// These rows of ∂c/∂x at the point that was evaluated last: by columns where these take less work and the problem knows them, else row by row.
     pub(super) fn jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
         let found = self.find_jacobian(rows);
         self.noting(found)
@@ -157,7 +157,8 @@ impl<'p> Counted<'p> {
 
     fn find_jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
         let (m, n) = (self.c.len(), self.bounds.len());
-        if n < rows.len() {
+        let [by_rows, by_columns] = self.problem.jacobian_work(rows);
+        if by_columns < by_rows {
             let mut all = DMatrix::zeros(m, n);
             if self.fill_columns(&mut all)? {
                 let jacobian = all.select_rows(rows);

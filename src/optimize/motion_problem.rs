@@ -226,8 +226,16 @@ impl Problem for MotionProblem<'_> {
         Ok(())
     }
 
+    fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
+        self.solver.jacobian_work(rows, self.variables.len())
+    }
+
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
         self.sizes().push_forward(direction, change)?;
+        if direction.iter().all(|x| *x == 0.0) {
+            change.fill(0.0);
+            return Ok(());
+        }
         self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
         change.copy_from_slice(self.solver.push_forward(&self.direction)?.as_slice());
         Ok(())

@@ -186,8 +186,13 @@ pub trait Problem {
         Ok(())
     }
 
-    /// What c(x) changes by along a direction, at the x that was evaluated last: where there are fewer variables than constraints or residuals, their
-    /// Jacobian is made of that.
+    /// Work of the Jacobian of these constraints row by row, and column by column by [`push_forward`](Self::push_forward), in any common unit: methods
+    /// use what costs less. Default: the number of rows, and that of variables.
+    fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
+        [rows.len(), self.variables()]
+    }
+
+    /// What c(x) changes by along a direction, at the x that was evaluated last.
     ///
     /// # Errors
     /// [`Error::NoSecondDerivatives`] where there is no such thing, and then of gradients.

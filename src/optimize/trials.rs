@@ -134,6 +134,17 @@ impl Problem for Trials<'_> {
         Ok(())
     }
 
+    fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
+        let mut first = 0;
+        self.motions.iter().fold([0; 2], |[by_rows, by_columns], motion| {
+            let own = first..first + motion.outputs();
+            first = own.end;
+            let outputs: Vec<usize> = rows.iter().filter(|row| own.contains(row)).map(|row| row - own.start).collect();
+            let work = motion.jacobian_work(&outputs);
+            [by_rows + work[0], by_columns + work[1]]
+        })
+    }
+
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
         self.sizes().push_forward(direction, change)?;
         let mut rest = change;

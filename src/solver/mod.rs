@@ -7,6 +7,7 @@ mod many;
 mod mechanics;
 mod size;
 mod stopped;
+mod work;
 
 pub use lifted::LiftedSolver;
 pub use long::{LongSolver, State};

@@ -1,12 +1,14 @@
 //! How often the formulas of a scene are called: those whose derivatives are constant never in a step, and the sweep back calls a
 //! formula only for what its derivatives with respect to inputs need.
 
+use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, levenberg_marquardt};
 use hamiltonian_adjoint::{
     Constraint, Control, Coordinate, Cost, CostPoint, Design, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy,
     LiftedSolver, Param, PotentialEnergy, Scalar, Scene, Settings, Solver, Sum, System,
 };
 use nalgebra::{SVector, Vector1, Vector2};
 use num_dual::Dual64;
+use std::ops::{ControlFlow, RangeInclusive};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -351,4 +353,87 @@ fn tangents_call_formulas_on_numbers_with_one_derivative() {
     solver.simulate(&inputs.lift()).expect("tangent");
     // A value, its derivative, and whether there is one, as processors align them.
     assert!((size_of::<[f64; 2]>()..=size_of::<[f64; 3]>()).contains(&largest.take()));
+}
+
+/// q̈, and q.
+struct Acceleration;
+impl Cost<1> for Acceleration {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.v_dot[0]
+    }
+}
+struct Place;
+impl Cost<1> for Place {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0]
+    }
+}
+
+/// A mass that is pushed askew against a spring of a free stiffness, with outputs on its acceleration after so many steps, and on its place after others.
+fn measured(accelerations: RangeInclusive<usize>, places: RangeInclusive<usize>) -> (System, Calls, [Free; 2]) {
+    let (mut scene, calls) = (Scene::new(), Calls::default());
+    let [x] = scene.coordinates("mass", ["x"]);
+    let (drive, stiffness) = (scene.control("drive"), scene.design("stiffness", 2.0));
+    scene.kinetic_energy("mass", Counted(GrowingMass, calls.clone()), [x], [1.3.into()]);
+    scene.potential_energy("spring", Counted(HardSpring, calls.clone()), [x], [stiffness.into()]);
+    scene.force("drive", Counted(PushedAskew, calls.clone()), [x], [drive], [0.1.into()]);
+    for node in accelerations {
+        let output = scene.output(&format!("acceleration {node}"));
+        scene.term(output, &format!("acceleration {node}"), Acceleration, Sum::Node(node), [x], [], [], []);
+    }
+    for node in places {
+        let output = scene.output(&format!("place {node}"));
+        scene.term(output, &format!("place {node}"), Place, Sum::Node(node), [x], [], [], []);
+    }
+    (scene.compile().expect("a scene"), calls, [Free::control(drive), Free::design(stiffness)])
+}
+
+/// 20 steps of a mass that is pushed.
+fn pushed_inputs(system: &System) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(20, 0.01));
+    inputs.controls.fill(0.3);
+    inputs
+}
+
+#[test]
+fn push_forwards_call_formulas_as_often_for_many_outputs_on_accelerations_as_for_one() {
+    let calls_for = |nodes: RangeInclusive<usize>| {
+        let (system, calls, _) = measured(nodes, 20..=20);
+        let inputs = pushed_inputs(&system);
+        let mut direction = inputs.no_change();
+        direction.controls.fill(1.0);
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&inputs).expect("a motion");
+        let first = solver.push_forward(&direction).expect("changes");
+        calls.take();
+        assert_eq!(solver.push_forward(&direction), Ok(first.clone()));
+        let count = calls.take();
+        // The plain formulas, on dual numbers, change alike.
+        let mut lifted = inputs.lift::<Dual64>();
+        lifted.controls.iter_mut().for_each(|u| u.eps = 1.0);
+        let mut plain = LiftedSolver::<Dual64>::new(&system, &inputs, Settings::default()).expect("a motion");
+        plain.simulate(&lifted).expect("the same motion");
+        let plain = plain.outputs().expect("outputs").map(|output| output.eps);
+        assert!((&plain - &first).amax() < 1e-12 * plain.amax(), "{first} {plain}");
+        count
+    };
+    assert_eq!(calls_for(1..=1), calls_for(1..=20));
+}
+
+/// How many sweeps a Jacobian of all outputs takes.
+fn sweeps(system: &System, of: Vec<Free>) -> usize {
+    let inputs = pushed_inputs(system);
+    let variables = Variables::new(system, &inputs, of).expect("variables");
+    let mut problem = MotionProblem::new(system, Settings::default(), inputs, variables).expect("a problem");
+    let (start, options) = (problem.start(), Options { iterations: 0, ..Options::default() });
+    let fit = levenberg_marquardt(&mut problem, &start, &options, &mut |_, _| ControlFlow::Continue(()));
+    fit.expect("a fit").outcome.gradients
+}
+
+#[test]
+fn a_jacobian_is_made_of_rows_or_columns_whichever_take_less_work() {
+    let (system, _, [drive, stiffness]) = measured(1..=20, 17..=20);
+    // 24 rows beside 21 columns: rows go back from their nodes, columns need all accelerations.
+    assert_eq!(sweeps(&system, vec![drive]), 24);
+    assert_eq!(sweeps(&system, vec![stiffness]), 1);
 }

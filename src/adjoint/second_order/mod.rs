@@ -167,8 +167,11 @@ impl SecondOrderSweep {
         self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
-        let outputs = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new).outputs(system, &inputs)?;
-        Ok(outputs.map(|output| output.eps))
+        let trajectory = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new);
+        self.accelerations.by_programs = true;
+        let factors = CostFactors::of_outputs(system.outputs());
+        let sums = trajectory.sums_of_costs(system, &inputs, (factors, &mut self.accelerations))?;
+        Ok(DVector::from_iterator(system.outputs(), sums[1..].iter().map(|sum| sum.eps)))
     }
 
     /// Takes the direction on the grid that was taken, and makes room.

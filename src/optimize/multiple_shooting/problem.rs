@@ -83,14 +83,11 @@ impl Problem for MultipleShooting<'_> {
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
         self.sizes().jacobian(rows, jacobian)?;
         jacobian.fill(0.0);
-        let places: HashMap<usize, usize> = rows.iter().enumerate().map(|(k, &row)| (row, k)).collect();
+        let places = places(rows);
         for k in 0..self.segments.len() {
-            // Which output of the segment counts in which row.
-            let mut own: Vec<(usize, usize)> =
-                self.rows(k).filter_map(|output| Some((output, *places.get(&output)?))).collect();
-            for (row, output, start) in self.joints(k) {
+            let own = self.outputs_in(k, &places);
+            for (row, _, start) in self.joints(k) {
                 if let Some(&at) = places.get(&row) {
-                    own.push((output, at));
                     jacobian[(at, start)] -= 1.0;
                 }
             }
@@ -103,6 +100,15 @@ impl Problem for MultipleShooting<'_> {
             }
         }
         Ok(())
+    }
+
+    fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
+        let places = places(rows);
+        self.segments.iter().enumerate().fold([0; 2], |[by_rows, by_columns], (k, segment)| {
+            let outputs: Vec<usize> = self.outputs_in(k, &places).into_iter().map(|(output, _)| output).collect();
+            let work = segment.motion.jacobian_work(&outputs);
+            [by_rows + work[0], by_columns + work[1]]
+        })
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
@@ -129,5 +135,19 @@ impl Problem for MultipleShooting<'_> {
             segment.places.iter().zip(found).for_each(|(&at, x)| product[at] += x);
         }
         Ok(())
+    }
+}
+
+/// The place of each row of a Jacobian.
+fn places(rows: &[usize]) -> HashMap<usize, usize> {
+    rows.iter().enumerate().map(|(k, &row)| (row, k)).collect()
+}
+
+impl MultipleShooting<'_> {
+    /// The outputs of a segment that count in rows with these places, each with its place.
+    fn outputs_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(usize, usize)> {
+        let joints = self.joints(segment).map(|(row, output, _)| (row, output));
+        let all = self.rows(segment).map(|output| (output, output)).chain(joints);
+        all.filter_map(|(row, output)| Some((output, *places.get(&row)?))).collect()
     }
 }

@@ -1,0 +1,40 @@
+//! Counted work of the Jacobian of outputs by rows and by columns: a choice between them is the same in every run.
+
+use super::Solver;
+use crate::model::element::Sum;
+use crate::system::Depends;
+
+/// As many unknowns as a stage is solved for in the time in which one cost is evaluated.
+const COST: usize = 10;
+/// As many stages as are solved in the time in which accelerations are computed at one place.
+const ACCELERATIONS: usize = 6;
+
+impl Solver<'_> {
+    /// Unknowns that stages are solved for, in a backward sweep for each of some outputs of the last motion, and in a push-forward for each of so many
+    /// variables.
+    pub(crate) fn jacobian_work(&self, outputs: &[usize], variables: usize) -> [usize; 2] {
+        let (system, motion) = (self.system, &self.forward.motion);
+        let (last, stages) = (motion.nodes() - 1, motion.trajectory.last_stage());
+        let (all, unknowns) = (1 + stages * last, system.n() + system.m());
+        // The stages that the sweep of each output goes back through; none without a sweep.
+        let mut ways = vec![None; 1 + system.outputs()];
+        outputs.iter().for_each(|output| ways[1 + output] = Some(0));
+        let (mut by_rows, mut costs, mut accelerations) = (0, 0, 0);
+        for term in system.costs().terms().filter(|term| term.output > 0) {
+            let (places, way) = match term.sum {
+                Sum::Node(node) => (1, 1 + stages * node),
+                Sum::Terminal => (1, all),
+                Sum::Integral => (all, all),
+                _ => (1 + last, all),
+            };
+            let felt = if term.uses.accelerations == Depends::Never { 0 } else { places };
+            (costs, accelerations) = (costs + places, accelerations + felt);
+            if let Some(longest) = &mut ways[term.output] {
+                *longest = way.max(*longest);
+                by_rows += COST * places + ACCELERATIONS * unknowns * felt;
+            }
+        }
+        by_rows += unknowns * ways.into_iter().flatten().sum::<usize>();
+        [by_rows, variables * (COST * costs + unknowns * (all + ACCELERATIONS * accelerations.min(all)))]
+    }
+}
