@@ -129,7 +129,7 @@ impl Formula {
         let piecewise = graph.is_piecewise(sums.copied());
         let is_free = !(0..depends.len()).any(is_control);
         let constant = all_fixed && !timed && !piecewise && (linear_in_controls || is_free);
-        let is_sum = kind == ElementKind::Holonomic && derivatives.values.iter().all(|phi| is_sinusoidal(&graph, *phi));
+        let is_sum = kind == ElementKind::Holonomic && are_sinusoidal(&graph, &derivatives.values);
         let sinusoidal = is_sum && !timed && !constant;
 
         let is_linear = derivatives.linear_columns(&graph);
@@ -189,27 +189,23 @@ fn is_energy(kind: ElementKind) -> bool {
     matches!(kind, ElementKind::Kinetic | ElementKind::Potential)
 }
 
-/// Whether it is a sum of fixed numbers and of fixed multiples of inputs and of sines and cosines of ±x + fixed, x one input.
-fn is_sinusoidal(graph: &Graph, node: Node) -> bool {
-    match graph.expression(node) {
-        _ if graph.is_fixed(node) => true,
-        Expression::Input(_) => true,
-        Expression::Add(x, y) | Expression::Subtract(x, y) => is_sinusoidal(graph, x) && is_sinusoidal(graph, y),
-        Expression::Multiply(factor, x) => graph.is_fixed(factor) && is_sinusoidal(graph, x),
-        Expression::Of(Function::Negative, x) => is_sinusoidal(graph, x),
-        Expression::Of(Function::Sin | Function::Cos, angle) => is_angle(graph, angle),
-        _ => false,
+/// True if every node is a sum of fixed numbers and of fixed multiples of inputs and of sines and cosines of ±x + fixed, x being one input.
+fn are_sinusoidal(graph: &Graph, nodes: &[Node]) -> bool {
+    // For every node: is it such a sum, and is it ±x + fixed. Arguments come first, so that no recursion grows with the length of a sum.
+    let mut known = vec![[false; 2]; graph.len()];
+    for node in graph.reachable(nodes.iter().copied()) {
+        let (is_fixed, of) = (|x: Node| graph.is_fixed(x), |x: Node| known[x.index()]);
+        known[node.index()] = match graph.expression(node) {
+            _ if is_fixed(node) => [true, false],
+            Expression::Input(_) => [true; 2],
+            Expression::Add(x, y) | Expression::Subtract(x, y) => {
+                [of(x)[0] && of(y)[0], is_fixed(x) && of(y)[1] || is_fixed(y) && of(x)[1]]
+            }
+            Expression::Multiply(factor, x) => [is_fixed(factor) && of(x)[0], false],
+            Expression::Of(Function::Negative, x) => of(x),
+            Expression::Of(Function::Sin | Function::Cos, angle) => [of(angle)[1], false],
+            _ => [false; 2],
+        };
     }
-}
-
-/// Whether it is ±x + fixed, x one input.
-fn is_angle(graph: &Graph, node: Node) -> bool {
-    match graph.expression(node) {
-        Expression::Input(_) => true,
-        Expression::Of(Function::Negative, x) => is_angle(graph, x),
-        Expression::Add(x, y) | Expression::Subtract(x, y) => {
-            graph.is_fixed(x) && is_angle(graph, y) || graph.is_fixed(y) && is_angle(graph, x)
-        }
-        _ => false,
-    }
+    nodes.iter().all(|node| known[node.index()][0])
 }

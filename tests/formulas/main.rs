@@ -4,6 +4,7 @@
 mod scenes;
 
 mod calls;
+mod deep;
 mod skipped;
 mod structure;
 mod work;
