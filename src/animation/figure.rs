@@ -1,4 +1,4 @@
-//! [`Figure`]: the shapes of a scene in the frames of its bodies, and where these frames go.
+//! [`Figure`]: the shapes of a scene in the frames of its bodies, and the poses of these frames.
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -44,6 +44,8 @@ pub(super) enum Outline {
     /// A carriage around a point, turned by an angle.
     Carriage([f64; 2], f64),
     Disc,
+    /// A point of a line.
+    Dot,
 }
 
 /// A point of a body, or of the ground.
@@ -70,6 +72,11 @@ pub(super) enum MarkKind {
     Surface(f64),
     /// With a radius, m.
     Wheel(f64),
+    /// A wall to another point of the frame.
+    Wall([f64; 2]),
+    /// A fixed disc with a radius, m.
+    Obstacle(f64),
+    Target,
 }
 
 #[derive(Clone, Debug)]
@@ -121,12 +128,41 @@ impl Figure {
             frames: states.len(),
         };
         sketch.drawn.iter().for_each(|drawn| figure.add(drawn, &place, (first, controls)));
+        figure
+    }
+
+    /// The figure with its view, in numbers that pictures can show.
+    pub(super) fn framed(&self) -> Self {
+        let mut figure = self.clone();
         figure.look();
         let power = figure.view[2].max(figure.view[3]).log10().floor() as i32;
         if !DRAWN.contains(&power) {
             figure.scale(10f64.powi(-power.clamp(-MOST_POWER, MOST_POWER)));
         }
         figure
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.bodies.is_empty() && self.marks.is_empty() && self.links.is_empty()
+    }
+
+    /// Adds a line through moving points, given at every frame of time.
+    pub(super) fn add_line(&mut self, name: &str, frames: &[Vec<[f64; 2]>]) {
+        let (first, count) = (self.bodies.len(), frames.first().map_or(0, Vec::len));
+        for k in 0..count {
+            let poses = frames.iter().map(|points| [points[k][0], points[k][1], 0.0]).collect();
+            let outline = if count == 1 { Outline::Disc } else { Outline::Dot };
+            self.bodies.push(Piece { name: name.into(), outline, poses });
+        }
+        for k in first..(first + count).saturating_sub(1) {
+            let ends = [k, k + 1].map(|body| Place { body: Some(body), at: [0.0; 2] });
+            self.links.push(Link { kind: LinkKind::Rod, ends, name: name.into() });
+        }
+    }
+
+    /// Adds a mark that is fixed to the ground.
+    pub(super) fn add_fixed(&mut self, name: &str, kind: MarkKind, at: [f64; 2]) {
+        self.marks.push(Mark { kind, place: Place { body: None, at }, name: name.into() });
     }
 
     fn add(&mut self, drawn: &Drawn, place: &dyn Fn(Point) -> Place, (first, controls): (&Mechanics, &[Vec<f64>])) {
@@ -179,9 +215,13 @@ impl Figure {
             }
         }
         for mark in &self.marks {
-            if let MarkKind::Wheel(radius) = mark.kind {
-                let [x, y] = self.position(mark.place, 0);
-                [-radius, radius].into_iter().for_each(|r| see([x + r, y + r]));
+            match mark.kind {
+                MarkKind::Wheel(radius) | MarkKind::Obstacle(radius) => {
+                    let [x, y] = self.position(mark.place, 0);
+                    [-radius, radius].into_iter().for_each(|r| see([x + r, y + r]));
+                }
+                MarkKind::Wall(end) => see(end),
+                _ => {}
             }
         }
         let [[left, bottom], [right, top]] = corners;
@@ -204,13 +244,15 @@ impl Figure {
             match &mut piece.outline {
                 Outline::Hull(points) => points.iter_mut().for_each(|point| larger(point)),
                 Outline::Carriage(at, _) => larger(at),
-                Outline::Disc => {}
+                Outline::Disc | Outline::Dot => {}
             }
         }
         for mark in &mut self.marks {
             larger(&mut mark.place.at);
-            if let MarkKind::Wheel(radius) = &mut mark.kind {
-                *radius *= by;
+            match &mut mark.kind {
+                MarkKind::Wheel(radius) | MarkKind::Obstacle(radius) => *radius *= by,
+                MarkKind::Wall(end) => larger(end),
+                _ => {}
             }
         }
         self.links.iter_mut().flat_map(|link| &mut link.ends).for_each(|end| larger(&mut end.at));

@@ -1,9 +1,10 @@
-//! A motion as a picture that moves: one HTML page, or SVG.
+//! A motion as an animated picture: one HTML page, or SVG.
 //!
-//! Drawn is what the scene knows of its planar bodies and of what joins them: hinges, sliders, rods, springs, cylinders, wheels, contacts; controls
-//! as arrows. Elements of one's own have no place in the plane: [`Scene::draw_spring`](crate::Scene::draw_spring) and
-//! [`Scene::draw_rod`](crate::Scene::draw_rod) show where they are.
+//! Planar bodies are drawn with their hinges, sliders, rods, springs, cylinders, wheels and contacts, and controls as arrows. User-defined
+//! elements have no position in the plane: draw them with [`Scene::draw_spring`](crate::Scene::draw_spring) and
+//! [`Scene::draw_rod`](crate::Scene::draw_rod) between points of bodies, or with [`Animation::line`] as a function of the state.
 
+mod drawing;
 mod figure;
 mod page;
 mod text;
@@ -13,12 +14,12 @@ use std::path::Path;
 
 use crate::model::FORCE;
 use crate::motion::column;
-use crate::{Error, Inputs, Mechanics, System, Trajectory};
+use crate::{Coordinate, Error, Inputs, Mechanics, System, Trajectory};
 use figure::Figure;
 
-/// More frames than these are not shown: nodes are left out evenly.
+/// Largest number of frames; beyond it nodes are left out evenly.
 const MOST_FRAMES: usize = 1500;
-/// So many controls are plotted by themselves.
+/// Largest number of controls, and of coordinates without a body, that are plotted by default.
 const MOST_PLOTS: usize = 4;
 
 /// An animation of a motion, to be written as an HTML page or as an SVG picture.
@@ -40,9 +41,10 @@ const MOST_PLOTS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct Animation {
     title: String,
-    /// The nodes that are shown, and their times, s.
+    /// The nodes that are shown, their times, s, and their coordinates.
     nodes: Vec<usize>,
     times: Vec<f64>,
+    q: Vec<Vec<f64>>,
     figure: Figure,
     plots: Vec<Plot>,
 }
@@ -86,8 +88,16 @@ impl Animation {
         let mut plots: Vec<Plot> = (0..system.k().min(MOST_PLOTS)).map(of_control).collect();
         let energy = states.iter().map(Mechanics::energy).collect();
         plots.push(Plot { name: "energy".into(), unit: "J".into(), values: energy });
+        let q: Vec<Vec<f64>> = states.iter().map(|at| at.q().to_vec()).collect();
+        let drawn: Vec<Coordinate> = system.sketch().bodies.iter().flat_map(|(_, frame)| frame.own_coordinates()).collect();
+        let others = (0..system.n()).filter(|&i| drawn.iter().all(|of| of.index() != i)).take(MOST_PLOTS);
+        plots.extend(others.map(|i| Plot {
+            name: system.coordinate_name(i).to_string(),
+            unit: String::new(),
+            values: q.iter().map(|q| q[i]).collect(),
+        }));
         let times = nodes.iter().map(|&node| motion.times[node]).collect();
-        Ok(Animation { title: "Motion".into(), nodes, times, figure, plots })
+        Ok(Animation { title: "Motion".into(), nodes, times, q, figure, plots })
     }
 
     /// Sets the title.
@@ -119,12 +129,12 @@ impl Animation {
     pub fn svg(&self, time: f64) -> String {
         let goes_back = self.times.last() < self.times.first();
         let frame = self.times.iter().rposition(|t| if goes_back { *t >= time } else { *t <= time }).unwrap_or(0);
-        vector::still(&self.figure, frame, &self.title)
+        vector::still(&self.figure.framed(), frame, &self.title)
     }
 
     /// The motion as an animated SVG that repeats; one cycle takes ten seconds if the motion is shorter than 10 µs or longer than 10⁷ s.
     pub fn animated_svg(&self) -> String {
-        vector::animated(&self.figure, &self.times, &self.title)
+        vector::animated(&self.figure.framed(), &self.times, &self.title)
     }
 
     /// Writes the page. An existing file is replaced only after the whole page was written.

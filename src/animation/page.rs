@@ -7,7 +7,8 @@ use super::vector::{COLOURS, groups, instead, opened, passed, poses};
 const TEMPLATE: &str = include_str!("page.html");
 
 pub(super) fn html(animation: &Animation) -> String {
-    let Animation { title, times, figure, plots, .. } = animation;
+    let Animation { title, times, plots, .. } = animation;
+    let figure = &animation.figure.framed();
     let (under, groups, above) = groups(figure);
     let moving: String = groups.iter().map(|group| format!("<g class=\"moving\">{}</g>", group.shapes)).collect();
     let picture = format!(

@@ -29,6 +29,9 @@ pub(super) struct Group {
     follows: Option<usize>,
 }
 
+/// Shown instead of a picture if there is none.
+const NOTHING: [&str; 2] = ["No part of this scene can be drawn.", "Add lines by Animation::line."];
+
 /// Shapes drawn with lengths in metres.
 struct Pen {
     unit: f64,
@@ -58,6 +61,18 @@ impl Pen {
         format!("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {style}/>", self.n(x), self.n(y), self.n(radius))
     }
 
+    /// Lines of text in the middle of the view of an empty figure.
+    fn note(&self, lines: [&str; 2]) -> String {
+        let text = |(k, line): (usize, &str)| {
+            let (x, y) = (self.n(0.5), self.u(4.0 * k as f64 - 42.0));
+            format!(
+                "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" text-anchor=\"middle\" fill=\"{INK}\">{line}</text>",
+                self.u(3.5)
+            )
+        };
+        format!("<g transform=\"scale(1 -1)\">{}</g>", lines.into_iter().enumerate().map(text).collect::<String>())
+    }
+
     fn line(&self, width: f64) -> String {
         format!("fill=\"none\" stroke=\"{INK}\" stroke-width=\"{}\"", self.u(width))
     }
@@ -82,6 +97,7 @@ impl Pen {
                 number(angle.to_degrees(), 2)
             ),
             Outline::Disc => self.circle([0.0; 2], 2.0 * u, &format!("fill=\"{colour}\"")),
+            Outline::Dot => self.circle([0.0; 2], 0.9 * u, &format!("fill=\"{INK}\"")),
         };
         let centre = self.circle([0.0; 2], 0.45 * u, "fill=\"#fff\" fill-opacity=\".8\"");
         format!("<title>{}</title>{shape}{centre}", escaped(&piece.name))
@@ -113,6 +129,16 @@ impl Pen {
                 let dashes = format!("{} stroke-dasharray=\"{} {}\"", self.line(0.4), self.u(1.2), self.u(0.8));
                 let spoke = line(&[[0.0, 0.0], [radius, 0.0]], 0.3);
                 [none, format!("{}{spoke}", self.circle([x, y], radius, &dashes))]
+            }
+            MarkKind::Wall(end) => [line(&[[x, y], end], 1.2), none],
+            MarkKind::Obstacle(radius) => {
+                let style = format!("fill=\"#ccc\" stroke=\"{INK}\" stroke-width=\"{}\"", self.u(0.3));
+                [self.circle([x, y], radius, &style), none]
+            }
+            MarkKind::Target => {
+                let arm = 1.8 * u;
+                let cross = [[[x - arm, y], [x + arm, y]], [[x, y - arm], [x, y + arm]]].map(|ends| line(&ends, 0.5));
+                [none, cross.concat() + &self.circle([x, y], 1.2 * u, &self.line(0.4))]
             }
         };
         let name = escaped(&mark.name);
@@ -175,7 +201,7 @@ impl Pen {
     }
 }
 
-/// What rests under the groups that move, these in the order in which they are drawn, and what rests above them.
+/// Fixed shapes below the moving groups, these groups in the order in which they are drawn, and fixed shapes above them.
 pub(super) fn groups(figure: &Figure) -> (String, Vec<Group>, String) {
     let pen = Pen::new(figure);
     let marks_of = |body: Option<usize>| -> [String; 2] {
@@ -204,7 +230,7 @@ pub(super) fn groups(figure: &Figure) -> (String, Vec<Group>, String) {
         all.push(Group { shapes: pen.arrow(arrow), poses: arrow_poses(figure, arrow), is_body: false, follows: None });
     }
     let [under, above] = marks_of(None);
-    (under, all, above)
+    (under, all, if figure.is_empty() { pen.note(NOTHING) } else { above })
 }
 
 fn link_poses(figure: &Figure, link: &Link) -> Vec<[f64; 5]> {

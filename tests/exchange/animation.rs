@@ -2,7 +2,10 @@
 
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Animation, Error, Grid, Inputs, Scene, Settings, Solver, Start, System, Trajectory};
+use hamiltonian_adjoint::{
+    Animation, Error, Grid, Inputs, KineticEnergy, Scalar, Scene, Settings, Solver, Start, System, Trajectory,
+};
+use nalgebra::SVector;
 use serde_json::Value;
 use std::process::Command;
 
@@ -121,6 +124,77 @@ fn all_parts_are_drawn() {
     for name in ["boom", "foot", "cylinder", "pull", "spring", "motor", "floor", "load", "rope", "gear", "glue", "rail"] {
         assert!(page.contains(&format!("<title>{name}</title>")), "{name}");
     }
+}
+
+/// Two angles without bodies.
+fn without_bodies() -> (System, Inputs, Trajectory) {
+    struct Turning;
+    impl KineticEnergy<2> for Turning {
+        fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 2>, v: &SVector<S, 2>, _b: &SVector<S, 0>) -> S {
+            v.dot(v) * 0.5
+        }
+    }
+    let mut scene = Scene::new();
+    let q = scene.coordinates("arm", ["φ", "ψ"]);
+    scene.kinetic_energy("arm", Turning, q, []);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.1));
+    inputs.start.set_rate(q[0], 1.0);
+    let (inputs, motion) = moved(&system, &inputs);
+    (system, inputs, motion)
+}
+
+#[test]
+fn a_scene_without_bodies_says_so_and_plots_its_coordinates() {
+    let (system, inputs, motion) = without_bodies();
+    let animation = Animation::new(&system, &inputs, &motion).expect("an animation");
+    for text in [animation.html(), animation.svg(1.0), animation.animated_svg()] {
+        assert!(text.contains("No part of this scene can be drawn"));
+    }
+    let plots = data(&animation.html())["plots"].clone();
+    let names: Vec<&str> = plots.as_array().expect("plots").iter().filter_map(|plot| plot["name"].as_str()).collect();
+    assert_eq!(names, ["energy", "arm.φ", "arm.ψ"]);
+    assert!((plots[1]["values"][20].as_f64().expect("an angle") - motion.q[(0, 20)]).abs() < 1e-4);
+    assert_balanced(&animation.animated_svg());
+    // Bodies have pictures instead of plots.
+    let (system, inputs, motion) = cart(20);
+    let page = Animation::new(&system, &inputs, &motion).expect("an animation").html();
+    assert!(!page.contains("No part of this scene") && data(&page)["plots"].as_array().expect("plots").len() == 2);
+}
+
+#[test]
+fn drawings_follow_the_state_and_fixed_ones_do_not_move() {
+    let (system, inputs, motion) = without_bodies();
+    let tip = |q: &[f64]| [q[0].cos(), q[0].sin()];
+    let plain = || Animation::new(&system, &inputs, &motion).expect("an animation");
+    let animation = (plain().line("arm", |q, _t| vec![[0.0; 2], tip(q)]).expect("a line"))
+        .line("load", |q, t| vec![[tip(q)[0], tip(q)[1] - 0.1 * t]])
+        .and_then(|drawn| drawn.wall("wall", &[[-1.0, -2.0], [3.0, -2.0]]))
+        .and_then(|drawn| drawn.obstacle("post", [2.0, 0.5], 0.25))
+        .and_then(|drawn| drawn.target("goal", [0.0, 1.0]))
+        .expect("drawings");
+    let page = animation.html();
+    for name in ["arm", "load", "wall", "post", "goal"] {
+        assert!(page.contains(&format!("<title>{name}</title>")), "{name}");
+    }
+    assert!(!page.contains("No part of this scene"));
+    // The second point of the line is a group of its own, the third the load.
+    for node in [0, 7, 20] {
+        let [x, y] = tip(motion.q.column(node).as_slice());
+        for (group, expected) in [(1, [x, y]), (2, [x, y - 0.1 * motion.times[node]])] {
+            for k in 0..2 {
+                let shown = data(&page)["poses"][group][k][node].as_f64().expect("a number");
+                assert!((shown - expected[k]).abs() < 1e-3, "group {group} at node {node}: {shown} for {}", expected[k]);
+            }
+        }
+    }
+    assert_balanced(&animation.svg(1.0));
+    assert_balanced(&animation.animated_svg());
+    let nan = plain().line("arm", |q, _t| vec![[f64::NAN, q[0]]]).expect_err("no place");
+    assert!(nan.to_string().contains("`arm`"), "{nan}");
+    let more = plain().line("arm", |_q, t| vec![[0.0; 2]; 1 + (t > 1.0) as usize]).expect_err("another number of points");
+    assert!(matches!(more, Error::Size { expected: 1, found: 2, .. }), "{more}");
+    assert!(plain().obstacle("post", [0.0; 2], f64::INFINITY).is_err() && plain().target("goal", [f64::NAN; 2]).is_err());
 }
 
 #[test]
