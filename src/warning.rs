@@ -33,13 +33,18 @@ pub enum Warning {
         /// The elements whose constraints depend on these design variables at the start.
         elements: Vec<String>,
     },
-    /// A formula takes the value of an argument by `re()`, as to look it up in a table, and goes on with a plain number: its values change with the argument,
-    /// its derivatives do not, and gradients are wrong. The value belongs into the choice of a piece alone, and the number itself into what is computed there.
+    /// A formula takes the value of an argument by `re()`, as to look it up in a table, and computes with a plain number: its values change with the argument,
+    /// its derivatives do not. Gradients are wrong, and so is the motion if the derivative is one of T, V or Φ. Use the value to choose a piece of the formula only,
+    /// and compute with the number itself.
+    ///
+    /// Formulas that read values are examined at some nodes, spread over the motion, and where a contact begins or ends.
     LostDerivative {
         /// The element, the cost or the term of an output.
         element: String,
         /// The first argument by which the derivative is lost.
         argument: String,
+        /// 1, or 2 of a warning of [`Solver::hessian_product`](crate::Solver::hessian_product): motions and gradients are then right, and the product is wrong.
+        order: usize,
     },
     /// The optimisation problem has neither a cost nor a constraint, so every point is a solution.
     NothingAsked,
@@ -202,11 +207,17 @@ impl fmt::Display for Warning {
                 designs.join("`, `"),
                 equations.join(", ")
             ),
-            Warning::LostDerivative { element, argument } => write!(
-                f,
-                "`{element}` loses its derivative by {argument}: its values change with it, by differences, its derivatives do not, and gradients are wrong; take \
-                 `re()` for comparisons and to choose the piece of a table only, and compute with the number itself"
-            ),
+            Warning::LostDerivative { element, argument, order } => {
+                let (which, wrong) = match order {
+                    2 => ("second ", "products of the Hessian"),
+                    _ => ("", "gradients, and motions if it is an energy or a constraint,"),
+                };
+                write!(
+                    f,
+                    "`{element}` loses its {which}derivative with respect to {argument}, because it computes with the value of `re()`: {wrong} are wrong; use \
+                     `re()` for comparisons and to choose the piece of a table only, and compute with the number itself"
+                )
+            }
             Warning::NothingAsked => f.write_str(
                 "the problem has neither a cost nor a constraint, so every point is a solution; add a cost to the scene (`Scene::cost`, `Scene::effort`), or \
                  constrain an output (`constrain`)",

@@ -153,8 +153,7 @@ impl AdjointSweep {
     /// To q₀, v₀ or p*₀ and the design variables.
     fn end_at_start(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         self.start_rows(system, motion, newton);
-        let of_design = system.lost_derivatives().iter().chain(&motion.given_start);
-        of_design.for_each(|warning| self.report.warn(warning.clone()));
+        motion.given_start.iter().for_each(|warning| self.report.warn(warning.clone()));
         self.through_assembly(system, motion, newton)?;
         let design = motion.inputs.design.as_slice();
         system.parameters().pull_back(design, &self.design, self.gradient.design.as_mut_slice());

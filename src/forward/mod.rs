@@ -11,6 +11,7 @@ mod drift;
 mod failure;
 mod given_start;
 mod halving;
+mod lost;
 mod monitor;
 mod motion;
 pub(crate) mod projection;
@@ -26,6 +27,7 @@ mod window;
 pub(crate) use accelerations::{Accelerations, AccelerationsOfCosts};
 pub(crate) use assembly::{Assembler, Assembly};
 pub(crate) use cost::{CostSum, check_sums, control_rates};
+pub(crate) use lost::Examiner;
 use monitor::Monitor;
 pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;
@@ -34,7 +36,7 @@ pub(crate) use window::HISTORY;
 use nalgebra::DMatrix;
 
 use crate::linear::Breakdown;
-use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
+use crate::motion::{Clock, Task, Watch, column, column_mut};
 use crate::node::{Predictor, StepFailure, Unknowns};
 use crate::system::{Given, KnownPart, NodeView};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
@@ -73,7 +75,7 @@ impl ForwardSweep {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
-        self.monitor.report = Report::default();
+        self.monitor.begin_report();
         self.watch.begin();
         settings.check()?;
         inputs.check(system)?;
@@ -139,6 +141,7 @@ impl ForwardSweep {
         let first = self.motion.inputs.grid.around[0];
         start::solve(self, system, settings).map_err(|error| error.started_at(first))?;
         self.check_energies(system, 0)?;
+        self.monitor.watch_losses(system, &self.motion, 0);
         restart::keep_end(self, 0);
         self.monitor.reach.fill(0.0);
         self.monitor.watch_reach(&self.motion, 0);
@@ -183,6 +186,7 @@ impl ForwardSweep {
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
+            self.monitor.watch_losses(system, &self.motion, node);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;
             self.watch.tell(Task::Simulation, node, self.motion.nodes())?;

@@ -1,11 +1,14 @@
 //! [`Monitor`]: what a run has to say of itself.
 
-use crate::Warning;
+use super::{Examiner, Motion};
 use crate::motion::Report;
+use crate::system::Order;
+use crate::{System, Warning};
 
 /// The report of a run, and what its warnings are made of.
 pub(crate) struct Monitor {
     pub(crate) report: Report,
+    examiner: Examiner,
     /// The most that an angle turned in a step, if it is worth a warning.
     pub(crate) most_turn: f64,
     /// The most that the compliances of dependent constraints took of the kinetic energy, if it is worth a warning, and the largest one looked at.
@@ -26,6 +29,7 @@ impl Monitor {
     pub(crate) fn new(n: usize, m: usize) -> Self {
         Monitor {
             report: Report::default(),
+            examiner: Examiner::new(Order::First),
             most_turn: Warning::TURN,
             most_braked: Warning::BRAKED,
             most_kinetic: 0.0,
@@ -35,6 +39,17 @@ impl Monitor {
             lengths: vec![0.0; m],
             reach: Vec::with_capacity(n),
         }
+    }
+
+    /// Another motion begins.
+    pub(crate) fn begin_report(&mut self) {
+        (self.report, self.examiner) = (Report::default(), Examiner::new(Order::First));
+    }
+
+    /// Examines formulas for lost derivatives at a node.
+    #[inline]
+    pub(crate) fn watch_losses(&mut self, system: &System, motion: &Motion, node: usize) {
+        self.examiner.visit(system, motion, node, &mut self.report);
     }
 
     /// Nothing is known of what compliances take.

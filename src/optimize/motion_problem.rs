@@ -84,9 +84,9 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
-    /// What the motion has to say, and its formulas.
+    /// What the motion has to say.
     pub(super) fn motion_warnings(&self) -> impl Iterator<Item = Warning> {
-        self.solver.report().warnings.iter().chain(self.solver.system().lost_derivatives()).cloned()
+        self.solver.report().warnings.iter().cloned()
     }
 
     /// Changes the inputs, such as the lengths of their steps, not their number: those that belong to [`start`](Self::start).

@@ -57,7 +57,7 @@ impl Graph {
         self.expressions.len()
     }
 
-    pub(super) fn expressions(&self) -> impl Iterator<Item = Expression> {
+    pub(crate) fn expressions(&self) -> impl Iterator<Item = Expression> {
         self.expressions.iter().copied()
     }
 

@@ -77,9 +77,9 @@ impl System {
             scene: scene.scene,
             fingerprint,
             costs_compiled,
-            lost_derivatives: Vec::new(),
+            reads_values: false,
         };
-        system.lost_derivatives = system.find_lost_derivatives();
+        system.reads_values = system.find_readers();
         Ok(system)
     }
 

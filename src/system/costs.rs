@@ -71,7 +71,7 @@ impl Costs {
         for item in &mut self.items {
             let recorded = item.record(at);
             item.depends = recorded.as_ref().ok().map(|(template, _)| template.depends(item.shape.len()));
-            item.uses = item.find_uses();
+            (item.uses, item.obstacle) = (item.find_uses(), recorded.as_ref().err().copied());
             if !without_programs {
                 let bound = Param::which_are_bound(&item.b);
                 let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, fixed));

@@ -73,18 +73,15 @@ impl Recordings {
         b: &[Param],
         record: impl FnOnce() -> Result<(Template, Vec<f64>), Obstacle>,
     ) -> (Arc<Formula>, Vec<f64>) {
-        if self.without_programs {
-            return (Arc::new(Formula::unknown(kind, shape, None)), Vec::new());
-        }
         match record() {
-            Ok((template, numbers)) => {
+            Ok((template, numbers)) if !self.without_programs => {
                 let formula = self.known.entry((kind, shape, Param::which_are_bound(b), template));
                 let formula = formula.or_insert_with_key(|(_, _, bound, template)| {
                     Arc::new(Formula::new(kind, shape, template.clone(), bound))
                 });
                 (formula.clone(), numbers)
             }
-            Err(obstacle) => (Arc::new(Formula::unknown(kind, shape, Some(obstacle))), Vec::new()),
+            other => (Arc::new(Formula::unknown(kind, shape, other.err())), Vec::new()),
         }
     }
 }

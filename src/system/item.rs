@@ -81,20 +81,21 @@ impl PlacedElement {
 
     /// Its formula, and the numbers in it that like elements need not share.
     pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let (graph, results) = record(|put| self.put_symbols(at, put))?;
+        let (graph, results) = record(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
         Ok(Template::new(&graph, &results, self.formula.shape().p))
     }
 
     /// The same of the branch that it takes at a state; nothing if it panics.
     pub fn record_branch(&self, at: &NodeView<f64>) -> Option<(Template, Vec<f64>)> {
-        let (graph, results) = record_branch(|put| self.put_symbols(at, put))?;
+        let (graph, results) = record_branch(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
         Some(Template::new(&graph, &results, self.formula.shape().p))
     }
 
-    fn put_symbols(&self, at: &NodeView<f64>, put: &mut dyn FnMut(Symbol)) {
+    /// The formula on symbols with these values.
+    pub(super) fn put_symbols(&self, value: Read<f64>, put: &mut dyn FnMut(Symbol)) {
         let shape = self.formula.shape();
         let symbol = |slot: Slot| {
-            let value = self.read(at, slot);
+            let value = value(slot);
             match slot {
                 Slot::Sigma(_) => Symbol::from(value),
                 // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.

@@ -1,175 +1,216 @@
-//! Derivatives that a formula loses: it takes the value of an argument by `re()`, as to look it up in a table, and goes on with a plain number. Its values
-//! change with the argument then, its derivatives do not, and nothing else would tell.
+//! Derivatives that a formula loses: it takes the value of an argument by `re()`, as to look it up in a table, and computes with a plain number. Its values
+//! change with the argument then, its derivatives do not.
+//!
+//! Recorded at values r of its arguments, a formula is a graph F(x; r). A formula that only branches on values has one graph for all r nearby. Of any other,
+//! F(x; r) is compared at several r beside x: what changes as r − x has lost a first derivative, and what changes as its square has lost a second one, as a root does
+//! that is found by values and corrected by one step of Newton's method. What does not change but for rounding, as √(x² + y²) by ratios to the larger of the two, has lost nothing.
 
 use super::argument::Argument;
-use super::formula::Component;
+use super::cost_formula::Partial;
+use super::element::Element;
 use super::item::PlacedElement;
 use super::jet::ElementKind;
 use super::placed_cost::PlacedCost;
-use super::typed::{OnNumbers, Slot, Values};
+use super::typed::Slot;
 use super::view::NodeView;
-use crate::number::{Hyper, Slope, guarded, hyper, hyper_parts, slope};
-use crate::program::Obstacle;
+use crate::model::element::Sum;
+use crate::number::{Hyper, hyper, hyper_parts};
+use crate::program::{Graph, Node, Obstacle, record_branch};
 use crate::{System, Warning};
 
-/// So many points are tried; at so many of them, and wherever differences tell, a derivative that is lost must not be what values change by.
-const POINTS: usize = 12;
-const ENOUGH: usize = 3;
-/// The step of differences, in units of an argument or of 1.
-const STEP: f64 = 1e-6;
-/// Derivatives that differ from differences by more than this share are not those of the values.
-const DIFFERS: f64 = 1e-3;
-/// The share of values that may be rounding, generously.
-const ROUNDED: f64 = 1e-12;
+/// Graphs are compared after moving the arguments by this part of them and by twice as much: finer steps than these, as of numbers with few digits, are slopes.
+const NEAR: f64 = 5e-7;
+/// Values are compared after moving the arguments by at most one of these parts of them, for first and for second derivatives: the smallest for functions that
+/// change within a small part of an argument, the largest for values that are rounded coarsely.
+const FAR: [&[f64]; 2] = [&[1e-6, 1e-3], &[1e-4]];
+/// The number of distances at which they are compared, each a part of the one before.
+const DISTANCES: i32 = 4;
+const PART: f64 = 0.125;
+/// Changes that differ from the expected ratio by more than this part of them are something else: rounding, or a branch.
+const RATIO: f64 = 0.03;
+/// A loss of less than this share of a derivative is the error of an iteration or of a slope that was given.
+const SHARE: f64 = 1e-5;
 
-/// How far point k is aside of argument i, which is x.
-fn aside(k: usize, i: usize, x: f64) -> f64 {
-    let share = 0.02 * k as f64 * (0.6 + (1.7 * (i + 5 * k) as f64).sin());
-    share * x.abs().max(1.0)
+/// What was recorded at some values: a graph, and the nodes of the results.
+type Branch = (Graph, Vec<Node>);
+
+/// Which derivatives are lost.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    First = 1,
+    Second = 2,
 }
 
-/// Whether the derivative of a value by an argument x is lost there; nothing where differences do not tell: beside rounding, or where shorter steps tell
-/// something else.
-fn is_lost(value: impl Fn(f64) -> f64, x: f64, derivative: f64) -> Option<bool> {
-    let [difference, shorter] = [STEP, STEP / 3.0].map(|step| {
-        let step = step * x.abs().max(1.0);
-        let [up, down] = [x + step, x - step].map(&value);
-        let difference = (up - down) / (2.0 * step);
-        let most = difference.abs().max(derivative.abs());
-        (most > ROUNDED / DIFFERS * (up.abs() + down.abs()) / step).then_some(difference)
-    });
-    let (difference, shorter) = (difference?, shorter?);
-    let most = difference.abs().max(derivative.abs());
-    let tells = (difference - shorter).abs() <= 0.1 * DIFFERS * most;
-    tells.then(|| (difference - derivative).abs() > DIFFERS * most)
+/// A formula that reads values, at a point.
+struct Reader<'a> {
+    /// The kind of element, and its number of coordinates; none of a cost.
+    kind: Option<(ElementKind, usize)>,
+    /// Arguments, then constants, and what each of them is in the scene; none of a number.
+    x: Vec<f64>,
+    names: Vec<Option<Argument>>,
+    /// The number of arguments.
+    arguments: usize,
+    record: &'a dyn Fn(&[f64]) -> Option<Branch>,
 }
 
-/// Whether it is at all points at which differences tell.
-fn is_lost_everywhere(at_point: impl Fn(usize) -> Option<bool>) -> bool {
-    let told: Vec<bool> = (0..POINTS).filter_map(at_point).collect();
-    told.len() >= ENOUGH && told.into_iter().all(|lost| lost)
+impl Reader<'_> {
+    /// The first argument by which a derivative is lost.
+    fn find_lost(&self, order: Order) -> Option<Argument> {
+        // In this direction nothing cancels.
+        let all = self.direction(|i| 1.0 + 0.3 * (1.7 * i as f64).sin());
+        let [one, two] = [NEAR, 2.0 * NEAR].map(|distance| (self.record)(&self.moved(&all, distance)));
+        let (one, two) = (one?, two?);
+        if one.1 == two.1 && one.0.expressions().eq(two.0.expressions()) || !self.loses(&all, order, 0.0) {
+            return None;
+        }
+        let share = if order == Order::First { SHARE } else { 0.0 };
+        let is_lost = |which: usize| self.loses(&self.direction(|i| f64::from(i == which)), order, share);
+        self.names.iter().enumerate().find_map(|(i, name)| name.filter(|_| is_lost(i)))
+    }
+
+    /// Multiples of the sizes of all arguments that are no numbers.
+    fn direction(&self, factor: impl Fn(usize) -> f64) -> Vec<f64> {
+        let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
+        let along = |(i, x): (usize, &f64)| self.names[i].map_or(0.0, |_| factor(i) * size(*x));
+        self.x.iter().enumerate().map(along).collect()
+    }
+
+    fn moved(&self, along: &[f64], distance: f64) -> Vec<f64> {
+        self.x.iter().zip(along).map(|(x, along)| x + distance * along).collect()
+    }
+
+    /// Whether values that are read along a direction, on one of its sides, change the formula as lost derivatives do, by more than a share of its change with the
+    /// arguments themselves.
+    fn loses(&self, along: &[f64], order: Order, share: f64) -> bool {
+        let is_energy = matches!(self.kind, Some((ElementKind::Kinetic | ElementKind::Potential, _)));
+        let moves = |(_, n): (ElementKind, usize)| along[..2 * n].iter().any(|along| *along != 0.0);
+        // Equations contain derivatives of energies by q and v alone.
+        let with_values = !is_energy || self.kind.is_some_and(moves);
+        let distances = FAR[order as usize - 1].iter().flat_map(|far| [*far, -far]);
+        distances.into_iter().any(|far| {
+            let points: Vec<_> = (0..DISTANCES).map(|k| self.moved(along, far * PART.powi(k))).collect();
+            let branches = points.iter().map(|read| (self.record)(read)).collect::<Option<Vec<_>>>();
+            branches.is_some_and(|branches| {
+                let values = |k: usize, x: &[f64]| self.entries(&branches[k], x, with_values);
+                let read: Vec<_> = (0..points.len()).map(|k| values(k, &self.x)).collect();
+                let [first, second] = [0, 1].map(|k| values(k, &points[k]));
+                (0..first.len()).any(|entry| {
+                    let change = |k: usize| read[k][entry] - read[k + 1][entry];
+                    let expected = |k: usize| PART.powi(order as i32) * change(k);
+                    let follows = |k: usize| (change(k + 1) - expected(k)).abs() <= RATIO * change(k + 1).abs();
+                    let counts = change(0).abs() > share * (first[entry] - second[entry]).abs();
+                    counts && change(2) != 0.0 && follows(0) && follows(1)
+                })
+            })
+        })
+    }
+
+    /// What equations and costs are made of, by the graph of a branch: costs, Q; T and its slopes, −V and its slopes; Φ, Φ_q, dΦ/dt and (dΦ/dt)_q.
+    fn entries(&self, (graph, results): &Branch, x: &[f64], with_values: bool) -> Vec<f64> {
+        let n = self.kind.filter(|(kind, _)| *kind != ElementKind::Applied).map_or(0, |(_, n)| n);
+        let is_constraint = self.kind.is_some_and(|(kind, _)| kind == ElementKind::Holonomic);
+        // Of a constraint ε₁ is along the motion, and t the last argument.
+        let rate = |i: usize| if i < n { x[n + i] } else { f64::from(i + 1 == self.arguments) };
+        let along = |i: usize| if is_constraint { rate(i) } else { 0.0 };
+        let of_seed = |seed: usize| {
+            let number = |(i, x): (usize, &f64)| hyper(*x, along(i), f64::from(n > 0 && i == seed), 0.0);
+            let numbers: Vec<Hyper> = x.iter().enumerate().map(number).collect();
+            let (arguments, constants) = numbers.split_at(self.arguments);
+            let values = graph.evaluate(constants, arguments);
+            let parts = results.iter().flat_map(|node| hyper_parts(&values[node.index()])).enumerate();
+            parts.map(|(k, part)| if with_values || k % 4 > 0 { part } else { 0.0 }).collect::<Vec<f64>>()
+        };
+        (0..(2 * n).max(1)).flat_map(of_seed).collect()
+    }
 }
 
 impl PlacedElement {
-    /// The first argument by which it loses derivatives.
-    fn find_lost(&self, at: &NodeView<f64>) -> Option<Argument> {
-        let of_q = self.q.iter().enumerate();
-        let of_q = of_q.flat_map(|(i, &q)| [(Slot::Q(i), Argument::Coordinate(q)), (Slot::V(i), Argument::Velocity(q))]);
-        let of_u = self.u.iter().enumerate().map(|(k, &u)| (Slot::U(k), Argument::Control(u)));
-        let of_b = self.b.iter().enumerate().filter_map(|(p, b)| Some((Slot::B(p), Argument::Design(b.bound()?.0))));
-        let mut all = of_q.chain(of_u).chain([(Slot::T, Argument::Time)]).chain(of_b);
-        let found = all.find(|(slot, _)| {
-            is_lost_everywhere(|k| self.loses_value(at, *slot, k)) || is_lost_everywhere(|k| self.loses_slope(at, *slot, k))
-        });
-        found.map(|(_, argument)| argument)
-    }
-
-    fn read_aside(&self, at: &NodeView<f64>, k: usize, slot: Slot) -> f64 {
-        let x = self.read(at, slot);
-        if let Slot::B(_) = slot { x } else { x + aside(k, self.formula.shape().number(slot), x) }
-    }
-
-    /// Of T, −V and σᵀΦ, which 𝓛_v and 𝓛_q are made of.
-    fn loses_value(&self, at: &NodeView<f64>, slot: Slot, k: usize) -> Option<bool> {
-        use ElementKind::{Holonomic, Kinetic, Potential};
-        let kind = self.formula.kind();
-        let component = match (kind, slot) {
-            (Kinetic, Slot::V(i)) | (Holonomic, Slot::Q(i)) => Component::Momentum(i),
-            (Kinetic | Potential, Slot::Q(i)) => Component::Force(i),
-            _ => return None,
+    fn find_lost(&self, element: &Element, at: &NodeView<f64>, order: Order) -> Option<Argument> {
+        let shape = self.formula.shape();
+        let of_q = (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V));
+        let arguments = of_q.chain((0..shape.k).map(Slot::U)).chain([Slot::T]);
+        let slots: Vec<Slot> = arguments.chain((0..shape.p).map(Slot::B)).collect();
+        let name =
+            |slot: &Slot| Some(Argument::of(element, *slot)).filter(|(_, factor)| *factor != 0.0).map(|(name, _)| name);
+        let record = |x: &[f64]| {
+            let value = |slot: Slot| match slot {
+                Slot::B(p) => x[shape.sigma() + p],
+                Slot::Sigma(_) => 0.0,
+                _ => x[shape.number(slot)],
+            };
+            record_branch(|put| self.put_symbols(&value, put))
         };
-        let read = |other| self.read_aside(at, k, other);
-        let value = |x: f64| {
-            let (mut j, mut sum) = (0, 0.0);
-            Values::<f64>::values(&*self.formula, &|other| if other == slot { x } else { read(other) }, &mut |value| {
-                let weight = match kind {
-                    Holonomic => read(Slot::Sigma(j)),
-                    Potential => -1.0,
-                    _ => 1.0,
-                };
-                (j, sum) = (j + 1, sum + weight * value);
-            });
-            sum
+        let reader = Reader {
+            kind: Some((self.formula.kind(), shape.n)),
+            x: slots.iter().map(|slot| self.read(at, *slot)).collect(),
+            names: slots.iter().map(name).collect(),
+            arguments: shape.sigma(),
+            record: &record,
         };
-        let mut derivative = 0.0;
-        OnNumbers::<f64>::first(&*self.formula, &read, &mut |of, x| {
-            if of == component {
-                derivative += x;
-            }
-        });
-        is_lost(value, read(slot), derivative)
-    }
-
-    /// Of 𝓛_v, 𝓛_q + Q and dΦ/dt.
-    fn loses_slope(&self, at: &NodeView<f64>, slot: Slot, k: usize) -> Option<bool> {
-        let read = |other| self.read_aside(at, k, other);
-        let weight = |j: usize| 1.0 + 0.3 * (j as f64).sin();
-        let value = |x: f64| {
-            let (mut j, mut sum) = (0, 0.0);
-            let read = |other| if other == slot { x } else { read(other) };
-            OnNumbers::<f64>::first(&*self.formula, &read, &mut |_, value| {
-                (j, sum) = (j + 1, sum + weight(j) * value);
-            });
-            sum
-        };
-        let (mut j, mut derivative) = (0, 0.0);
-        let seeded = |other| {
-            let x = Slope::from_re(read(other));
-            if other == slot { x.derivative(0) } else { x }
-        };
-        OnNumbers::<Slope>::first(&*self.formula, &seeded, &mut |_, x| {
-            (j, derivative) = (j + 1, derivative + weight(j) * slope(&x));
-        });
-        is_lost(value, read(slot), derivative)
+        reader.find_lost(order)
     }
 }
 
 impl PlacedCost {
-    /// The first argument by which it loses derivatives.
-    fn find_lost(&self, at: &NodeView<f64>) -> Option<Argument> {
-        let found = (0..self.shape.len()).find(|&i| {
-            is_lost_everywhere(|k| {
-                let read = |i: usize| {
-                    let x = self.argument(at, i);
-                    x + aside(k, i, x)
-                };
-                let constant = |p: usize| self.b[p].value(at.design);
-                let value =
-                    |x: f64| self.evaluate::<f64>(&*self.cost, |other| if other == i { x } else { read(other) }, constant);
-                let seeded = |other: usize| hyper(read(other), if other == i { 1.0 } else { 0.0 }, 0.0, 0.0);
-                let there = self.evaluate::<Hyper>(&*self.cost, seeded, |p| hyper(constant(p), 0.0, 0.0, 0.0));
-                is_lost(value, read(i), hyper_parts(&there)[1])
-            })
-        });
-        found.map(|i| Argument::of_cost(self.shape.places[i]))
+    fn find_lost(&self, at: &NodeView<f64>, order: Order) -> Option<Argument> {
+        let arguments = self.shape.len();
+        let of_b = self.b.iter().map(|b| b.bound().map(|(p, _)| Argument::Design(p)));
+        let record = |x: &[f64]| {
+            let value = |of: Partial| match of {
+                Partial::Argument(i) => x[i],
+                Partial::Constant(p) => x[arguments + p],
+            };
+            record_branch(|put| put(self.symbol(value)))
+        };
+        let x = (0..arguments).map(|i| self.argument(at, i)).chain(self.b.iter().map(|b| b.value(at.design)));
+        let names = self.shape.places.iter().map(|place| Some(Argument::of_cost(*place))).chain(of_b);
+        Reader { kind: None, x: x.collect(), names: names.collect(), arguments, record: &record }.find_lost(order)
     }
 }
 
+/// Whether a formula reads values.
+fn reads(obstacle: Option<Obstacle>) -> bool {
+    obstacle == Some(Obstacle::Branches)
+}
+
 impl System {
-    /// What the derivatives of its formulas do not know of.
-    pub(crate) fn lost_derivatives(&self) -> &[Warning] {
-        &self.lost_derivatives
+    /// Whether any formula reads values.
+    pub(crate) fn reads_values(&self) -> bool {
+        self.reads_values
     }
 
-    /// Looks at the formulas that look at values.
-    pub(super) fn find_lost_derivatives(&self) -> Vec<Warning> {
-        let zeros = vec![0.0; self.n.max(self.m).max(self.k)];
-        let design = self.parameters.values(&self.design);
-        let (v, sigma, u) = (&zeros[..self.n], &zeros[..self.m], &zeros[..self.k]);
-        let at = NodeView::of_equations([&self.initial, v, sigma], (u, 0.0, &design));
-        let branches = |obstacle: Option<Obstacle>| obstacle == Some(Obstacle::Branches);
-        let elements = self.formulas.elements.iter().filter(|element| branches(element.formula.obstacle));
-        let elements = elements.filter_map(|element| {
-            let lost = guarded(|| self.item(element.place).find_lost(&at)).flatten();
-            lost.map(|argument| (&element.name, argument))
-        });
-        let costs = self.costs.items().iter().filter(|cost| branches(cost.obstacle));
+    pub(super) fn find_readers(&self) -> bool {
+        let mut elements = self.formulas.elements.iter().map(|element| element.formula.obstacle);
+        elements.any(reads) || self.costs.terms().any(|term| reads(term.obstacle))
+    }
+
+    /// Whether a cost at this single node reads values.
+    pub(crate) fn reads_values_at(&self, node: usize) -> bool {
+        self.costs.items().iter().any(|cost| cost.sum == Sum::Node(node) && reads(cost.obstacle))
+    }
+
+    /// The formulas that lose derivatives at a node, which counts costs in these ways, besides those that are known to.
+    pub(crate) fn find_lost_derivatives(
+        &self,
+        at: &NodeView<f64>,
+        counts: impl Fn(Sum) -> bool,
+        order: Order,
+        known: &[Warning],
+    ) -> Vec<Warning> {
+        let is_known =
+            |name: &str| known.iter().any(|w| matches!(w, Warning::LostDerivative { element, .. } if element == name));
+        let elements =
+            self.formulas.elements.iter().filter(|element| reads(element.formula.obstacle) && !is_known(&element.name));
+        let of_elements =
+            elements.filter_map(|element| Some((&element.name, self.item(element.place).find_lost(element, at, order)?)));
         let costs =
-            costs.filter_map(|cost| guarded(|| cost.find_lost(&at)).flatten().map(|argument| (&cost.name, argument)));
+            self.costs.items().iter().filter(|cost| reads(cost.obstacle) && counts(cost.sum) && !is_known(&cost.name));
+        let of_costs = costs.filter_map(|cost| Some((&cost.name, cost.find_lost(at, order)?)));
         let warning = |(name, argument): (&String, Argument)| Warning::LostDerivative {
             element: name.clone(),
             argument: self.argument_name(argument),
+            order: order as usize,
         };
-        elements.chain(costs).map(warning).collect()
+        of_elements.chain(of_costs).map(warning).collect()
     }
 }

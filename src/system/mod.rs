@@ -75,6 +75,7 @@ pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
 pub(crate) use known::{Given, KnownPart};
+pub(crate) use lost::Order;
 pub(crate) use parts::Parts;
 pub(crate) use placed_cost::PlacedCost;
 pub(crate) use plain_cost::Fixed;
@@ -89,11 +90,11 @@ pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
 pub(crate) use weights::{Beside, GivenWeights, Weights};
 
+use crate::Error;
 use crate::linear::Symbolic;
 use crate::model::{Control, Coordinate, Handle, Output, Param, Sketch};
 use crate::number::Real;
 use crate::program::Obstacle;
-use crate::{Error, Warning};
 use compile::check_positive;
 pub(crate) use element::Formulas;
 use jet::ElementKind;
@@ -133,8 +134,8 @@ pub struct System {
     /// Identifies the formulas that were compiled, and those of costs alone.
     fingerprint: u64,
     costs_compiled: u64,
-    /// What formulas that look at values lose of their derivatives.
-    lost_derivatives: Vec<Warning>,
+    /// Whether any formula reads values.
+    reads_values: bool,
 }
 
 impl System {

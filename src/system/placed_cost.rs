@@ -71,26 +71,33 @@ impl PlacedCost {
 
     /// Its formula, and the numbers in it; the values are for one that looks at them.
     pub(super) fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let (graph, results) = record(|put| put(self.symbol(at)))?;
+        let (graph, results) = record(|put| put(self.symbol(|of| self.read(at, of))))?;
         Ok(Template::new(&graph, &results, self.b.len()))
     }
 
-    fn symbol(&self, at: &NodeView<f64>) -> Symbol {
-        let argument = |i: usize| Symbol::input(i, self.argument(at, i));
-        self.evaluate(&*self.cost, argument, |p| Symbol::parameter(p, self.b[p].value(at.design)))
+    /// The formula on symbols with these values.
+    pub(super) fn symbol(&self, value: impl Fn(Partial) -> f64) -> Symbol {
+        let argument = |i: usize| Symbol::input(i, value(Partial::Argument(i)));
+        self.evaluate(&*self.cost, argument, |p| Symbol::parameter(p, value(Partial::Constant(p))))
+    }
+
+    pub(super) fn read(&self, at: &NodeView<f64>, of: Partial) -> f64 {
+        match of {
+            Partial::Argument(i) => self.argument(at, i),
+            Partial::Constant(p) => self.b[p].value(at.design),
+        }
     }
 
     /// The arguments to blame where it has no number; nothing if it has.
     pub(super) fn to_blame(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let value = |changed: Option<(Partial, f64)>| {
-            let read = |of: Partial, x: f64| changed.filter(|(other, _)| *other == of).map_or(x, |(_, other)| other);
-            let argument = |i: usize| read(Partial::Argument(i), self.argument(at, i));
-            self.evaluate::<f64>(&*self.cost, argument, |p| read(Partial::Constant(p), self.b[p].value(at.design)))
+            let read = |of: Partial| changed.filter(|(other, _)| *other == of).map_or_else(|| self.read(at, of), |(_, x)| x);
+            self.evaluate::<f64>(&*self.cost, |i| read(Partial::Argument(i)), |p| read(Partial::Constant(p)))
         };
         if value(None).is_finite() {
             return None;
         }
-        let graph = record_branch(|put| put(self.symbol(at)));
+        let graph = record_branch(|put| put(self.symbol(|of| self.read(at, of))));
         let depends =
             graph.map(|(graph, results)| Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len()));
         let depends = depends.unwrap_or_else(|| vec![true; self.shape.len()]);
@@ -104,7 +111,7 @@ impl PlacedCost {
 
     /// Clears derivatives by arguments that it does not depend on there, if others are not finite: dual numbers make 0 · NaN of them.
     pub(super) fn clear_others(&self, at: &NodeView<f64>, rows: &mut CostRows) {
-        let Some((graph, results)) = record_branch(|put| put(self.symbol(at))) else { return };
+        let Some((graph, results)) = record_branch(|put| put(self.symbol(|of| self.read(at, of)))) else { return };
         let depends = Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len());
         let all = rows.clone();
         let (_, mut slopes) = rows.memory_and_slopes();

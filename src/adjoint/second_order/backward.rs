@@ -4,11 +4,12 @@ use super::forward::along_start;
 use super::kept::Place;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::Motion;
+use crate::forward::{Examiner, Motion};
+use crate::motion::Report;
 use crate::node::Newton;
 use crate::number::{add, dot};
 use crate::scheme::carried_part;
-use crate::system::{Covector, NodeView};
+use crate::system::{Covector, NodeView, Order};
 use crate::{Error, Inputs, Settings, Start, System};
 
 impl SecondOrderSweep {
@@ -29,7 +30,9 @@ impl SecondOrderSweep {
         self.begin_rows(system, motion, (newton, first));
         self.back_through_assembly(system, motion, (newton, first), direction)?;
         self.parameter_rows(system, motion, first);
-        self.sweep.gradient.warnings.clear();
+        let (mut report, mut examiner) = (Report::default(), Examiner::new(Order::Second));
+        (0..motion.nodes()).for_each(|node| examiner.visit(system, motion, node, &mut report));
+        self.sweep.gradient.warnings = report.warnings;
         match self.sweep.gradient.check_finite(system, motion.node_of_whole(0)) {
             // Not every derivative reaches the product: that with respect to the time of the start does not.
             Err(error) => Err(self.suspect.take().unwrap_or(error)),

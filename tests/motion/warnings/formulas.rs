@@ -88,7 +88,7 @@ fn lost(which: usize, is_lost: bool) -> Vec<(String, String)> {
     inputs.controls.fill(0.3);
     let warnings = gradient(&system, &inputs, Settings::default()).expect("a motion").warnings;
     let of = |warning: Warning| match warning {
-        Warning::LostDerivative { element, argument } => Some((element, argument)),
+        Warning::LostDerivative { element, argument, .. } => Some((element, argument)),
         _ => None,
     };
     warnings.into_iter().filter_map(of).collect()

@@ -2,7 +2,9 @@
 
 mod elements;
 mod formulas;
+mod lost;
 mod motion;
+mod tree;
 
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::planar::Body;

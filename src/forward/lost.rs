@@ -1,0 +1,64 @@
+//! [`Examiner`]: which formulas lose derivatives along a motion. Those that read values are examined at some of its nodes, also far from the start.
+
+use nalgebra::DMatrix;
+
+use super::{Motion, control_rates};
+use crate::System;
+use crate::model::element::Sum;
+use crate::motion::{Report, column};
+use crate::system::{NodeView, Order};
+
+/// The number of nodes, spread evenly, and at most so many whose steps ended where nothing led to expect it, as in a contact; besides, the last node and those of
+/// costs at single nodes.
+const EXAMINED: usize = 16;
+
+/// Examines formulas for lost derivatives of an order.
+pub(crate) struct Examiner {
+    order: Order,
+    /// The number of surprising nodes so far.
+    surprises: usize,
+}
+
+impl Examiner {
+    pub(crate) fn new(order: Order) -> Self {
+        Examiner { order, surprises: 0 }
+    }
+
+    /// Warns of formulas that lose derivatives at a node, if it is one of those.
+    #[inline]
+    pub(crate) fn visit(&mut self, system: &System, motion: &Motion, node: usize, report: &mut Report) {
+        if system.reads_values() && !motion.is_growing && self.is_worth_it(system, motion, node) {
+            self.examine(system, motion, node, report);
+        }
+    }
+
+    fn is_worth_it(&mut self, system: &System, motion: &Motion, node: usize) -> bool {
+        let nodes = motion.nodes();
+        if motion.is_surprising(node) {
+            self.surprises += 1;
+        }
+        let is_surprise = motion.is_surprising(node) && self.surprises <= EXAMINED;
+        let is_even = node * EXAMINED % nodes < EXAMINED;
+        is_even || node + 1 == nodes || is_surprise || system.reads_values_at(motion.node_of_whole(node))
+    }
+
+    fn examine(&self, system: &System, motion: &Motion, node: usize, report: &mut Report) {
+        let (k, step) = (node - motion.first, node.max(1));
+        // Any accelerations and reactions nearby will do.
+        let rates = |x: &DMatrix<f64>| -> Vec<f64> {
+            let changes = column(x, k).iter().zip(column(x, k.saturating_sub(1))).map(|(now, before)| now - before);
+            changes.map(|change| change / motion.length(step)).collect()
+        };
+        let (v_dot, lambda) = (rates(&motion.trajectory.v), rates(&motion.trajectory.sigma));
+        let mut u_dot = vec![0.0; system.k()];
+        control_rates(&motion.inputs, step, &mut u_dot);
+        let at = NodeView { v_dot: &v_dot, lambda: &lambda, u_dot: &u_dot, ..motion.at(node) };
+        let counts = |sum: Sum| match sum {
+            Sum::Terminal => node + 1 == motion.nodes(),
+            Sum::Node(own) => own == motion.node_of_whole(node),
+            _ => true,
+        };
+        let found = system.find_lost_derivatives(&at, counts, self.order, &report.warnings);
+        found.into_iter().for_each(|warning| report.warn(warning));
+    }
+}
