@@ -43,7 +43,7 @@ pub enum Warning {
         element: String,
         /// The first argument by which the derivative is lost.
         argument: String,
-        /// 1, or 2 of a warning of [`Solver::hessian_product`](crate::Solver::hessian_product): motions and gradients are then right, and the product is wrong.
+        /// Order of the derivative. It is 2 only in warnings of [`Solver::hessian_product`](crate::Solver::hessian_product): motion and gradient are then right.
         order: usize,
     },
     /// The optimisation problem has neither a cost nor a constraint, so every point is a solution.

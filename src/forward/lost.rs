@@ -10,7 +10,7 @@ use crate::system::{NodeView, Order};
 
 /// The number of nodes, spread evenly, and at most so many whose steps ended where nothing led to expect it, as in a contact; besides, the last node and those of
 /// costs at single nodes.
-const EXAMINED: usize = 16;
+const EXAMINED: usize = 8;
 
 /// Examines formulas for lost derivatives of an order.
 pub(crate) struct Examiner {

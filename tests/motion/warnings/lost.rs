@@ -388,7 +388,7 @@ impl Force<1> for Counted {
 
 #[test]
 fn formulas_that_read_no_values_are_not_examined_and_others_at_few_nodes() {
-    for (branches, most) in [(false, 0), (true, 2 * 34)] {
+    for (branches, most) in [(false, 0), (true, 2 * 17)] {
         for steps in [20, 200, 2000] {
             let count = Arc::new(AtomicUsize::new(0));
             let mut scene = Scene::new();
