@@ -36,9 +36,9 @@ pub(crate) use window::HISTORY;
 use nalgebra::DMatrix;
 
 use crate::linear::Breakdown;
-use crate::motion::{Clock, Task, Watch, column, column_mut};
+use crate::motion::{Clock, Report, Task, Watch, column, column_mut};
 use crate::node::{Predictor, StepFailure, Unknowns};
-use crate::system::{Given, KnownPart, NodeView};
+use crate::system::{Given, KnownPart, NodeView, Order};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use redundancy::Relaxed;
 use restart::Restarting;
@@ -75,7 +75,7 @@ impl ForwardSweep {
     /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
-        self.monitor.begin_report();
+        (self.monitor.report, self.monitor.examiner) = (Report::default(), Examiner::new(Order::First));
         self.watch.begin();
         settings.check()?;
         inputs.check(system)?;
@@ -141,7 +141,7 @@ impl ForwardSweep {
         let first = self.motion.inputs.grid.around[0];
         start::solve(self, system, settings).map_err(|error| error.started_at(first))?;
         self.check_energies(system, 0)?;
-        self.monitor.watch_losses(system, &self.motion, 0);
+        self.monitor.examiner.visit(system, &self.motion, 0, &mut self.monitor.report);
         restart::keep_end(self, 0);
         self.monitor.reach.fill(0.0);
         self.monitor.watch_reach(&self.motion, 0);
@@ -186,7 +186,7 @@ impl ForwardSweep {
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
-            self.monitor.watch_losses(system, &self.motion, node);
+            self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;
             self.watch.tell(Task::Simulation, node, self.motion.nodes())?;

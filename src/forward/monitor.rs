@@ -1,14 +1,14 @@
 //! [`Monitor`]: what a run has to say of itself.
 
-use super::{Examiner, Motion};
+use super::Examiner;
+use crate::Warning;
 use crate::motion::Report;
 use crate::system::Order;
-use crate::{System, Warning};
 
 /// The report of a run, and what its warnings are made of.
 pub(crate) struct Monitor {
     pub(crate) report: Report,
-    examiner: Examiner,
+    pub(crate) examiner: Examiner,
     /// The most that an angle turned in a step, if it is worth a warning.
     pub(crate) most_turn: f64,
     /// The most that the compliances of dependent constraints took of the kinetic energy, if it is worth a warning, and the largest one looked at.
@@ -39,17 +39,6 @@ impl Monitor {
             lengths: vec![0.0; m],
             reach: Vec::with_capacity(n),
         }
-    }
-
-    /// Another motion begins.
-    pub(crate) fn begin_report(&mut self) {
-        (self.report, self.examiner) = (Report::default(), Examiner::new(Order::First));
-    }
-
-    /// Examines formulas for lost derivatives at a node.
-    #[inline]
-    pub(crate) fn watch_losses(&mut self, system: &System, motion: &Motion, node: usize) {
-        self.examiner.visit(system, motion, node, &mut self.report);
     }
 
     /// Nothing is known of what compliances take.
