@@ -124,9 +124,7 @@ fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut Blo
     }
     if report.verdict == Verdict::Wrong {
         let evidence = evidence.with_worst(report.points, DIAGNOSED_BENDS);
-        let (diagnoses, notes) = diagnosis::diagnose(&evidence);
-        report.diagnoses = diagnoses;
-        report.notes.extend(notes);
+        report.diagnoses = diagnosis::diagnose(&evidence);
         // A coincidence is possible.
         if evidence.at.len() == 1 && report.diagnoses.iter().any(|found| found.mistake != Mistake::Unexplained) {
             report.notes.push("the diagnosis rests on a single point; more points make it certain".to_string());

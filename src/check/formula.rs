@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::point::{Part, Places};
 use crate::number::Real;
+use crate::program::{Graph, Node, Symbol, record_branch};
 use crate::{Cx, Scalar};
 
 /// A vector function y = f(x), written once for all numbers.
@@ -22,6 +23,11 @@ pub(crate) trait Formula {
         let Some((&s, x)) = x.split_last() else { return Vec::new() };
         self.value(x).into_iter().map(|y| y * s).collect()
     }
+
+    /// Graph of the branch taken at x, and the nodes of f. `None` if the formula cannot be recorded.
+    fn record(&self, _x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+        None
+    }
 }
 
 /// A formula times the last argument, with its number types hidden: values, and derivatives along a direction by two of the oracles.
@@ -30,6 +36,8 @@ pub(crate) trait Differentiable {
     /// The values, and their derivatives along a direction by dual numbers.
     fn by_dual(&self, x: &[f64], direction: &[f64]) -> (Vec<f64>, Vec<f64>);
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
+    /// Graph of the formula without its last argument, and the nodes of its results. `None` if it cannot be recorded.
+    fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)>;
 }
 
 impl<F: Formula> Differentiable for F {
@@ -48,6 +56,17 @@ impl<F: Formula> Differentiable for F {
         let x: Vec<Cx> = x.iter().zip(direction).map(|(&x, &d)| Cx::new(x, d * STEP)).collect();
         self.times_last(&x).iter().map(|y| y.0.im / STEP).collect()
     }
+
+    fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+        self.record(&x[..x.len().saturating_sub(1)])
+    }
+}
+
+fn record(function: &impl Function, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+    record_branch(|result| {
+        let symbols: Vec<Symbol> = x.iter().enumerate().map(|(k, &x)| Symbol::input(k, x)).collect();
+        function.value(&symbols).into_iter().for_each(result);
+    })
 }
 
 /// What is made of a function f before its Jacobian is taken.
@@ -62,6 +81,10 @@ pub(crate) struct Derived {
 impl<F: Function> Formula for &F {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
         Function::value(*self, x)
+    }
+
+    fn record(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+        record(*self, x)
     }
 }
 
@@ -83,6 +106,28 @@ impl<F: Function> Formula for Made<F> {
             self.times_sigma(slopes.into_iter().map(|y| y.eps), x)
         };
         self.places.of(by).map(component).collect()
+    }
+
+    fn record(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+        let (mut graph, mut results) = record(self.function.as_ref(), x)?;
+        if !self.derived.rate.is_empty() {
+            let (v, mut tangents) = (self.places.of(Part::V).start, Vec::new());
+            for &part in self.derived.rate {
+                for (k, i) in self.places.of(part).enumerate() {
+                    let slope = if part == Part::Q { graph.input(v + k) } else { graph.constant(1.0) };
+                    tangents.push((graph.input(i), slope));
+                }
+            }
+            results = graph.forward(&results, &tangents);
+        }
+        if let Some(by) = self.derived.gradient {
+            let one = graph.constant(1.0);
+            let mut inputs = |part| self.places.of(part).map(|i| graph.input(i)).collect::<Vec<Node>>();
+            let (weights, by) = (if self.places.m == 0 { vec![one] } else { inputs(Part::Sigma) }, inputs(by));
+            let weighted: Vec<(Node, Node)> = results.into_iter().zip(weights).collect();
+            results = graph.reverse(&weighted, &by);
+        }
+        Some((graph, results))
     }
 }
 

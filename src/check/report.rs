@@ -45,6 +45,8 @@ pub enum Mistake {
     Zero,
     /// Not zero where it should be.
     NotZero,
+    /// Wrong on one side of a threshold only.
+    OneSided,
     /// Right in the leading digits only.
     FewDigits,
     /// The wrong numbers of rows and columns.

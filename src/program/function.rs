@@ -126,7 +126,7 @@ impl Function {
     }
 
     /// Its name where a program is printed.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Function::Negative => "-",
             Function::Reciprocal => "1/",

@@ -1,11 +1,11 @@
-//! The true value of other arguments: another node, one coordinate for another, sine for cosine.
+//! The true value of other arguments: another node, one coordinate for another, sine for cosine, degrees, another constant.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
 use super::Evidence;
 use super::mask::Mask;
-use crate::check::matrix::fitting;
+use crate::check::plan::Change;
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Whether the values are true at another point that the front end has named.
@@ -23,61 +23,88 @@ fn is_truth_at(mask: &Mask, change: &dyn Fn(&mut [f64])) -> Option<&'static str>
     Some(if sign > 0.0 { "" } else { "with the sign flipped and " })
 }
 
+/// An argument that is mistaken for another one, and what people say then.
+pub(super) struct Confusion<'e> {
+    pub(super) argument: usize,
+    pub(super) text: String,
+    pub(super) change: Change<'e>,
+}
+
 /// Whether one argument was taken for another, or with the wrong sign, or its sine for its cosine.
 pub(super) fn confused(mask: &Mask) -> Option<Diagnosis> {
-    if !mask.of.is_small() {
-        return None;
-    }
-    let setting = mask.of.setting;
-    // What has no name is the 1 that values are multiplied by.
-    let name = |k: usize| Some(setting.arguments[k].as_str()).filter(|name| !name.is_empty()).unwrap_or("1");
-    let explained = |change: &dyn Fn(&mut [f64]), text: &dyn Fn() -> String| {
-        let sign = is_truth_at(mask, change)?;
-        let mut found = mask.says(Mistake::OtherArgument, text());
+    let any = pairs(0..mask.of.setting.arguments.len()).map(|pair| replaced(mask.of, pair));
+    let any = any.take_while(|_| mask.of.is_small());
+    confusions(mask.of).into_iter().chain(any).find_map(|Confusion { text, change, .. }| {
+        let sign = is_truth_at(mask, &change)?;
+        let mut found = mask.says(Mistake::OtherArgument, text);
         found.text += if sign.is_empty() { "" } else { ", and the sign is flipped" };
         Some(found)
-    };
+    })
+}
+
+/// Confusions of one argument alone, and of those of one kind, which are likelier than those of different kinds.
+pub(super) fn confusions<'e>(evidence: &Evidence<'e>) -> Vec<Confusion<'e>> {
+    if !evidence.is_small() {
+        return Vec::new();
+    }
+    let ranges = || evidence.setting.groups.iter().map(|(_, range)| range.clone());
+    let is_constant = |k: usize| evidence.setting.groups.iter().any(|(name, range)| name == "b" && range.contains(&k));
     let alone = |k: usize| {
-        let turned = explained(&|x| x[k] = -x[k], &|| format!("{} has the wrong sign", name(k)));
-        let text = || format!("sine and cosine of {} are mistaken for one another", name(k));
-        turned.or_else(|| explained(&|x| x[k] += FRAC_PI_2, &text))
+        let name = name(evidence, k);
+        let of = |text: String, change: Change<'e>| Confusion { argument: k, text, change };
+        let sine =
+            of(format!("sine and cosine of {name} are mistaken for one another"), Box::new(move |x| x[k] += FRAC_PI_2));
+        let degrees = |factor: f64| {
+            of(format!("looks like degrees instead of radians: {name}"), Box::new(move |x: &mut [f64]| x[k] *= factor))
+        };
+        let turned = of(format!("{name} has the wrong sign"), Box::new(move |x| x[k] = -x[k]));
+        if is_constant(k) { Vec::new() } else { vec![turned, sine, degrees(180.0 / PI), degrees(PI / 180.0)] }
     };
-    let replaced = |(k, j)| explained(&|x| x[k] = x[j], &|| format!("{} stands where {} belongs", name(j), name(k)));
-    let exchanged = |(k, j)| explained(&|x| x.swap(k, j), &|| format!("{} and {} are exchanged", name(k), name(j)));
-    let ranges = || setting.groups.iter().map(|(_, range)| range.clone());
-    // Arguments of one kind are confused more often than those of different kinds.
     let alike = || ranges().flat_map(pairs);
-    let any = pairs(0..setting.arguments.len());
-    let found = ranges().flatten().find_map(alone).or_else(|| alike().chain(any).find_map(replaced));
-    found.or_else(|| alike().filter(|(k, j)| k < j).find_map(exchanged))
+    let exchanged = |(k, j): (usize, usize)| {
+        let text = format!("{} and {} are exchanged", name(evidence, k), name(evidence, j));
+        Confusion { argument: k, text, change: Box::new(move |x| x.swap(k, j)) }
+    };
+    let exchanged = alike().filter(|(k, j)| k < j).map(exchanged);
+    ranges().flatten().flat_map(alone).chain(alike().map(|pair| replaced(evidence, pair))).chain(exchanged).collect()
+}
+
+fn replaced<'e>(evidence: &Evidence<'e>, (k, j): (usize, usize)) -> Confusion<'e> {
+    let text = format!("{} stands where {} belongs", name(evidence, j), name(evidence, k));
+    Confusion { argument: k, text, change: Box::new(move |x| x[k] = x[j]) }
+}
+
+/// The name of an argument; what has none is the 1 that values are multiplied by.
+fn name<'e>(evidence: &Evidence<'e>, k: usize) -> &'e str {
+    Some(evidence.setting.arguments[k].as_str()).filter(|name| !name.is_empty()).unwrap_or("1")
+}
+
+/// Whether one constant has another value than in the formula.
+pub(super) fn stale(mask: &Mask) -> Option<Diagnosis> {
+    let Evidence { setting, block, at } = mask.of;
+    let constants = setting.groups.iter().find(|(name, _)| name == "b").map(|(_, range)| range.clone())?;
+    let entry = *mask.entries.first()?;
+    let worst = (0..at.len()).max_by(|&a, &b| mask.of.excess(a, entry).total_cmp(&mask.of.excess(b, entry)))?;
+    constants.filter(|_| mask.of.is_small() && mask.varies(|p, e| mask.truth(p, e))).find_map(|k| {
+        let mut x = at[worst].x.clone();
+        let mut error = |value: f64| {
+            x[k] = value;
+            block.truth.dual(&x)[entry] - at[worst].hand[entry]
+        };
+        // By secants; whether they have converged, all points tell.
+        let (mut last, mut value) = (at[worst].x[k], 1.01 * at[worst].x[k]);
+        for _ in 0..20 {
+            let errors = [error(last), error(value)];
+            if errors[0] != errors[1] && value != last {
+                (last, value) = (value, value - errors[1] * (value - last) / (errors[1] - errors[0]));
+            }
+        }
+        let there = mask.of.truth_at(&|x| x[k] = value);
+        let text = || format!("as if {} were {value:.9} instead of {:.9},", setting.arguments[k], at[worst].x[k]);
+        mask.explains(|p, e| there[p][e]).then(|| mask.says(Mistake::OtherArgument, text()))
+    })
 }
 
 fn pairs(range: Range<usize>) -> impl Iterator<Item = (usize, usize)> {
     range.clone().flat_map(move |k| range.clone().filter(move |&j| j != k).map(move |j| (k, j)))
-}
-
-/// Arguments without which the error is gone: a hint where nothing else fits.
-pub(super) fn where_it_vanishes(evidence: &Evidence) -> Vec<String> {
-    if !evidence.is_small() {
-        return Vec::new();
-    }
-    let groups = evidence.setting.groups.iter();
-    let single = evidence.setting.arguments.iter().enumerate().map(|(k, name)| (name, k..k + 1));
-    let candidates = groups.map(|(name, range)| (name, range.clone())).chain(single);
-    let gone = |range: &Range<usize>| {
-        evidence.at.iter().all(|at| {
-            let mut x = at.x.clone();
-            x[range.clone()].fill(0.0);
-            let truth = evidence.block.truth.dual(&x);
-            // Where nobody has to have an answer, none is asked for.
-            if !(evidence.setting.admissible)(&x) || truth.iter().any(|x| !x.is_finite()) {
-                return false;
-            }
-            let hand = fitting((evidence.block.hand)(&x), evidence.rows(), evidence.columns());
-            let holds = |(i, t): (usize, &f64)| (hand[i] - truth[i]).abs() <= *t;
-            hand.shape() == truth.shape() && at.tolerance.iter().enumerate().all(holds)
-        })
-    };
-    let names: Vec<&str> = candidates.filter(|(_, range)| gone(range)).map(|(name, _)| name.as_str()).take(4).collect();
-    if names.is_empty() { Vec::new() } else { vec![format!("the error vanishes where {} is zero", names.join(" or "))] }
 }

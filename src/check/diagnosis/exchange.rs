@@ -8,6 +8,9 @@ pub(super) fn transposed(mask: &Mask) -> Option<Diagnosis> {
     if mask.of.rows() != mask.of.columns() || mask.entries.iter().all(|(i, j)| i == j) {
         return None;
     }
+    if mask.explains(|p, (i, j)| 0.5 * (mask.truth(p, (i, j)) + mask.truth(p, (j, i)))) {
+        return Some(mask.says(Mistake::Transposed, "only the symmetric part is there"));
+    }
     let sign = mask.up_to_sign(|p, (i, j)| mask.truth(p, (j, i)))?;
     let word = if sign > 0.0 { "transposed" } else { "transposed, with the sign flipped," };
     Some(mask.says(Mistake::Transposed, word))

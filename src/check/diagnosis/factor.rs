@@ -38,19 +38,30 @@ fn constant_factor(mask: &Mask) -> Option<f64> {
 /// A constant factor that people are likely to forget.
 pub(super) fn likely(mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(mask)?;
-    let name = name(mask.of, c, &LIKELY)?;
+    let name = likely_name(mask.of, c)?;
     Some(mask.says(Mistake::Factor, format!("constant factor {name}")))
 }
 
-/// Any constant factor.
+/// Any constant factor. Of several constants, each is a multiple of its true value, which says nothing.
 pub(super) fn constant(mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(mask)?;
+    let is_all = || mask.entries == Mask::wrong(mask.of).entries;
+    if !is_all() && !mask.varies(|p, e| mask.truth(p, e)) {
+        return None;
+    }
     if (c - 1.0).abs() < NEARLY_ONE {
         let text = format!("right to {} digits only (constant factor 1 {:+.1e})", digits(c - 1.0), c - 1.0);
         return Some(mask.says(Mistake::FewDigits, text));
     }
-    let name = name(mask.of, c, &LIKELY).or_else(|| name(mask.of, c, &POSSIBLE)).unwrap_or_else(|| format!("{c:.9}"));
-    Some(mask.says(Mistake::Factor, format!("constant factor {name}")))
+    Some(mask.says(Mistake::Factor, format!("constant factor {}", any_name(mask.of, c))))
+}
+
+pub(super) fn likely_name(evidence: &Evidence, c: f64) -> Option<String> {
+    name(evidence, c, &LIKELY)
+}
+
+pub(super) fn any_name(evidence: &Evidence, c: f64) -> String {
+    likely_name(evidence, c).or_else(|| name(evidence, c, &POSSIBLE)).unwrap_or_else(|| format!("{c:.9}"))
 }
 
 pub(super) fn digits(relative: f64) -> usize {
@@ -87,11 +98,16 @@ fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
     let named = evidence.setting.factors.iter().filter(|(_, x)| *x != 0.0 && x.abs() != 1.0);
     let direct = named.clone().find(|(_, x)| same(*x)).map(|(name, x)| signed(*x, name.clone()));
     let inverse = || named.clone().find(|(_, x)| same(1.0 / x)).map(|(name, x)| signed(*x, format!("1/{name}")));
+    let ratio = || {
+        let pairs = named.clone().flat_map(|over| named.clone().map(move |under| (over, under)));
+        let found = pairs.into_iter().find(|((_, x), (_, y))| same(x / y) && (x / y - 1.0).abs() > NEARLY_ONE)?;
+        Some(signed(found.0.1 / found.1.1, format!("{}/{}", found.0.0, found.1.0)))
+    };
     match (number, direct.or_else(inverse)) {
         (Some(number), Some(name)) => Some(format!("{number} (or {name})")),
         (Some(number), None) => Some(number),
         (None, Some(name)) => Some(format!("{name} (here {c:.6})")),
-        (None, None) => None,
+        (None, None) => ratio().map(|name| format!("{name} (here {c:.6})")),
     }
 }
 
@@ -112,15 +128,20 @@ fn factors(mask: &Mask) -> Option<Vec<f64>> {
 pub(super) fn argument(mask: &Mask) -> Option<Diagnosis> {
     // Nothing is multiplied by 1, which some arguments may be.
     let factors = factors(mask).filter(|all| all.iter().any(|c| (c.abs() - 1.0).abs() > NEARLY_ONE))?;
-    let is = |k: usize, power: i32, sign: f64| {
-        let expected = |p: usize| sign * mask.of.at[p].x[k].powi(power);
-        factors.iter().enumerate().all(|(p, c)| (c - expected(p)).abs() <= SAME * c.abs())
+    let constant = |k: usize, power: i32| {
+        let c = |p: usize| factors[p] / mask.of.at[p].x[k].powi(power);
+        let varies = factors.iter().any(|x| (x / factors[0] - 1.0).abs() > SAME);
+        let same = (1..factors.len()).all(|p| (c(p) / c(0) - 1.0).abs() <= SAME);
+        Some(c(0)).filter(|c| same && c.is_finite() && (varies || (c.abs() - 1.0).abs() <= SAME))
     };
     for (k, name) in mask.of.setting.arguments.iter().enumerate() {
         for (power, word) in [(1, ""), (-1, "1/"), (2, "the square of ")] {
-            if let Some(sign) = [1.0, -1.0].into_iter().find(|&sign| is(k, power, sign)) {
-                let minus = if sign < 0.0 { "−" } else { "" };
-                return Some(mask.says(Mistake::Factor, format!("factor {minus}{word}{name} too much")));
+            let Some(c) = constant(k, power) else { continue };
+            let is_one = (c.abs() - 1.0).abs() <= SAME;
+            let number = if is_one { Some(String::new()) } else { likely_name(mask.of, c.abs()).map(|c| c + " ") };
+            if let Some(number) = number {
+                let minus = if c < 0.0 { "−" } else { "" };
+                return Some(mask.says(Mistake::Factor, format!("factor {minus}{number}{word}{name} too much")));
             }
         }
     }

@@ -95,6 +95,19 @@ impl<'e> Mask<'e> {
         self.holds(&expected) && is_another()
     }
 
+    /// Whether these are the true values in these entries, at all points.
+    pub(super) fn are_true(&self, values: impl Fn(usize, At) -> f64) -> bool {
+        let within = |p: usize, &e: &At| (values(p, e) - self.truth(p, e)).abs() <= SLACK * self.of.at[p].tolerance[e];
+        (0..self.of.at.len()).all(|p| self.entries.iter().all(|entry| within(p, entry)))
+    }
+
+    /// Whether a term has more than one value but 0: any constant is a multiple of any other.
+    pub(super) fn varies(&self, term: impl Fn(usize, At) -> f64) -> bool {
+        let values = (0..self.of.at.len()).flat_map(|p| self.entries.iter().map(move |&e| (p, e)));
+        let mut values = values.map(|(p, e)| term(p, e).abs()).filter(|x| *x > 0.0);
+        values.next().is_some_and(|first| values.any(|x| (x / first - 1.0).abs() > 1e-3))
+    }
+
     /// The sign with which the expected values explain the user's, if one does.
     pub(super) fn up_to_sign(&self, expected: impl Fn(usize, At) -> f64) -> Option<f64> {
         [1.0, -1.0].into_iter().find(|sign| self.explains(|p, e| sign * expected(p, e)))
@@ -102,15 +115,19 @@ impl<'e> Mask<'e> {
 
     /// Whether the user's values are the expected ones in these entries, at all points.
     pub(super) fn holds(&self, expected: impl Fn(usize, At) -> f64) -> bool {
-        let within = |p: usize, &e: &At| {
-            let x = expected(p, e);
+        (0..self.of.at.len()).all(|p| self.holds_at(p, |e| expected(p, e)))
+    }
+
+    /// Whether they are at one point.
+    pub(super) fn holds_at(&self, p: usize, expected: impl Fn(At) -> f64) -> bool {
+        self.entries.iter().all(|&e| {
+            let x = expected(e);
             // A multiple of the true value has a multiple of its rounding, and another entry's value the rounding of that.
             let grown = (x / self.of.at[p].truth[e]).abs().max(1.0);
             let grown = if grown.is_finite() { grown } else { 1.0 };
             let within = (grown * self.of.at[p].tolerance[e]).max(ROUNDING * x.abs());
             x.is_finite() && (self.of.at[p].hand[e] - x).abs() <= SLACK * within
-        };
-        (0..self.of.at.len()).all(|p| self.entries.iter().all(|entry| within(p, entry)))
+        })
     }
 
     /// The c with hand = base + c · term, if there is one: of the least squares, in units of the entries' sizes.

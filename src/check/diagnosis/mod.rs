@@ -5,9 +5,11 @@
 //! of each row, each column, and one by one.
 
 mod arguments;
+mod chain;
 mod exchange;
 mod factor;
 mod mask;
+mod sides;
 mod terms;
 
 use nalgebra::DMatrix;
@@ -15,6 +17,7 @@ use nalgebra::DMatrix;
 use super::place::Place;
 use super::plan::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
+use chain::Chain;
 use mask::{At, Lines, Mask};
 
 /// More wrong entries than this are not looked at one by one.
@@ -100,16 +103,15 @@ fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
     Diagnosis { mistake, text }
 }
 
-/// What the differences look like, and further observations.
-pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
-    let wrong = &Mask::wrong(evidence);
-    let known = not_finite(wrong).or_else(|| whole(wrong)).or_else(|| part(wrong));
-    if let Some(found) = known {
-        return (vec![found], Vec::new());
+/// What the differences look like.
+pub(crate) fn diagnose(evidence: &Evidence) -> Vec<Diagnosis> {
+    let (wrong, chain) = (&Mask::wrong(evidence), &Chain::record(evidence));
+    if let Some(found) = known(wrong, chain).or_else(|| vague(wrong)) {
+        return vec![found];
     }
     let rest = |mask: &Mask| mask.says(Mistake::Unexplained, "no simple explanation");
     let split = |masks: Vec<Mask>| -> Option<Vec<Diagnosis>> {
-        let found: Vec<_> = masks.iter().map(|mask| (mask, part(mask))).collect();
+        let found: Vec<_> = masks.iter().map(|mask| (mask, part(mask, chain).or_else(|| vague(mask)))).collect();
         let explained = found.iter().filter(|(_, found)| found.is_some()).count();
         let helps = masks.len() > 1 && explained > 0 && (explained == masks.len() || masks.len() <= MOST_SPLIT);
         helps.then(|| found.into_iter().map(|(mask, f)| f.unwrap_or_else(|| rest(mask))).collect())
@@ -119,9 +121,12 @@ pub(crate) fn diagnose(evidence: &Evidence) -> (Vec<Diagnosis>, Vec<String>) {
         .into_iter()
         .flatten()
         .min_by_key(|found| badness(found));
-    let found = best.unwrap_or_else(|| vec![terms::few_digits(wrong).unwrap_or_else(|| rest(wrong))]);
-    let open = found.iter().any(|d| d.mistake == Mistake::Unexplained);
-    (found, if open { arguments::where_it_vanishes(evidence) } else { Vec::new() })
+    best.unwrap_or_else(|| vec![rest(wrong)])
+}
+
+/// A mistake that explains all differences.
+fn known(wrong: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
+    not_finite(wrong).or_else(|| whole(wrong)).or_else(|| sides::one_sided(wrong, chain)).or_else(|| part(wrong, chain))
 }
 
 /// Few open questions first, then few mistakes.
@@ -144,7 +149,7 @@ fn whole(wrong: &Mask) -> Option<Diagnosis> {
 }
 
 /// Mistakes in some of the entries.
-fn part(mask: &Mask) -> Option<Diagnosis> {
+fn part(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
     factor::not_zero(mask)
         .or_else(|| factor::sign(mask))
         .or_else(|| factor::zero(mask))
@@ -155,11 +160,19 @@ fn part(mask: &Mask) -> Option<Diagnosis> {
         .or_else(|| terms::of_arguments(mask))
         .or_else(|| arguments::confused(mask))
         .or_else(|| arguments::elsewhere(mask))
+        .or_else(|| terms::displaced(mask))
+        .or_else(|| chain.as_ref()?.wrong_step(mask))
+        .or_else(|| chain.as_ref()?.confused_step(mask))
         .or_else(|| factor::constant(mask))
         .or_else(|| factor::argument(mask))
-        .or_else(|| factor::varying(mask))
+        .or_else(|| arguments::stale(mask))
+        .or_else(|| chain.as_ref()?.scaled_step(mask))
         .or_else(|| terms::of_other_blocks(mask))
-        .or_else(|| terms::few_digits(mask))
+}
+
+/// What differences have in common where no mistake explains them.
+fn vague(mask: &Mask) -> Option<Diagnosis> {
+    factor::varying(mask).or_else(|| terms::few_digits(mask))
 }
 
 fn not_finite(wrong: &Mask) -> Option<Diagnosis> {

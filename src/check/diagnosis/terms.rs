@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::Evidence;
-use super::factor::digits;
+use super::factor::{any_name, digits};
 use super::mask::Mask;
 use crate::check::place::Place;
 use crate::check::plan::MatrixAt;
@@ -43,6 +43,23 @@ pub(super) fn of_other_blocks(mask: &Mask) -> Option<Diagnosis> {
     })
 }
 
+/// A named term that was evaluated elsewhere, while all others were not.
+pub(super) fn displaced(mask: &Mask) -> Option<Diagnosis> {
+    mask.of.block.terms.iter().find_map(|(name, matrix)| {
+        let here = values(mask, matrix);
+        mask.of.block.elsewhere.iter().find_map(|(place, change)| {
+            let there = |at: &&Place| {
+                let mut x = at.x.clone();
+                change(&mut x);
+                matrix(&x)
+            };
+            let there: Vec<DMatrix<f64>> = mask.of.at.iter().map(there).collect();
+            let says = || mask.says(Mistake::OtherArgument, format!("the term {name} is evaluated {place},"));
+            mask.explains(|p, e| mask.truth(p, e) + there[p][e] - here[p][e]).then(says)
+        })
+    })
+}
+
 /// A named term that was transposed.
 fn turned(mask: &Mask) -> Option<Diagnosis> {
     if mask.of.rows() != mask.of.columns() {
@@ -69,7 +86,7 @@ fn coefficient(mask: &Mask, term: &[DMatrix<f64>]) -> Option<f64> {
     mask.multiple(|p, e| mask.truth(p, e), |p, e| term[p][e]).filter(|c| c.abs() > SAME)
 }
 
-fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
+pub(super) fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
     let is = |x: f64| (c - x).abs() < SAME;
     let (mistake, words) = if is(-1.0) {
         (Mistake::TermMissing, "term missing".into())
@@ -78,7 +95,7 @@ fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
     } else if is(-2.0) {
         (Mistake::TermWrong, "sign of a term flipped".into())
     } else {
-        (Mistake::TermWrong, format!("a term has the factor {:.6} instead of 1", 1.0 + c))
+        (Mistake::TermWrong, format!("a term has the factor {} instead of 1", any_name(mask.of, 1.0 + c)))
     };
     mask.says(mistake, format!("{words}: {name},"))
 }

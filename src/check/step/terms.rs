@@ -56,8 +56,9 @@ const PHI_Q: Named = ("Φ_q", |t, _| t.phi_q.clone());
 const PHI_DOT_Q: Named = ("(dΦ/dt)_q", |t, _| t.phi_dot_q.clone());
 const PHI_Q_T: Named = ("Φ_qᵀ", |t, _| t.phi_q.transpose());
 const PHI_DOT_Q_T: Named = ("(dΦ/dt)_qᵀ", |t, _| t.phi_dot_q.transpose());
+const ALL_OF_FORCE_V: Named = ("(Q_v + T_qv)", |t, _| t.force_v.clone());
 /// Who forgets T_q forgets both of its derivatives.
-const ALL_OF_T_Q: Named = ("T_qq + γ T_qv, all of T_q,", |t, gamma| &t.t_qq + &t.t_qv * gamma);
+const ALL_OF_T_Q: Named = ("T_qq + γ T_qv (all of T_q)", |t, gamma| &t.t_qq + &t.t_qv * gamma);
 
 /// A term with its sign and, if `times_gamma`, the factor γ.
 fn signed<'a>(paper: &'a PaperSystem<'a>, (name, of): Named, sign: f64, times_gamma: bool) -> (String, MatrixAt<'a>) {
@@ -81,10 +82,15 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: Part) 
             (REACTION_RATE, 1.0, false),
             (REACTION, 1.0, true),
             (ALL_OF_T_Q, 1.0, false),
+            (ALL_OF_FORCE_V, 1.0, true),
         ],
         (F5, Part::Y(Variable::Q)) => &[(PHI_Q, 1.0, true), (PHI_DOT_Q, 1.0, false)],
-        (F4, Part::Previous(Variable::V)) => &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false)],
-        (F4, Part::Previous(Variable::Q)) => &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true)],
+        (F4, Part::Previous(Variable::V)) => {
+            &[(REACTION, -1.0, false), (FORCE_V, -1.0, false), (T_QV, -1.0, false), (ALL_OF_FORCE_V, -1.0, false)]
+        }
+        (F4, Part::Previous(Variable::Q)) => {
+            &[(REACTION, -1.0, true), (FORCE_V, -1.0, true), (T_QV, -1.0, true), (ALL_OF_FORCE_V, -1.0, true)]
+        }
         _ => &[],
     };
     terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()

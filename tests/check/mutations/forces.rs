@@ -32,7 +32,7 @@ pub fn cases() -> Vec<Case> {
         (
             "only the first of two terms",
             "damper Q_q",
-            Mistake::Unexplained,
+            Mistake::TermMissing,
             damper()
                 .q_q(|at| {
                     let (g, gq) = (distance_q(&at.q, &DAMPER), distance_qq(&at.q, &DAMPER));
@@ -65,7 +65,7 @@ pub fn cases() -> Vec<Case> {
         (
             "geometric stiffness left out",
             "spring V_qq",
-            Mistake::Unexplained,
+            Mistake::TermMissing,
             spring()
                 .v_qq(|at| {
                     let g = distance_q(&at.q, &SPRING);

@@ -110,7 +110,7 @@ pub fn cases() -> Vec<Case> {
         (
             "Jᵀ(d) held constant: a product rule without its second term",
             "rod (Φ_q v)_q",
-            Mistake::Unexplained,
+            Mistake::TermMissing,
             rod()
                 .phi_q_v_q(|at| {
                     let j = hinge_q(&at.q, &ROD);
