@@ -32,19 +32,19 @@ mod symbolic;
 mod waiting;
 
 #[cfg(test)]
+mod dense_lu;
+#[cfg(test)]
 mod samples;
-#[cfg(all(test, feature = "faer"))]
-mod sparse_lu;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use block_lu::BlockLu;
+#[cfg(test)]
+pub(crate) use dense_lu::DenseLu;
 pub(crate) use eigen::eigen;
 pub(crate) use equilibrate::equilibrate;
 pub(crate) use factorization::{Breakdown, Factorization};
 pub(crate) use gmres::gmres;
 pub(crate) use matrix::Matrix;
 pub(crate) use pattern::{Branch, Group, Pattern};
-#[cfg(all(test, feature = "faer"))]
-pub(crate) use sparse_lu::SparseLu;
 pub(crate) use symbolic::Symbolic;

@@ -1,11 +1,9 @@
 //! Solutions against dense LU, the choice of condensed unknowns, breakdowns.
 
-#[cfg(feature = "faer")]
-use super::SparseLu;
 use super::graph::VISITS;
 use super::node::Shape;
 use super::samples::{Random, blocks, bodies, fill, sizes, tree};
-use super::{BlockLu, Branch, Factorization, Group, Matrix, Pattern, Symbolic};
+use super::{BlockLu, Branch, DenseLu, Factorization, Group, Matrix, Pattern, Symbolic};
 use nalgebra::{DMatrix, DVector};
 
 /// Constant part: what lies on constant unknowns, and a third of the rest in two summands.
@@ -60,8 +58,7 @@ fn check(pattern: &Pattern, diagonal: f64, seed: u64) -> Symbolic {
 fn check_with(pattern: &Pattern, diagonal: f64, seed: u64, change: impl Fn(&mut DMatrix<f64>)) -> Symbolic {
     let s = Symbolic::analyse(pattern);
     solve_in_all_ways::<BlockLu>(&s, pattern, diagonal, seed, &change);
-    #[cfg(feature = "faer")]
-    solve_in_all_ways::<SparseLu>(&s, pattern, diagonal, seed, &change);
+    solve_in_all_ways::<DenseLu>(&s, pattern, diagonal, seed, &change);
     s
 }
 

@@ -11,7 +11,7 @@ mod sizes;
 mod step;
 mod transposed;
 
-#[cfg(all(test, feature = "faer"))]
+#[cfg(test)]
 mod tests;
 
 pub(crate) use convergence::NOISE;

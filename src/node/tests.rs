@@ -1,7 +1,7 @@
 //! The node problem by another linear solver: only the trait stands between the two.
 
 use super::{Newton, Unknowns};
-use crate::linear::{BlockLu, Factorization, SparseLu};
+use crate::linear::{BlockLu, DenseLu, Factorization};
 use crate::motion::Report;
 use crate::scene::scenes::CartPendulum;
 use crate::system::{Given, KnownPart, NodeView};
@@ -32,12 +32,12 @@ fn step_and_adjoint<F: Factorization>(system: &System, q: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn faer_solves_the_same_steps_and_adjoint_equations() {
+fn dense_lu_solves_the_same_steps_and_adjoint_equations() {
     for links in [1, 3, 30] {
         let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
         let q = system.initial_coordinates();
         let [ours, other] =
-            [step_and_adjoint::<BlockLu>, step_and_adjoint::<SparseLu>].map(|solve| solve(&system, q.as_slice()));
+            [step_and_adjoint::<BlockLu>, step_and_adjoint::<DenseLu>].map(|solve| solve(&system, q.as_slice()));
         let size = ours.iter().fold(0.0f64, |size, x| size.max(x.abs()));
         assert_relative_eq!(ours.as_slice(), other.as_slice(), epsilon = 1e-12 * size, max_relative = 1e-10);
     }
